@@ -18,7 +18,6 @@ from rosorin_compile.cli.understanding import understood
 from rosorin_compile.model.mesh_triangles import load_mesh
 from rosorin_compile.mujoco.physics import checking
 from rosorin_compile.mujoco.physics.scene import winding
-from rosorin_compile.source import world
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
@@ -150,9 +149,8 @@ def test_a_robot_in_another_format_is_checked(home: Path, capsys: Shown) -> None
 
 @pytest.mark.usefixtures("rosorin")
 def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    known = world.package
     absent = ("mujoco", "collada")
-    monkeypatch.setattr(world, "package", lambda name: () if name in absent else known(name))
+    monkeypatch.setattr(checking, "is_installed", lambda name: name not in absent)
     assert main(["check", "physics"]) == 2
     said = "rosorin-compile: check physics needs what is not installed: pip install 'mujoco>=4' pycollada\n"
     assert capsys.readouterr().err == said

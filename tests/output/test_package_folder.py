@@ -10,10 +10,9 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.output import MANIFEST, OutputError, open_package_folder, read_manifest
-from rosorin_compile.ros.package.checking import _mixed
+from rosorin_compile.output import MANIFEST, OutputError, digest, open_package_folder, read_manifest
+from rosorin_compile.ros.package.checking import unfinished_runs
 from rosorin_compile.ros.package.finding import files_below
-from rosorin_compile.source.cache import sha256
 from support.kills import ended_at
 
 NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}
@@ -41,7 +40,7 @@ def place(folder: Path, files: Mapping[str, bytes]) -> tuple[str, ...]:
 
 def is_mixed(folder: Path) -> bool:
     """Return True if ``check deployed`` reports files of two runs."""
-    return bool(list(_mixed(folder, files_below(folder, skip_built=False))))
+    return bool(list(unfinished_runs(folder, files_below(folder, skip_built=False))))
 
 
 def test_writes_the_set_and_keeps_the_rest(tmp_path: Path) -> None:
@@ -156,7 +155,7 @@ def test_a_file_is_no_folder(tmp_path: Path) -> None:
 
 def test_the_manifest_has_the_digests_of_what_was_written(tmp_path: Path) -> None:
     place(fill(tmp_path), NEW)
-    assert read_manifest(tmp_path) == {name: sha256(data) for name, data in NEW.items()}
+    assert read_manifest(tmp_path) == {name: digest(data) for name, data in NEW.items()}
     (tmp_path / "launch/c.py").unlink()
     place(tmp_path, {"more": b"more"})
     assert sorted(read_manifest(tmp_path)) == ["config/b.json", "more", "urdf/a.urdf"]
@@ -202,7 +201,7 @@ def test_a_kill_at_each_call_is_reported_and_mended(tmp_path: Path, before: str)
         mixed += is_of_two
         with open_package_folder(folder) as target:  # nothing that the killed run wrote is taken for an edit
             known = target.digests()
-        assert all(sha256(data) in known[name] for name, data in shown.items() if data == NEW.get(name)) or not mixed
+        assert all(digest(data) in known[name] for name, data in shown.items() if data == NEW.get(name)) or not mixed
         place(folder, {"more": b"more"})
         assert is_of_two == is_mixed(folder), "another run does not hide it"
         place(folder, NEW)

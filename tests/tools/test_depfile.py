@@ -67,6 +67,8 @@ CASES = {
     "a-xacro-alone": (meshes, ["print", "descriptions/r/x/v.xacro", "urdf", "-o", "a.urdf"]),
 }
 # A package.xml says what a package is called: where a name leads decides, and not what else stands in the file.
+OUTPUTS = "outputs: {urdf: {file: r.urdf}}\n"
+OUTPUTS = "outputs: {urdf: {file: r.urdf}}\n"
 NAMING = "package.xml"
 
 
@@ -83,7 +85,7 @@ def test_every_file_that_was_opened_stands_in_the_depfile(
     assert len(opened) > 1 or "alone" in case
     written = {name for name in opened if name.startswith("outputs/")}
     assert {name for name in opened - written if Path(name).name != NAMING} - listed == set()
-    assert all(Path(name).is_file() for name in inputs)
+    assert all(Path(name).exists() for name in inputs)
 
 
 @pytest.mark.parametrize(
@@ -382,3 +384,17 @@ def test_what_was_read_is_told_with_the_artifacts_too(rosorin: Path, capsys: Sho
         main(["all", "-v", "-q"])
     assert "not allowed with argument" in capsys.readouterr().err
     assert rosorin
+
+
+# What was looked for and not found
+
+
+def test_a_folder_stands_for_a_file_that_was_not_found(home: Path) -> None:
+    mesh = "visual: [{mesh: {file: meshes/a.stl}}]"
+    write_files(home / "descriptions" / "r", {"robot.yaml": f"robot: r\nlinks: {{a: {{{mesh}}}}}\n{OUTPUTS}"})
+    (home / "descriptions/r/meshes").mkdir()
+    assert main(["all", "--depfile", "made.d"]) == 0
+    assert names_in(home / "made.d")[1:] == ["descriptions/r/robot.yaml", "descriptions/r/meshes"]
+    (home / "descriptions/r/meshes/a.stl").write_bytes(stl())
+    assert main(["all", "--depfile", "made.d"]) == 0
+    assert names_in(home / "made.d")[1:] == ["descriptions/r/robot.yaml", "descriptions/r/meshes/a.stl"]

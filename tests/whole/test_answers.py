@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from typing import Any
 
 import jsonschema
 import pytest
 
 from rosorin_compile import __version__
-from rosorin_compile.cli import run as running
 from rosorin_compile.cli.main import main
 from rosorin_compile.cli.schema import names
 from support.answers import hold, validator
@@ -144,33 +140,7 @@ def test_each_schema_of_an_answer_is_one_and_can_be_printed_by_its_id(capsys: Sh
         assert schema["$id"] in names()
 
 
-def test_the_answer_of_a_run_is_no_part_of_what_a_robot_is_remembered_by(monkeypatch: pytest.MonkeyPatch) -> None:
-    keys: list[list[str]] = []
-    key = running._key
-    monkeypatch.setattr(running, "_key", lambda *given: keys.append(key(*given)) or keys[-1])
-    assert main(["all", HAND]) == main(["all", HAND]) == 0
-    assert keys[0] == keys[1]
-    assert "Answer" not in str(keys)
-
-
 def test_a_schema_refuses_what_is_no_answer() -> None:
     answer = {"rosorin_compile": "1", "schema": "answer_rule", "diagnostics": [], "result": [{"id": "axis-zero"}]}
     assert len(list(validator("answer_rule").iter_errors(answer))) == 1
     assert len(list(validator("answer_tf").iter_errors({**answer, "result": None}))) == 1
-
-
-@pytest.mark.slow
-def test_an_answer_from_memory_is_the_same_bytes_as_that_of_a_run() -> None:
-    """Also where the run before has written what this one finds written."""
-
-    def answered(*words: str, cache: str = "cache") -> bytes:
-        line = [sys.executable, "-m", "rosorin_compile", *words, "--format", "json"]
-        there = {**os.environ, "ROSORIN_COMPILE_CACHE": cache}
-        return subprocess.run(line, capture_output=True, check=True, env=there).stdout
-
-    first = json.loads(answered("all", HAND))
-    hold(first)
-    assert first["result"]["robots"][0]["written"] == ["handy.urdf"]
-    for words in (("all", HAND), ("check", HAND), ("print", "--list", HAND)):
-        anew = answered(*words, cache="off")
-        assert [answered(*words), answered(*words)] == [anew, anew]

@@ -46,18 +46,6 @@ def test_second_run_is_unchanged_and_says_the_same(capsys: pytest.CaptureFixture
     assert "note[stand-in]: " in shown.err
 
 
-def test_unchanged_run_imports_nothing_heavy(project: Path) -> None:
-    program = (
-        "import sys; sys.argv[1:] = ['all']; from rosorin_compile.__main__ import main; code = main();"
-        "heavy = {'yaml', 'jinja2', 'jsonschema', 'numpy', 'argparse', 'rosorin_compile.cli.main'};"
-        "print(sorted(heavy & set(sys.modules))); sys.exit(code)"
-    )
-    for _ in range(2):
-        command = [sys.executable, "-c", program]
-        ran = subprocess.run(command, cwd=project, capture_output=True, text=True, check=True)
-    assert ran.stdout.splitlines()[-1] == "[]"
-
-
 SPARED = {"numpy"}
 
 

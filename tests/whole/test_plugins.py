@@ -11,8 +11,6 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.source import plugins
-from rosorin_compile.source.memo import forget
-from rosorin_compile.source.world import noting
 from support import forks
 
 pytestmark = pytest.mark.slow
@@ -254,16 +252,10 @@ def test_a_plugin_is_found_whatever_the_time_of_its_folder_is(tmp_path: Path, mo
     os.utime(tmp_path / "packages", ns=(10**18, 10**18))
     find = plugins._metadata_folders
     path = (str(tmp_path / "packages"),)
-    for _ in range(2):  # worked out, and remembered
-        with noting() as notes:
-            assert find(path) == ()
-        assert any(kind == "ending" and asked.startswith(path[0]) for kind, asked in notes.answers)
-        assert ("bytes", str(info / "entry_points.txt")) in notes.answers
-    (info / "entry_points.txt").write_text("[rosorin_compile.rules]\na = b:c\n", "utf-8")
+    assert find(path) == ()
     (tmp_path / "packages" / "q-1.dist-info").mkdir()
     (tmp_path / "packages" / "q-1.dist-info" / "entry_points.txt").write_bytes(b"[rosorin_compile.rules]")
     os.utime(tmp_path / "packages", ns=(10**18, 10**18))  # as a copy keeps it
-    forget()
     assert find(path) == (str(info), str(tmp_path / "packages" / "q-1.dist-info"))
 
 
@@ -374,7 +366,6 @@ def test_a_robot_goes_before_a_check_of_a_plugin(machine: Machine):
     code, printed = machine.run("check", "light")
     assert (code, printed.count(said)) == (0, 1)
     assert "light: 1 artifact as committed in outputs/light\n" in printed
-    assert machine.run("check", "light") == (code, printed)  # from memory
     assert machine.run("check", "toy-robot:light") == (1, "light enough:\n")
 
 
@@ -464,15 +455,3 @@ def test_all_of_them_can_be_left_out(machine: Machine, monkeypatch: pytest.Monke
     assert machine.run("--version") == (0, "rosorin-compile 0.3.0\n")
     monkeypatch.delenv("ROSORIN_COMPILE_PLUGINS")
     assert machine.run("all", "robot.yaml")[0] == 1
-
-
-def test_an_unchanged_run_is_answered_from_memory_beside_a_plugin_of_commands(machine: Machine):
-    log = machine.packages / "log"
-    machine.install(OF_COMMANDS, f"open({str(log)!r}, 'a').write('imported ')\n{COMMAND}")
-    machine.describe("${width}")
-    said = [machine.run("all", "robot.yaml") for _ in range(3)]
-    assert said[1] == said[2]
-    assert said[1][0] == 0
-    assert "1 artifact in outputs/" in said[1][1]
-    assert ", unchanged\n" in said[1][1]
-    assert not log.exists()  # nothing of it was imported

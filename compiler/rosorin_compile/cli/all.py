@@ -6,13 +6,13 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.rule_registry import WRITING, Rule
 
 from .answer import tell_of_robot
 from .robots import check_depfile, no_stdin
-from .run import Run, for_each, once
+from .run import Run, for_each
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
@@ -77,14 +77,13 @@ def _check_options(options: argparse.Namespace) -> None:
 
 
 def _write_one(run: Run, description: Description) -> int:
-    """Compile one robot and write its artifacts, or see that nothing has changed since that was done last."""
-    write = _write_some if run.options.only else _write_all
-    return once(run, description, lambda: write(run, description))
+    """Compile one robot and write its artifacts, or those that are asked for."""
+    return (_write_some if run.options.only else _write_all)(run, description)
 
 
 def _write_all(run: Run, description: Description) -> int:
     """Compile one robot and write its artifacts."""
-    from .compiling import compile_proven, count, nothing_written, read_by
+    from .compiling import compile_proven, count, nothing_written
 
     compiled = compile_proven(run.given, description, run.console)
     run.console.show(compiled.diagnostics)
@@ -97,15 +96,13 @@ def _write_all(run: Run, description: Description) -> int:
     if written is None:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
-    run.console.say(f"{summary}, {what_changed(written, meshes)}", next_time=f"{summary}, unchanged")
-    return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
+    run.console.say(f"{summary}, {what_changed(written, meshes)}")
+    return _ended(run, written, _tell_build(run, description, names, compiled))
 
 
 def _ended(run: Run, written: WriteResult, code: int) -> int:
     """Return the exit code of a run that wrote something, or nothing: a hook fails where it had to change files."""
     changed = bool(written.written or written.removed)
-    if run.options.hook and changed:
-        world.spoil("a hook fails once")
     return PROBLEMS if run.options.hook and changed else code
 
 
@@ -113,7 +110,7 @@ def _write_some(run: Run, description: Description) -> int:
     """Compile a robot and write the artifacts that are asked for."""
     from rosorin_compile.language.wanted import UNKNOWN
 
-    from .compiling import compile_proven, count, nothing_written, read_by
+    from .compiling import compile_proven, count, nothing_written
 
     compiled = compile_proven(run.given, description, run.console, run.options.only)
     run.console.show(compiled.diagnostics)
@@ -126,8 +123,8 @@ def _write_some(run: Run, description: Description) -> int:
     if written is None:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
-    run.console.say(f"{summary}, {what_changed(written, meshes)}", next_time=f"{summary}, unchanged")
-    return _ended(run, written, _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled)))
+    run.console.say(f"{summary}, {what_changed(written, meshes)}")
+    return _ended(run, written, _tell_build(run, description, [*files, *meshes], compiled))
 
 
 def _belonging(compiled: Compiled) -> dict[str, bytes]:
@@ -143,19 +140,26 @@ def _belonging(compiled: Compiled) -> dict[str, bytes]:
     return {name: data for name, data in searched.files.items() if name in names}
 
 
-def _tell_build(run: Run, description: Description, names: Sequence[str], inputs: Sequence[Path]) -> int:
+def _tell_build(run: Run, description: Description, names: Sequence[str], compiled: Compiled) -> int:
     """Write the depfile, if one is asked for; the artifacts, the first of ``names`` the first, get newer than it.
 
     A mesh that was read where it stands, in the folder of the artifacts, is an input, too, and keeps its time.
     """
     if run.options.depfile is None:
         return FINE
-    from .compiling import tell_build
+    from .compiling import folders_looked_in, read_by, tell_build
 
-    read = {world.real(file) for file in inputs}
+    inputs = read_by(run.given, compiled)
+    read = {files.resolve(file) for file in inputs}
     made = [description.outputs / name for name in names]
-    newer = [file for file in made if world.real(file) not in read]
-    return tell_build(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
+    newer = [file for file in made if files.resolve(file) not in read]
+    return tell_build(
+        run,
+        run.options.depfile_target or str(made[0]),
+        [*inputs, *folders_looked_in(compiled, [*made, Path(run.options.depfile)])],
+        made,
+        newer,
+    )
 
 
 def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> WriteResult | None:
@@ -167,8 +171,6 @@ def _write(run: Run, description: Description, files: Mapping[str, str | bytes])
         run.console.show([problem.diagnostic])
         return None
     _tell(run, description, written)
-    if written.renamed:
-        world.spoil("what was there before is told once")
     run.console.show(written.diagnostics(description.outputs))
     for note in left_alone(description.outputs, written) if not run.options.only else ():
         run.console.show([note], listed=True)  # check fails for it
@@ -187,11 +189,9 @@ def left_alone(folder: Path, written: WriteResult) -> list[Diagnostic]:
 
 
 def _tell(run: Run, description: Description, written: WriteResult) -> None:
-    """Add what was written to the answer; the next time nothing is, if nothing changes."""
+    """Add what was written to the answer."""
     names = {"written": list(written.written), "unchanged": list(written.unchanged), "removed": list(written.removed)}
-    unchanged = sorted([*written.written, *written.unchanged])
-    later = {"written": [], "unchanged": unchanged, "removed": []}
-    tell_of_robot(run.options, {"folder": str(description.outputs), **names}, later)
+    tell_of_robot(run.options, {"folder": str(description.outputs), **names})
 
 
 def what_changed(written: WriteResult, meshes: Collection[str] = ()) -> str:

@@ -7,16 +7,14 @@ wrong. Nothing else prints JSON. ``schemas`` has the form of each envelope.
 from __future__ import annotations
 
 import math
+import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source import world
 from rosorin_compile.source.console import ENVELOPE, Console
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.world.memory import OUT, otherwise
 
 if TYPE_CHECKING:
     import argparse
@@ -36,7 +34,6 @@ class Answer:
         self.diagnostics: list[Diagnostic] = []
         self.result: object = None
         self.robots: list[dict[str, object]] = []
-        self.later: list[dict[str, object]] = []  # what of each row is another thing the next time
 
     def refuse(self, message: str) -> None:
         """Add why a command line cannot be followed."""
@@ -48,14 +45,9 @@ class Answer:
         return Console(form, quiet, verbose, collected=self.diagnostics)
 
     def end(self) -> None:
-        """Print the envelope, if it is asked for; what is said again of the run is what it would be the next time."""
-        if self.form != ENVELOPE:
-            return
-        said = document(envelope(self))
-        for row, later in zip(self.robots, self.later, strict=True):
-            row.update(later)
-        with otherwise(OUT, document(envelope(self))):
-            sys.stdout.write(said)
+        """Print the envelope, if it is asked for."""
+        if self.form == ENVELOPE:
+            sys.stdout.write(document(envelope(self)))
 
 
 def begun(words: Sequence[str]) -> Answer:
@@ -89,20 +81,13 @@ def give_result(
 def begin_robot(options: argparse.Namespace, description: Description) -> None:
     """Begin the row of a robot, in the result of a command that goes through robots."""
     answer_of(options).robots.append({"robot": description.name, "file": str(description.path), "fine": False})
-    answer_of(options).later.append({})
 
 
-def tell_of_robot(
-    options: argparse.Namespace, more: Mapping[str, object], next_time: Mapping[str, object] = MappingProxyType({})
-) -> None:
-    """Add to the row of the robot at hand; where a command goes through none there is no row.
-
-    ``next_time`` is what of that is another thing if nothing changes until then.
-    """
+def tell_of_robot(options: argparse.Namespace, more: Mapping[str, object]) -> None:
+    """Add to the row of the robot at hand; where a command goes through none there is no row."""
     answer = answer_of(options)
     if answer.robots:
         answer.robots[-1].update(more)
-        answer.later[-1].update(next_time)
 
 
 def envelope(answer: Answer) -> dict[str, object]:
@@ -122,7 +107,7 @@ def schema_of(command: str) -> str:
     """Return the name of the schema of what a command answers, as ``rosorin-compile schema`` takes it."""
     name = name_of(command)
     own = name.isascii() and name.isidentifier()
-    return name if own and world.stands(data_folder("schemas") / f"{name}.schema.json") else GENERAL
+    return name if own and os.path.lexists(data_folder("schemas") / f"{name}.schema.json") else GENERAL
 
 
 def name_of(command: str) -> str:

@@ -10,7 +10,7 @@ from rosorin_compile.source.project import Description
 
 from .answer import give_result
 from .given import Given
-from .robots import descriptions
+from .robots import descriptions, warn_of_no_robots
 from .run import Run
 from .usage import FINE, PROBLEMS
 
@@ -32,6 +32,8 @@ def options(command: Parser) -> None:
 def run(options: argparse.Namespace) -> int:
     """List the arguments of each robot; those that are given are shown, and checked."""
     run = Run.of(options)
+    if not run.words:
+        warn_of_no_robots(run.console)
     code, listed = FINE, []
     for description in descriptions(run.words):
         found = _declared(run.given, description, run.console)

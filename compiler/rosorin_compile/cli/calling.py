@@ -6,11 +6,11 @@ of the project comes before a check of a plug-in, which is reached as DISTRIBUTI
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.source import world
 from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription, all_here
 
 from . import registry
@@ -111,7 +111,7 @@ def _behind(plain: Called, at: int | None, options: _Options) -> Called | None:
     while at is not None:
         at = _first_word(plain.words, at + 1, options)
         name = "" if at is None else plain.words[at]
-        if name in registry.own_checks() and _robot(name) is None and not world.stands(name):
+        if name in registry.own_checks() and _robot(name) is None and not os.path.lexists(name):
             return plain._replace(said=f'"{name}" is a check, and stands before the robot: {CHECK} {name} ROBOT')
     return None
 

@@ -18,17 +18,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.language.arguments import Argument, Choice, Combination, combinations
+from rosorin_compile.source import files
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ON_STDIN, Description
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.wording import counted
-from rosorin_compile.source.world import FOLDER, kind, spoil
 
-from .compiling import count, read_by, search_meshes, tell_build, warn_before
+from .compiling import count, folders_looked_in, read_by, search_meshes, tell_build, warn_before
 from .pictures import pictures
 from .registry import checks
 from .robots import check_depfile
-from .run import Run, console_of, for_each, once
+from .run import Run, console_of, for_each
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -87,7 +87,6 @@ def run(options: argparse.Namespace) -> int:
         return for_each(options, check_every)
     if options.html is None:
         return for_each(options, check_one)
-    spoil("a page is written")
     page = pictures(options)
     each = partial(check_one, page=page)
     try:
@@ -119,7 +118,7 @@ def check_one(run: Run, description: Description, page: Pictures | None = None) 
     """Compile one robot in memory and compare with its outputs folder; ``page`` takes what it shows of that."""
     if page is not None:  # they are taken of what is compiled
         return _compare(run, description, page)
-    return once(run, description, lambda: _compare(run, description, None))
+    return _compare(run, description, None)
 
 
 def _compare(run: Run, description: Description, page: Pictures | None) -> int:
@@ -151,7 +150,8 @@ def _compare(run: Run, description: Description, page: Pictures | None) -> int:
     files = [description.outputs / name for name in held.committed]
     if run.options.depfile is None:
         return FINE
-    return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *files])
+    looked_in = folders_looked_in(compiled, [Path(run.options.depfile)])
+    return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *files, *looked_in])
 
 
 def _differ(run: Run, held: Checked) -> None:
@@ -172,7 +172,7 @@ def _differ(run: Run, held: Checked) -> None:
 
 def _tell_no_folder(run: Run, description: Description) -> None:
     """Say that the folder of -o, as a build file may name it, has nothing of a robot."""
-    if run.options.output is not None and kind(description.outputs) != FOLDER:
+    if run.options.output is not None and not files.is_folder(description.outputs):
         way = "rosorin-compile all with the same -o and arguments writes it"
         run.console.warn(f"{description.name}: there is no folder {description.outputs}; {way}")
 

@@ -15,7 +15,6 @@ from rosorin_compile.source.diagnostics import Heading, error, has_errors
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.rule_registry import Rule
-from rosorin_compile.source.world import world
 
 from .run import Run, for_each
 from .usage import FINE, PROBLEMS, WrongUsage
@@ -52,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
     folder = names[-1]
     options.words = [word for word in options.words if word != folder] + names[:-1].count(folder) * [folder]
     try:
-        world.names(folder)
+        next(Path(folder).iterdir(), None)
     except (FileNotFoundError, NotADirectoryError):
         raise WrongUsage(f'there is no folder "{folder}"') from None
     except PermissionError:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.ros.check_parameters.checking import asked, look, summary
 from rosorin_compile.ros.parameters import DISTRIBUTION
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 from .robots import is_foreign
 from .run import Run, for_each
@@ -79,6 +79,6 @@ def _take_words(options: argparse.Namespace) -> None:
 
 def _is_robot(word: str) -> bool:
     """Say whether a word names a robot, rather than a parameter file: there is no such file, or it describes one."""
-    if world.kind(word) != world.FILE or is_foreign(Path(word)) or Path(word).name == Description.ROOT_FILE:
+    if not files.is_file(word) or is_foreign(Path(word)) or Path(word).name == Description.ROOT_FILE:
         return True
-    return _DESCRIPTION.search(world.head(word, _MOST).decode("utf-8", "replace")) is not None
+    return _DESCRIPTION.search(files.read_bytes(word, _MOST).decode("utf-8", "replace")) is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,9 +12,9 @@ from typing import TYPE_CHECKING
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.mujoco.collisions.planning import Pair, Parts, Planning, ordered, planning_of
 from rosorin_compile.output import may_replace
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Console, Heading, Progress, Rule, counted, error, listed
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 
 from .answer import give_result
@@ -61,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
     if planning is None:
         return _refused(console, f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
     path = Path(options.output) if options.output else description.path.parent / FILE
-    if world.stands(path) and world.kind(path) != world.FILE:
+    if os.path.lexists(path) and not files.is_file(path):
         raise WrongUsage(f"{path} cannot be written: it is no regular file")
     if not _is_ours(path):
         help = "name another file with -o, or remove it"
@@ -88,7 +89,7 @@ def _compute(run: Run, planning: Planning, case: Case, description: Description,
     options, console = run.options, run.console
     files: Mapping[str, Path] = {}
     if planning.meshes:
-        places = Places(description.path, description.outputs, run.given.packages, world.environment())
+        places = Places(description.path, description.outputs, run.given.packages, os.environ)
         files = places.meshes(case.tree, case.robot.outputs)
     meshes, matrix, of = planning.digests(files), planning.said.matrix, planning.digest
     if matrix is not None and matrix.of == of and dict(matrix.meshes) == meshes and not options.force:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection, Sequence, Sized
 from dataclasses import replace
 from functools import partial
@@ -10,9 +11,8 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import TRUSTED
-from rosorin_compile.source.project import Description, stdin_of
+from rosorin_compile.source.project import Description, shown, stdin_of
 from rosorin_compile.source.wording import counted, listed
-from rosorin_compile.source.world import environment
 
 from .given import Given
 from .usage import FINE, PROBLEMS
@@ -71,13 +71,29 @@ def search_meshes(given: Given, description: Description, tree: Map, outputs: Se
     from rosorin_compile.formats.mesh_files import Places, search
     from rosorin_compile.output.mesh_copies import brought
 
-    places = Places(description.path, description.outputs, given.packages, environment())
+    places = Places(description.path, description.outputs, given.packages, os.environ)
     return brought(search(tree, outputs, places), description.outputs)
 
 
 def read_by(given: Given, compiled: Compiled) -> list[Path]:
     """Return the files that a run has read: what it was compiled of, and the files of arguments."""
-    return [path for path in dict.fromkeys([*compiled.inputs, *given.files]) if stdin_of(path) is None]
+    return [path for path in dict.fromkeys([*compiled.files_read, *given.files]) if stdin_of(path) is None]
+
+
+def folders_looked_in(compiled: Compiled, made: Sequence[Path]) -> list[Path]:
+    """Return the folders in which files would appear that were looked for, as a build tool can depend on them.
+
+    It takes a missing file for one that has to be made. Folders outside of the project, and those in which this run
+    writes, change for other reasons.
+    """
+    projects = Description.at(compiled.inputs[0]).projects if compiled.missing else ()
+    written = {path.absolute().parent for path in made}
+    found: dict[Path, None] = {}
+    for path in compiled.missing:
+        folder = next(one for one in path.absolute().parents if one.is_dir())
+        if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
+            found[Path(shown(folder))] = None
+    return list(found)
 
 
 def tell_build(

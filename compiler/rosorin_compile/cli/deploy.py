@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Console, Heading, Rule
-from rosorin_compile.source.world import world
 
 from .answer import give_result
 from .run import Run
@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
     if options.output is None:
         raise WrongUsage(f"deploy into which folder? {_HOW}")
     folder = Path(options.output)
-    if world.kind(folder) != world.FOLDER:
+    if not files.is_folder(folder):
         raise WrongUsage(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
     run, description = Run.alone(options, "one robot is deployed at a time", _HOW, "name a file")
     console = run.console
@@ -128,13 +128,13 @@ def _files(planned: Plan) -> dict[str, bytes]:
 def _digests(robot: Robot, planned: Plan, folder: Path, target: PackageFolder) -> dict[str, list[str]]:
     """Return the digests of what was written before; a file that names its robot, and is in no manifest, is ours."""
     from rosorin_compile.formats import FORMATS
-    from rosorin_compile.source.cache import sha256
+    from rosorin_compile.output import digest
 
     ours = {}
     for copy in planned.copies:
         robot_of = FORMATS[copy.artifact.backend].ros.robot_of
         if copy.old is not None and robot_of is not None and robot_of(folder / copy.place) == robot.name:
-            ours[copy.place] = [sha256(copy.old)]
+            ours[copy.place] = [digest(copy.old)]
     return {**ours, **target.digests()}
 
 

@@ -13,9 +13,9 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expand import Expanded
 from rosorin_compile.language.lower import lower
 from rosorin_compile.output.pipeline import Compiled, Search, Understood, emitted, judged
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Span, arrange, has_errors
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.world import text as text_of
 
 Tell = Callable[[Diagnostic], None]
 
@@ -55,7 +55,7 @@ def compile_foreign(
     format, (output,) = FORMATS.published(), lowered.robot.outputs
     text, remarks = format.written(lowered.robot, output, Templates(path.parent))
     if path.suffix.lower() in format.endings:
-        text = text_of(path, errors="replace")  # what robot_state_publisher was given
+        text = files.read_text(path, errors="replace")  # what robot_state_publisher was given
     artifact = Artifact(output.file, text, format.name, output.name)
     return Compiled(lowered.robot, (artifact,), arrange([*diagnostics, *remarks]), expanded.files)
 

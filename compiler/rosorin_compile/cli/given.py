@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.world import FILE, FOLDER, kind, stands
+from rosorin_compile.source.files import is_file, is_folder
 
 from .usage import WrongUsage
 
@@ -134,7 +134,7 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     texts = named([*(word for word in words if MARK in word), *options.arg])
     files = tuple(map(Path, options.args_files))
     for file in files:
-        if kind(file) != FILE:
+        if not is_file(file):
             raise WrongUsage.no_file(file, "arguments")
     given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
     return given, [word for word in words if MARK not in word]
@@ -146,7 +146,7 @@ def no_half_mark(words: Iterable[str]) -> None:
         name, mark, value = word.partition("=")
         if not mark:
             name, mark, value = word.partition(":")
-        if mark and name.isidentifier() and not stands(word):
+        if mark and name.isidentifier() and not os.path.lexists(word):
             raise WrongUsage(f'"{word}" sets no argument: write {name}{MARK}{value}')
 
 
@@ -169,7 +169,7 @@ def packages_of(options: argparse.Namespace) -> dict[str, Path]:
         name, equals, path = word.partition("=")
         if not equals or not name or not path:
             raise WrongUsage(f'"{word}" is not NAME=PATH')
-        if kind(path) != FOLDER:
+        if not is_folder(path):
             raise WrongUsage(f'there is no folder "{path}" for the package {name}')
         found[name] = Path(path)
     return found

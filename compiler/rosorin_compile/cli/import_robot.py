@@ -11,9 +11,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Console, counted
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 from .answer import give_result
 from .run import Run
@@ -180,8 +180,7 @@ def _can_begin(folder: str) -> bool:
 
 def _kind(path: Path) -> str:
     """Return whether a path is a folder or another file; empty if it is not there, or no file can be called so."""
-    found = world.kind(path)
-    return "folder" if found == world.FOLDER else "file" if found else ""
+    return "folder" if files.is_folder(path) else "file" if files.exists(path) else ""
 
 
 def _alike(path: Path) -> str:
@@ -422,10 +421,10 @@ def _check_folder(folder: Path, force: bool) -> None:
     if _kind(folder) == "file":
         raise WrongUsage(f"{folder} is no folder; name a new one with -o")
     with suppress(OSError):  # a folder that nobody may look into is no place to write either: that is said there
-        if force or not world.names(folder):
+        if force or not any(folder.iterdir()):
             return
         message = f"{folder} is not empty; name a new folder with -o, or write into this one with --force"
-        if world.kind(folder / Description.ROOT_FILE) == world.FILE:
+        if files.is_file(folder / Description.ROOT_FILE):
             record = f"{Description.ROOT_FILE}{ENDING}"
             message += f" (no {record} there says what was imported, against which changes could be told)"
         raise WrongUsage(message)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.output import locked, staging_folder
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import error
 from rosorin_compile.source.project import DESCRIPTIONS, ROOT_FILE, SCHEMA, data_folder
 
@@ -72,7 +73,7 @@ def _told(options: argparse.Namespace, started: Started, template: str) -> Itera
         yield f"{started.schema} written: completion and help in editors"
     elif started.outdated:
         yield f"{started.schema} is of another version; to renew it: rosorin-compile schema > {started.schema}"
-    where = "" if world.is_same(options.output, ".") else f"cd {options.output} && "
+    where = "" if files.same_file(options.output, ".") else f"cd {options.output} && "
     yield f"next: {where}rosorin-compile all {options.name}, and rosorin-compile view {options.name} to see it"
 
 
@@ -145,7 +146,7 @@ def check_free(name: str, project: Path) -> None:
     """Raise CannotStart unless a description of that name can be written into a project."""
     check_name(name)
     target = project / DESCRIPTIONS / name
-    if world.stands(target):
+    if os.path.lexists(target):
         raise CannotStart(f"{target} is there already; nothing is overwritten, take another name")
 
 
@@ -153,7 +154,7 @@ def texts_of(template: str, name: str) -> dict[str, str]:
     """Return the files of a template, by their names, for a robot of that name."""
     folder = data_folder("templates") / START
     paths = [folder / file for file in TEMPLATES[template].files]
-    return {path.name: world.text(path).replace(PLACEHOLDER, name) for path in paths}
+    return {path.name: files.read_text(path).replace(PLACEHOLDER, name) for path in paths}
 
 
 def start(name: str, project: Path, template: str = DEFAULT) -> Started:
@@ -182,7 +183,7 @@ def _give_schema(folder: Path, stage: Path) -> tuple[bool, bool]:
     data = text_of("authoring").encode()
     target = folder / SCHEMA
     with suppress(FileNotFoundError):
-        return False, world.read(target) != data
+        return False, files.read_bytes(target) != data
     target.parent.mkdir(exist_ok=True)
     new = stage / SCHEMA.name
     new.write_bytes(data)

@@ -17,13 +17,12 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.source.console import guarded, show_progress
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.world import spoil
 
 from .answer import Answer, begun
 from .calling import CHECK, called, suggestion
 from .parser import Refused
 from .registry import commands, names
-from .usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system, tell_which_tool
+from .usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system
 
 if TYPE_CHECKING:
     from .calling import Called
@@ -61,7 +60,6 @@ def _run(words: list[str]) -> int:
         return candidates.answer(words[1:], candidates.CommandLine(names("commands"), parser))
     answer = begun(words)
     try:
-        tell_which_tool()
         code = _answered(words, answer)
         answer.end()
         sys.stdout.flush()
@@ -114,7 +112,6 @@ def _shown(options: argparse.Namespace) -> bool:
 
 def _say_no_more() -> None:
     """Let standard output lead nowhere, so that Python does not try it again at the end."""
-    spoil("nobody reads what is said")
     with Path(os.devnull).open("wb") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
@@ -143,9 +140,15 @@ def _stopped(problem: Exception, answer: Answer) -> int:
         answer.refuse(message)
         answer.end()
         return USAGE
-    if not isinstance(problem, PluginFailed):
+    if isinstance(problem, PluginFailed):
+        told = problem.diagnostic
+    elif isinstance(problem, OSError) and problem.filename is not None:
+        from rosorin_compile.source.load import unreadable
+
+        told = unreadable(problem)
+    else:
         raise problem
-    answer.console().show([problem.diagnostic])
+    answer.console().show([told])
     answer.end()
     return PROBLEMS
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Mesh
 from rosorin_compile.source.diagnostics import Console, Progress, error, pip_install
+from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.world import world
 
 from .answer import give_result
 from .run import Run
@@ -184,11 +184,11 @@ def _missing_package(robot: Robot) -> tuple[str, str] | None:
     """Return a package that is not installed and what it is needed for, or None."""
     from rosorin_compile.viewer.page.data import mesh_names
 
-    if not world.package("numpy"):
+    if not is_installed("numpy"):
         return "numpy", ""
     if any(mesh_names(robot)):
         for name in ("trimesh", "scipy"):
-            if not world.package(name):
+            if not is_installed(name):
                 return name, " of meshes"
     return None
 

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING
 from rosorin_compile.source.console import Console, give
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
-from rosorin_compile.source.world import spoil
 
 from .answer import give_result
-from .compiling import compile_proven, read_by, search_meshes, warn_before
+from .compiling import compile_proven, folders_looked_in, read_by, search_meshes, warn_before
 from .given import Given, no_half_mark, texts
 from .robots import is_foreign, is_robot, one
 from .run import Run
@@ -159,7 +158,9 @@ def _put(
             if options.output is not None:
                 _write(Path(options.output), data, inputs, artifact.backend)
             if options.depfile is not None and target is not None:
-                write_depfile(Path(options.depfile), target, inputs, map(Path, filter(None, [options.output])))
+                made = [Path(name) for name in (options.output, options.depfile) if name]
+                inputs += folders_looked_in(compiled, made)
+                write_depfile(Path(options.depfile), target, inputs, made[:-1])
         except OutputError as problem:
             console.show([problem.diagnostic])
             return PROBLEMS
@@ -195,7 +196,6 @@ def _printed(text: str, console: Console) -> bool:
     except BrokenPipeError:
         raise
     except OSError as problem:
-        spoil("nobody reads what is said")
         console.warn(f"cannot write to standard output: {problem.strerror or problem}")
         with Path(os.devnull).open("wb") as nowhere:
             os.dup2(nowhere.fileno(), sys.__stdout__.fileno() if sys.__stdout__ else 1)

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.project import Description
 
 from .answer import give_result
@@ -276,10 +276,10 @@ def _same_model(robot: Robot, options: argparse.Namespace, console: Console) -> 
 
     name = options.model
     path = Path(name)
-    if world.kind(path) != world.FILE:
+    if not files.is_file(path):
         raise WrongUsage.no_file(path)
     try:
-        compared = against_model(robot, world.read(path))
+        compared = against_model(robot, files.read_bytes(path))
     except NoModel as problem:
         console.warn(f"{name}: {problem}")
         return PROBLEMS

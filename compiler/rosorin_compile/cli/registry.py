@@ -15,7 +15,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosorin_compile.source.plugins import Plugin, PluginFailed, broken, clash, failed, importing, installed, load
-from rosorin_compile.source.world import spoil
 
 from .record import Check, Command
 from .usage import WrongUsage
@@ -62,8 +61,6 @@ class Registered(Generic[Kind]):
 
     def run(self, options: argparse.Namespace) -> int:
         """Do it, and return the exit code. Raises WrongUsage, PluginFailed."""
-        if self.is_check:
-            spoil("what a check reads is not noted yet")
         with self.guarded(SystemExit):
             code: int = self.function(self.record.run)(options)
         if self.plugin is not None and type(code) is not int:

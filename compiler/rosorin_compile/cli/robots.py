@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source import world
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
     ENDINGS,
@@ -20,13 +21,24 @@ from rosorin_compile.source.project import (
     give_stdin,
     here,
     stdin_of,
+    without_first_file,
 )
+from rosorin_compile.source.rule_registry import FILES, Rule
 
 from .given import given_arguments, no_half_mark
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
     import argparse
+
+RULES = (
+    Rule(
+        "no-robot-file",
+        "A warning: a folder of `descriptions` has no file `robot.yaml`, so it is not compiled.",
+        "Rename the file that the message names, or move the folder out of `descriptions`.",
+        FILES,
+    ),
+)
 
 _MAX_STDIN = 100_000_001  # bytes; more than any reader takes
 _taken: list[Any] = []  # standard input, once it was read
@@ -45,7 +57,6 @@ def take_stdin(names: Sequence[str]) -> None:
     if sys.stdin.isatty():
         sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
         sys.stderr.flush()
-    world.spoil("standard input is read")
     give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _taken[:] = [sys.stdin]
     Progress.begin()  # who typed it did not wait for us
@@ -65,6 +76,12 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
     except NoDescription as problem:
         no_half_mark(names)
         raise WrongUsage(str(problem)) from None
+
+
+def warn_of_no_robots(console: Console) -> None:
+    """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
+    wrong = without_first_file(Description.around())
+    console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
 def descriptions_of(names: list[str]) -> list[Description]:

@@ -5,22 +5,22 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, all_with
-from rosorin_compile.source.world import memory
 
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments
-from .robots import described, descriptions_of, no_stdin, one, take_stdin
+from .robots import described, descriptions_of, no_stdin, one, take_stdin, warn_of_no_robots
 from .usage import FINE, WrongUsage
 
 if TYPE_CHECKING:
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from rosorin_compile.model.kinematics.quaternions import Position
     from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.rules.case import Case
-
-_NOT_ASKED = ("words", "run", "known", "called", "answer")  # of the options
 
 
 @dataclass(frozen=True)
@@ -128,6 +126,8 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
     hook = getattr(options, "hook", False)
     given, found = _of_changed(options) if hook and options.words else _asked_for(options, alone)
     run = Run(options, console_of(options), given)
+    if not options.words and not alone:
+        warn_of_no_robots(run.console)
     plugin = getattr(options, "plugin", None)
     code = FINE
     if not found:
@@ -148,33 +148,6 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
     return code
 
 
-def once(run: Run, description: Description, work: Callable[[], int]) -> int:
-    """Do with a robot what a run before has done, if that would only be the same again; return the exit code.
-
-    Where the messages are one document for a program, each run is made.
-    """
-    console = run.console
-    if not console.for_people or console.keeps:
-        return work()
-    before = console.unlisted.copy()
-    done, was_known = memory.once(
-        _key(run, description), work, [description.outputs], lambda: dict(console.unlisted - before)
-    )
-    if was_known:
-        console.repeat(done.said)
-        console.unlisted.update(done.numbers)
-    return done.code
-
-
-def _key(run: Run, description: Description) -> list[str]:
-    """Return what tells one call from another: the options, the arguments, what is seen and how it is shown."""
-    options = {name: value for name, value in vars(run.options).items() if name not in _NOT_ASKED}
-    told = [options, sorted(run.given.texts.items()), list(map(str, run.given.files))]
-    told += [[description.name, str(description.path), str(description.outputs)]]
-    told += [sorted((n, str(f)) for n, f in run.given.packages.items())]
-    return ["robot", run.options.called, *map(repr, told), *memory.surroundings()]
-
-
 def _asked_for(options: argparse.Namespace, alone: str) -> tuple[Given, list[Description]]:
     """Return the arguments that the command line sets, and the descriptions that it names. Raises WrongUsage."""
     given, names = given_arguments(options, options.words)
@@ -185,7 +158,7 @@ def _asked_for(options: argparse.Namespace, alone: str) -> tuple[Given, list[Des
 def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
     """Return the same of a command line that names files that changed; there may be none. Raises WrongUsage."""
     # What is a file sets no argument, whatever its name.
-    files = [word for word in options.words if world.stands(word)]
+    files = [word for word in options.words if os.path.lexists(word)]
     given, names = given_arguments(options, [word for word in options.words if word not in files])
     if names:
         raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
@@ -214,10 +187,10 @@ def check_summary(file: Path) -> None:
     from rosorin_compile.source.markdown import HEAD
 
     try:
-        whose = world.variable(_SUMMARY)
-        if world.kind(file) != world.FILE or (whose and world.is_same(file, whose)):
+        whose = os.environ.get(_SUMMARY, "")
+        if not files.is_file(file) or (whose and files.same_file(file, whose)):
             return
-        begins = world.head(file, len(HEAD.encode())).decode("utf-8", "replace")
+        begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
     except (OSError, ValueError):
         return  # writing says why not
     if begins.strip() and begins != HEAD:
@@ -227,7 +200,6 @@ def check_summary(file: Path) -> None:
 def append_summary(file: Path, text: str) -> None:
     """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
     check_summary(file)
-    world.spoil(f"{file} is written")
     try:
         with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
             opened.write(text)

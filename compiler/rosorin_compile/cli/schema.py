@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.console import give
 from rosorin_compile.source.diagnostics import did_you_mean
 from rosorin_compile.source.project import data_folder
@@ -54,7 +54,7 @@ def names() -> dict[str, str]:
 
 def _of_answers() -> dict[str, str]:
     """Return the schemas of what commands answer, by their names."""
-    files = [file for file in world.names(data_folder("schemas")) if file.startswith(GENERAL)]
+    files = [file.name for file in sorted(data_folder("schemas").glob(f"{GENERAL}*"))]
     commands = {file.removesuffix(_ENDING): file.removesuffix(_ENDING).split("_")[1:] for file in files}
     return {name: f"the result of {' '.join(words) or 'any command'} --format json" for name, words in commands.items()}
 
@@ -67,7 +67,7 @@ def text_of(name: str) -> str:
     if name == "description":
         return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
     if name != "authoring" or not plugged_sections():
-        return world.text(data_folder("schemas") / f"{name}{_ENDING}")
+        return files.read_text(data_folder("schemas") / f"{name}{_ENDING}")
     from rosorin_compile.language.language import Language
 
     return json.dumps(Language.of(FORMATS.values()).authoring(), indent=1, ensure_ascii=False) + "\n"

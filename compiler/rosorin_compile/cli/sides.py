@@ -16,7 +16,7 @@ from rosorin_compile.compare.wording import several
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language import asked
 from rosorin_compile.model import Robot
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, error, has_errors
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import STDIN, Description, NoDescription, first_file, stdin_of
@@ -119,7 +119,7 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
 
         read = _foreign if is_foreign(path) else _description
         return read(path, str(path), arguments, packages, trust)
-    if world.kind(path) == world.FILE and path.suffix.lower() not in YAML.endings:
+    if files.is_file(path) and path.suffix.lower() not in YAML.endings:
         return _foreign(path, word, arguments, packages, trust)
     if path.suffix.lower() in FORMATS.endings():
         raise NoDescription(f'there is no file "{word}"')

@@ -22,8 +22,8 @@ from rosorin_compile.source.diagnostics import (
     listed,
     pip_install,
 )
+from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 from .answer import give_result
 from .run import Run
@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     limits = _limits(options.limits)
     if not _LEAST_SECONDS <= options.seconds <= _MOST_SECONDS:
         raise WrongUsage(f"--seconds takes {_LEAST_SECONDS:g} to {_MOST_SECONDS:g}")
-    lacking = [name for name in ("mujoco", "numpy") if not world.package(name)]
+    lacking = [name for name in ("mujoco", "numpy") if not is_installed(name)]
     if lacking:
         raise WrongUsage(f"simulate needs what is not installed ({listed(lacking)}): {pip_install('simulate')}")
     run, description = Run.alone(options, "one robot is simulated at a time", _HOW)

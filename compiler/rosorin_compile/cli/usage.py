@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.source.cache import cache_refused
 from rosorin_compile.source.console import Console
-from rosorin_compile.source.project import no_file, tool_folders
+from rosorin_compile.source.project import no_file
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.system import missed
-from rosorin_compile.source.world import tool_is
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,11 +44,6 @@ class WrongUsage(Exception):
     def no_file(cls, path: Path, of: str = "") -> WrongUsage:
         """Return that a path is no file that can be read, such as one ``of`` arguments, and why."""
         return cls(no_file(path, of))
-
-
-def tell_which_tool() -> None:
-    """Say in which folders the files of the tool are, for the notes of the run."""
-    tool_is(list(map(str, tool_folders().values())))
 
 
 def tell_of_system(console: Console) -> None:

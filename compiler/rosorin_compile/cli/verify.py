@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.source.diagnostics import Console, Heading, Progress, Rule, pip_install
+from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription
-from rosorin_compile.source.world import world
 
 from .answer import give_result
 from .given import Given
@@ -144,13 +144,13 @@ def _asked(run: Run) -> tuple[str, Description]:
 def _may_be_robot(word: str) -> bool:
     """Return True if a word may be the robot: a description, or a YAML file or foreign robot file that exists."""
     named = Path(word).suffix.lower() in (".yaml", ".yml") or (word != Description.STDIN and is_foreign(Path(word)))
-    return _is_robot(word) or (named and world.kind(word) == world.FILE)
+    return _is_robot(word) or (named and is_file(word))
 
 
 def _is_there(source: str) -> bool:
     """Say whether there is a source; one that cannot be looked at is, and reading it says why."""
     try:
-        world.mode(source)
+        Path(source).stat()
     except OSError as problem:
         return problem.errno not in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)
     return True
@@ -162,10 +162,10 @@ def _is_robot(source: str) -> bool:
 
     path = Path(source)
     try:
-        if world.kind(path) == world.FOLDER:
-            files = world.names(path)
-            return Description.ROOT_FILE in files and not any(_RECORDED.search(file) for file in files)
-        found = path if world.kind(path) == world.FILE else Description.find([source])[0].path
+        if is_folder(path):
+            names = [inner.name for inner in path.iterdir()]
+            return Description.ROOT_FILE in names and not any(map(_RECORDED.search, names))
+        found = path if is_file(path) else Description.find([source])[0].path
     except (NoDescription, OSError, ValueError):
         return False
     # Messages may be pasted as JSON or as YAML of any name.
@@ -283,11 +283,11 @@ def _save(name: str, text: str, kind: str) -> None:
     from rosorin_compile.output import OutputError, write_file
 
     try:
-        stands = world.kind(name)
-        if stands and stands != world.FILE:
+        there = exists(name)
+        if there and not is_file(name):
             raise WrongUsage(f"{name} cannot be written: it is no regular file")
-        there = world.head(name, 1000) if stands else b""
-        if there and kind.encode() not in there:
+        begins = read_bytes(name, 1000) if there else b""
+        if begins and kind.encode() not in begins:
             raise WrongUsage(f"{name} is there, and verify did not write it; name another file, or move it away")
         write_file(Path(name), text.encode(), may_replace=None)
     except OSError as problem:

@@ -8,11 +8,13 @@ import secrets
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Joint
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Console, Diagnostic, Progress, pip_install
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.watched_files import WatchedFiles
@@ -123,7 +125,7 @@ class _Followed:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         server = _bound(self.page, options)
         try:
-            self.inputs.compile(self._compile)
+            self.inputs.read(self._compile)
             threading.Thread(target=server.serve_forever, daemon=True).start()
             self._tell(server, options)
             self._follow()
@@ -150,22 +152,24 @@ class _Followed:
             time.sleep(_LOOK)
             if self.inputs.changed():
                 self.inputs.settle()
-                self.inputs.compile(self._compile)
+                self.inputs.read(self._compile)
 
-    def _compile(self) -> Sequence[Path]:
+    def _compile(self) -> None:
         """Read the robot, and tell the pages; after an error the last one stays."""
         Progress.begin()
         looked = _looked(self.given, self.description, self.console)
         Progress.wipe()
         errors = [one for one in looked.diagnostics if one.severity == "error"]
         self.console.show(errors)
+        for file in looked.files:
+            with suppress(OSError):
+                files.read_bytes(file)  # what the page asks for later is followed, too
         if looked.shown is None:
             self._failed(errors)
-            return looked.files
+            return
         if self.page.problem:
             self.console.warn(f"{self.description.name}: that is corrected")
         self._show(looked.shown)
-        return looked.files
 
     def _failed(self, errors: list[Diagnostic]) -> None:
         if not self.page.text:

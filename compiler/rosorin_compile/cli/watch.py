@@ -131,10 +131,10 @@ class _Robot:
     def compile(self) -> None:
         """Compile the robot, write what changed, and say what that means; after an error all stays as it is."""
         Progress.begin()
-        self.inputs.compile(self._compile)
+        self.inputs.read(self._compile)
 
-    def _compile(self) -> list[Path]:
-        """Compile, and write the artifacts unless there are errors; return the input files."""
+    def _compile(self) -> None:
+        """Compile, and write the artifacts unless there are errors."""
         compiled = compile_proven(self.given, self.description, self.console)
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
         new = self.reported.new(compiled.diagnostics)
@@ -148,7 +148,6 @@ class _Robot:
             _say(f"{name}: nothing to emit; say under outputs: what you want")
         else:
             self._write(compiled)
-        return [*compiled.inputs, *self.given.files]
 
     def _write(self, compiled: Compiled) -> None:
         from rosorin_compile.compare.committed import compare

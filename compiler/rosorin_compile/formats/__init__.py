@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import feeding
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.plugins import are_installed
 
 from .format import Artifact, Fact, Facts, Format, Opened, Value
@@ -109,14 +109,14 @@ def _homes() -> Mapping[str, str]:
 
 def _modules() -> Mapping[str, Path]:
     """Return the modules of this folder by name."""
-    files = ((name.removesuffix(".py"), Path(__path__[0], name)) for name in world.names(__path__[0]))
-    return {name: path for name, path in files if name.isidentifier()}
+    paths = {path.name.removesuffix(".py"): path for path in files.list_folder(__path__[0])}
+    return {name: path for name, path in paths.items() if name.isidentifier()}
 
 
 def _exports(module: Path) -> bool:
     """Say whether a module exports a record, by its source: what only helps to read and write stays unimported."""
     try:
-        return b"\nFORMAT = " in world.read(module if module.suffix else module / "__init__.py")
+        return b"\nFORMAT = " in files.read_bytes(module if module.suffix else module / "__init__.py")
     except OSError:  # a folder that is no module
         return False
 

@@ -18,10 +18,10 @@ from rosorin_compile.cli.registry import service
 from rosorin_compile.cli.usage import WrongUsage
 from rosorin_compile.output import open_package_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Heading, Rule, error, listed
+from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.world import world
 
 from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove, text_of
 from .switching import Line, lines_to_change
@@ -106,10 +106,10 @@ def _package_around(folder: Path) -> tuple[Path, str] | None:
 
 def package_at(folder: Path) -> Package:
     """Return the package in a folder. Raises WrongUsage where there is none."""
-    if world.kind(folder) != world.FOLDER:
+    if not is_folder(folder):
         raise WrongUsage(f"{folder} is no folder; --into names the folder of a ROS package")
     found = _package_around(folder)
-    if found is None or found[0] != world.real(folder):
+    if found is None or found[0] != resolve(folder):
         way = (
             f"; did you mean {found[0]}?" if found else "; to write a package of its own: rosorin-compile package ROBOT"
         )
@@ -126,9 +126,9 @@ def package_at(folder: Path) -> Package:
 def inside(source: Path, package: Package) -> str:
     """Return a source as seen from the package that it is in. Raises WrongUsage for one that is elsewhere."""
     try:
-        return world.real(source).relative_to(world.real(package.folder)).as_posix()
+        return resolve(source).relative_to(resolve(package.folder)).as_posix()
     except ValueError:
-        own = _package_around(world.real(source).parent)
+        own = _package_around(resolve(source).parent)
         way = f"; it is in package {own[1]}: --into {own[0]}" if own else "; copy it there, or name its package"
         message = f"{source} is not in {package.folder}: the test that is written holds both against each other"
         raise WrongUsage(f"{message}{way}") from None
@@ -147,7 +147,7 @@ def _taken(package: Package, wanted: Said, name: str, files: Mapping[str, str], 
         return None
     own = Path(wanted.source).name.partition(".")[0]
     own = own if _NAME.fullmatch(own) and own != name else "NAME"
-    there = " and ".join(one for one in (description, test) if world.stands(package.folder / one))
+    there = " and ".join(one for one in (description, test) if os.path.lexists(package.folder / one))
     help = f"give this robot a name of its own, such as --name {own}; to import it under this one, remove {there}"
     span = tree.value_spans.get("robot", tree.span)
     return error("import-name-taken", f'"{name}" is taken in {package.name}: {why}', span, help)
@@ -165,7 +165,7 @@ def _why_taken(folder: Path, wanted: Said, test: str, files: Mapping[str, str], 
         return f"{test} says that {said.description} was imported from {said.words}, and this is {wanted.words}"
     if not _has_files(root.parent):
         return ""
-    if world.kind(root) != world.FILE:
+    if not is_file(root):
         return f"{description} is there, without a {root.name}"
     if said is not None or not any(_differs(root.parent / file, text.encode()) for file, text in files.items()):
         return ""
@@ -270,7 +270,7 @@ def put_into(
 
 
 def _has_files(folder: Path) -> bool:
-    return world.kind(folder) == world.FOLDER and bool(world.names(folder))
+    return is_folder(folder) and any(folder.iterdir())
 
 
 def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], asked: Request) -> dict[str, str]:
@@ -278,7 +278,7 @@ def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], as
     made = record_of(files, asked.words)
     for file in files:
         record = Path(os.path.normpath(there / f"{file}{ENDING}"))
-        if file.startswith("../") and world.kind(record) == world.FILE:
+        if file.startswith("../") and is_file(record):
             before = text_of(record)
             made[f"{file}{ENDING}"] = with_more(before, grown[file], files[file]) if file in grown else before
     return made
@@ -292,7 +292,7 @@ def _again(package: Package, description: str, files: Mapping[str, str], asked: 
         return import_again(there, record, files, asked)
     others = [file for file, text in files.items() if _differs(there / file, text.encode())]
     if not others:  # it is as it would be imported, or an import was killed before it had written all files
-        missing = {file: text for file, text in files.items() if not world.stands(there / file)}
+        missing = {file: text for file, text in files.items() if not os.path.lexists(there / file)}
         return Merged({}, {**missing, **record_of(files, asked.words)}, [], [], [])
     called = f"{Description.ROOT_FILE}{ENDING}"
     message = (
@@ -312,7 +312,7 @@ def _others(package: Path, name: str, written: Sequence[str]) -> list[str]:
     ]
     found = (
         path
-        for path in world.matching(package / Description.FOLDER, f"*/{Description.ROOT_FILE}")
+        for path in sorted((package / Description.FOLDER).glob(f"*/{Description.ROOT_FILE}"))
         if path.parent.name != name
     )
     return [path.parent.name for path in found if any(one in _text(path) for one in names)]
@@ -320,11 +320,11 @@ def _others(package: Path, name: str, written: Sequence[str]) -> list[str]:
 
 def _differs(path: Path, data: bytes) -> bool:
     """Say whether another file stands at a path."""
-    return world.stands(path) and not (world.kind(path) == world.FILE and world.read(path) == data)
+    return os.path.lexists(path) and not (is_file(path) and read_bytes(path) == data)
 
 
 def _text(path: Path) -> str:
-    return world.text(path, errors="replace") if world.kind(path) == world.FILE else ""
+    return read_text(path, errors="replace") if is_file(path) else ""
 
 
 def _test(package: Package, source: str, description: str, given: Mapping[str, str]) -> str:
@@ -381,7 +381,7 @@ def _place(file: str) -> str:
 
 def package_report(package: Package, put: Put) -> Iterator[str]:
     """Yield the lines about what was put into a package."""
-    name = world.real(package.folder).name
+    name = resolve(package.folder).name
     if put.written:
         places = dict.fromkeys(_place(file) for file in put.written)
         yield f"{name}: written: {', '.join(places)}"

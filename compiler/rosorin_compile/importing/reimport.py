@@ -32,9 +32,9 @@ from rosorin_compile.source.diagnostics import (
     listed,
     printable,
 )
+from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 RULES = (
     Rule(
@@ -123,9 +123,9 @@ def read_record(folder: Path, others: Iterable[str] = ()) -> Record | None:
         first, end, root = text_of(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
         line = first.removeprefix(_PROGRAM)
         words = json.loads(line) if line.startswith("[") else shlex.split(line)
-        names = [path.relative_to(folder).as_posix() for path in world.matching(folder, f"**/*{ENDING}")]
+        names = [path.relative_to(folder).as_posix() for path in sorted(folder.glob(f"**/*{ENDING}"))]
         names += [f"{name}{ENDING}" for name in others if name.startswith("../")]
-        texts = {name: text_of(folder / name) for name in names if world.kind(folder / name) == world.FILE}
+        texts = {name: text_of(folder / name) for name in names if is_file(folder / name)}
     except (ValueError, FileNotFoundError, NotADirectoryError):
         return None
     if not first.startswith(_PROGRAM) or not end or not words:
@@ -136,7 +136,7 @@ def read_record(folder: Path, others: Iterable[str] = ()) -> Record | None:
 
 def text_of(path: Path) -> str:
     """Return the text of a file without converting line ends. Raises OSError, ValueError."""
-    return world.read(path).decode()
+    return read_bytes(path).decode()
 
 
 def recorded(folder: Path, words: Sequence[str], others: Iterable[str] = ()) -> Record | None:
@@ -145,7 +145,7 @@ def recorded(folder: Path, words: Sequence[str], others: Iterable[str] = ()) -> 
         record = read_record(folder, others)
     except OSError as problem:
         raise WrongUsage(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
-    if record is None or not world.stands(folder / Description.ROOT_FILE):
+    if record is None or not os.path.lexists(folder / Description.ROOT_FILE):
         return None
     (before, old_options), (now, new_options) = (_source_and_options(one) for one in (record.words, words))
     if before != now:
@@ -212,7 +212,7 @@ def _read_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
     for name in names:
         path = folder / name
         try:
-            if world.kind(path) == world.FILE:
+            if is_file(path):
                 texts[name] = text_of(path)
         except OSError as problem:
             raise WrongUsage(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
@@ -296,7 +296,7 @@ def _free_name(folder: Path, name: str, text: str) -> str:
     while True:
         new = f"{name}{_NEW}" if number == 1 else f"{name}{_NEW}{number}"
         path = folder / new
-        if not world.stands(path) or (world.kind(path) == world.FILE and world.read(path) == text.encode()):
+        if not os.path.lexists(path) or (is_file(path) and read_bytes(path) == text.encode()):
             return new
         number += 1
 

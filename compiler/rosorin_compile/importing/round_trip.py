@@ -16,6 +16,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
     ERROR,
     Diagnostic,
@@ -33,7 +34,6 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.world import world
 
 from .description import write
 from .read_back import by_elements, read_back, without_words
@@ -133,7 +133,7 @@ def _round_trip(
 def schema_beside(folder: Path) -> str:
     """Return where editors find the schema of a description in a folder; empty if there is none."""
     schema = Description.SCHEMA
-    return (Path("..") / schema).as_posix() if world.kind(folder.parent / schema) == world.FILE else ""
+    return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
-from rosorin_compile.source.world import text
+from rosorin_compile.source import files
 
 if TYPE_CHECKING:
     from rosorin_compile.source.rule_registry import Check
@@ -170,7 +170,7 @@ class OwnSection(Section[T]):
 
         One of several that share a folder says its ``name``, and has its piece in NAME.json.
         """
-        schema: Mapping[str, Any] = json.loads(text(Path(folder) / f"{name or 'schema'}.json"))
+        schema: Mapping[str, Any] = json.loads(files.read_text(Path(folder) / f"{name or 'schema'}.json"))
         name = name or package.rpartition(".")[2]
         made: OwnSection[T] = OwnSection(name, object, schema, _form_of(schema), nothing=nothing, after=after)
         functions: dict[str, Any] = {"lowers": lowers, "compares": compares, "tells": tells, "rules": rules}

@@ -14,10 +14,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from rosorin_compile.source.bounded import json_of
-from rosorin_compile.source.cache import sha256
 
 from .artifact_set import is_inside, obstacle
-from .single_file import OutputError
+from .single_file import OutputError, digest
 from .staging import locked, replace_files, replace_folder, staging_folder, write_synced
 
 MANIFEST = ".rosorin-compile-written.json"
@@ -65,14 +64,14 @@ class PackageFolder:
             listed = {name for name in self._manifest if name in files or (self.path / name).is_file()}
             if any(name not in files and not isinstance(self._manifest[name], str) for name in listed):
                 listed |= self._manifest.keys()  # of another unfinished run, also what it has not written yet
-            final = {name: self._manifest[name] for name in listed} | {n: sha256(data) for n, data in files.items()}
+            final = {name: self._manifest[name] for name in listed} | {n: digest(data) for n, data in files.items()}
             last = {MANIFEST: _manifest_text(final)} if manifest else {}
             if self.is_new:
                 with staging_folder(self.path.parent) as stage:
                     replace_folder(self.path, stage, {**contents, **last})
             elif changed or (last and _content(self.path / MANIFEST) != last[MANIFEST]):
                 for name in files.keys() & changed.keys():
-                    final[name] = [sha256(data) for data in (before[name], files[name]) if data is not None]
+                    final[name] = [digest(data) for data in (before[name], files[name]) if data is not None]
                 unfinished = {MANIFEST: _manifest_text(final)} if manifest else {}
                 first = {name: data for name, data in changed.items() if name not in files}
                 self._replace({**first, **unfinished, **{n: files[n] for n in files if n in changed}}, before, last)

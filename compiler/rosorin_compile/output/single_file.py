@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -65,6 +66,11 @@ class OutputError(Exception):
             message = f"cannot replace {path} as a whole: a file system is mounted at {place}"
             return cls("output-mounted", message, "name a folder below the mount point as the output folder")
         return cls("output-failed", message, f"name another {what}")
+
+
+def digest(data: bytes) -> str:
+    """Return the SHA-256 of a file."""
+    return hashlib.sha256(data).hexdigest()
 
 
 def is_generated(data: bytes) -> bool:

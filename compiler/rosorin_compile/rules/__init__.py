@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
+from pathlib import Path as FilePath
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -24,7 +25,6 @@ from rosorin_compile.language.lower.shapes import RULES as _OF_SHAPES
 from rosorin_compile.language.section_registry import plugged as sections_of_plugins
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import own_sections
-from rosorin_compile.source import world
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
 from rosorin_compile.source.plugins import Plugin, aside, broken, diagnostic_of, failed, load
 from rosorin_compile.source.progress import Progress
@@ -43,8 +43,7 @@ __all__ = ["acceptable", "check", "checks", "plugged"]
 
 def _modules() -> list[ModuleType]:
     """Return the modules of this folder and of sections that have checks, in the order in which they are asked."""
-    files = world.names(__path__[0])
-    names = sorted(name.removesuffix(".py") for name in files if name.endswith(".py") and not name.startswith("_"))
+    names = sorted(file.stem for file in FilePath(__path__[0]).glob("[!_]*.py"))
     modules = {name: module for name in names if checks_of(module := import_module(f".{name}", __name__))}
     modules |= {one.name: one.module(one.rules) for one in own_sections().values() if one.rules}
 

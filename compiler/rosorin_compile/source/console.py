@@ -20,8 +20,6 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
 from .progress import Progress
 from .wording import and_more, counted, inert, printable
-from .world import is_set, variable
-from .world.memory import ERR, OUT, RAW, hear, otherwise
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
@@ -41,9 +39,8 @@ _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the mids
 class _Guard:
     """A stream that makes control characters, and those that turn the order of letters round, visible."""
 
-    def __init__(self, stream: TextIO, kind: str) -> None:
+    def __init__(self, stream: TextIO) -> None:
         self.stream = stream
-        self.kind = kind
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.stream, name)
@@ -51,9 +48,7 @@ class _Guard:
     def write(self, text: str) -> int:
         """Write a text; lines and tabs stay."""
         Progress.wipe()
-        shown = printable(text, _LAYOUT)
-        self.stream.write(shown)
-        hear(self.kind, shown)
+        self.stream.write(printable(text, _LAYOUT))
         return len(text)
 
     def writelines(self, lines: Iterable[str]) -> None:
@@ -69,7 +64,7 @@ def guarded() -> Iterator[None]:
         if getattr(sys, name) is None:  # whoever called has closed it
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
     before = sys.stdout, sys.stderr
-    guards: tuple[Any, Any] = _Guard(sys.stdout, OUT), _Guard(sys.stderr, ERR)
+    guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
     sys.stdout, sys.stderr = guards
     try:
         yield
@@ -86,9 +81,9 @@ def show_progress(in_logs: bool = True) -> None:
 
     A machine that builds has no person at its terminal. ``in_logs``: whether there may be such lines.
     """
-    if variable(PROGRESS) == "off":
+    if os.environ.get(PROGRESS, "") == "off":
         return
-    if sys.stderr.isatty() and not is_set("CI") and variable("TERM") != "dumb":
+    if sys.stderr.isatty() and "CI" not in os.environ and os.environ.get("TERM", "") != "dumb":
         Progress.show(_unguarded(sys.stderr))
     elif in_logs:
         Progress.log(_unguarded(sys.stderr))
@@ -100,7 +95,6 @@ def paint(text: str, stream: TextIO) -> None:
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
     Progress.wipe()
     _unguarded(stream).write("".join(pieces))
-    hear(ERR if stream is sys.stderr else OUT, "".join(pieces))
 
 
 def give(text: str) -> None:
@@ -117,7 +111,6 @@ def give(text: str) -> None:
     rest = memoryview(text.encode())
     while rest:  # unbuffered, as PYTHONUNBUFFERED has it, a write may end early
         rest = rest[raw.write(rest) or 0 :]
-    hear(RAW, text)
 
 
 class Console:
@@ -229,14 +222,6 @@ class Console:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
         self._show(text)
 
-    def repeat(self, said: Iterable[tuple[str, str]]) -> None:
-        """Print what a run printed before."""
-        for kind, shown in said:
-            if kind == ERR:
-                self._show(shown)
-            else:
-                sys.stdout.write(shown)
-
     def _show(self, shown: str) -> None:
         if colour():
             paint(shown, sys.stderr)
@@ -248,16 +233,11 @@ class Console:
         if diagnostic.numbers != TRUSTED:
             self.show([diagnostic])
 
-    def say(self, line: str, next_time: str = "", needed: bool = False) -> None:
-        """Print a line about the run as a whole; ``next_time`` is what it would be if nothing changes.
-
-        One that is ``needed`` says what is left to be done: a quiet run prints it, too.
-        """
+    def say(self, line: str, needed: bool = False) -> None:
+        """Print a line about the run as a whole; a quiet run prints only one that is ``needed``."""
         if self.quiet and not needed:
             return
-        kind, stream = (OUT, sys.stdout) if self.for_people else (ERR, sys.stderr)
-        with otherwise(kind, printable(f"{self._inert(next_time or line)}\n", _LAYOUT)):
-            print(self._inert(line), file=stream)
+        print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
         if self.keeps:
             self.section.said.append(line.removeprefix(f"{self.section.name}: "))
 
@@ -305,4 +285,4 @@ class Console:
 
 def colour() -> bool:
     """Whether diagnostics are printed in colour: to a terminal, unless NO_COLOR is set (https://no-color.org)."""
-    return sys.stderr.isatty() and not is_set("NO_COLOR")
+    return sys.stderr.isatty() and "NO_COLOR" not in os.environ

@@ -1,68 +1,89 @@
-"""Notice changes of the input files of a robot."""
+"""Notice changes of the files from which a robot was compiled."""
 
 from __future__ import annotations
 
 import hashlib
 import os
+import stat
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
-INTERVAL = 0.3  # seconds between two checks
-SETTLE = 0.05  # seconds without a change after which an editor has finished saving
-_MAX_SETTLING = 20  # checks, after which files that keep changing are read as they are
+from .files import read_bytes, recording
 
-_State = tuple[object, ...]  # what identifies a version of a file, and its content
+INTERVAL = 0.3  # seconds between two looks
+SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
+_SMALL = 1_000_000  # bytes: a larger file is told by its times alone
+_PATIENCE = 20  # looks at files that keep changing, until they are read as they are
 
 
 class WatchedFiles:
-    """The files and folders from which a robot was compiled, without those in the folder of its artifacts."""
+    """The files that one robot was made from, but for its own artifacts, with the state in which they were."""
 
     def __init__(self, artifacts: Path | None = None) -> None:
-        self._artifacts = artifacts and Path(os.path.abspath(artifacts))
-        self._states: dict[Path, _State] = {}
-
-    def compile(self, function: Callable[[], Iterable[Path]]) -> None:
-        """Call ``function`` and watch the paths that it returns. What changes in the meantime counts as changed."""
-        start = time.time_ns() - 20_000_000  # the time of a file may be that of the last tick of the system's clock
-        self._update()
-        before, self._states = self._states, {}
-        for path in {Path(os.path.abspath(path)) for path in function()}:
-            if self._artifacts is None or not path.is_relative_to(self._artifacts):
-                state = before.get(path) or _state(path)
-                self._states[path] = ("changed",) if path not in before and _is_newer(path, start) else state
+        self.artifacts = None if artifacts is None else os.path.abspath(artifacts)
+        self.states: list[State] = []
+        self.is_outdated = False
 
     def changed(self) -> bool:
-        """Return True if a file has another content, is missing, or is no longer missing."""
-        return any(_state(path, known)[-1] != known[-1] for path, known in self._states.items())
+        """Whether a file has another content, has gone or has come since it was read or looked for."""
+        return self.is_outdated or any(state.differs() for state in self.states)
 
     def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:
-        """Wait until the files stop changing, at most a second."""
-        for _ in range(_MAX_SETTLING):
-            self._update()
+        """Wait until the files stop changing, for a second at most."""
+        before = [_signature(state.path) for state in self.states]
+        for _ in range(_PATIENCE):
             sleep(SETTLE)
-            if not self.changed():
+            after = [_signature(state.path) for state in self.states]
+            if after == before:
                 return
+            before = after
 
-    def _update(self) -> None:
-        self._states = {path: _state(path, known) for path, known in self._states.items()}
+    def read(self, used: Callable[[], object]) -> None:
+        """Take down which files ``used`` reads or looks for; what changes meanwhile is read once more."""
+        begun = time.time_ns()
+        with recording() as paths:
+            used()
+        own = self.artifacts
+        absolute = dict.fromkeys(map(os.path.abspath, paths))
+        self.states = [State(path) for path in absolute if own is None or not _is_within(path, own)]
+        self.is_outdated = any(max(state.signature[2:], default=0) > begun for state in self.states)
 
 
-def _state(path: Path, known: _State = ()) -> _State:
+class State:
+    """A file as it is now, there or not."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.signature = _signature(path)
+        self.content = _content(path, self.signature)
+
+    def differs(self) -> bool:
+        """Whether the file is another one by now."""
+        signature = _signature(self.path)
+        return signature != self.signature and _content(self.path, signature) != self.content
+
+
+def _signature(path: str) -> tuple[int, ...]:
+    """Return what tells a file from another version of it; nothing if it is not there. A folder is always the same."""
     try:
-        status = path.stat()
-        version = (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
-        if known[:-1] == version:
-            return known
-        content = sorted(path.iterdir()) if path.is_dir() else hashlib.sha256(path.read_bytes()).hexdigest()
-        return (*version, content)
-    except OSError as problem:
-        return (problem.errno,)
+        status = Path(path).stat()
+    except (OSError, ValueError):
+        return ()
+    if stat.S_ISDIR(status.st_mode):
+        return (status.st_ino,)
+    return (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
 
 
-def _is_newer(path: Path, start: int) -> bool:
+def _content(path: str, signature: tuple[int, ...]) -> object:
+    """Return what a file holds, in short; of what is large or no file, its signature."""
+    if len(signature) < 2 or signature[1] > _SMALL:
+        return signature
     try:
-        status = path.stat()
-        return max(status.st_mtime_ns, status.st_ctime_ns) >= start
+        return hashlib.sha256(read_bytes(path)).digest()
     except OSError:
-        return False
+        return ()
+
+
+def _is_within(path: str, folder: str) -> bool:
+    return path == folder or path.startswith(folder + os.sep)

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import threading
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -15,14 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.cli.given import Given
-from rosorin_compile.output import OutputError
+from rosorin_compile.output import OutputError, digest
 from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
-from rosorin_compile.source.cache import sha256
 from rosorin_compile.source.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
+from rosorin_compile.source.files import read_bytes, read_text
 from rosorin_compile.source.project import Description, tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
-from rosorin_compile.source.world import world
 
 _lock = threading.Lock()  # a worker of Dask may have several threads
 _parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, by current folder
@@ -36,7 +36,7 @@ class Job:
     shared: dict[str, Any]
     given: Given
     state: str = ""
-    current: Path = field(default_factory=world.here)
+    current: Path = field(default_factory=Path.cwd)
     version: str = __version__
 
     def key(self, variant: Variant) -> str:
@@ -44,7 +44,7 @@ class Job:
         packages = sorted((name, os.path.abspath(folder)) for name, folder in self.given.packages.items())
         job = [self.state, str(self.description.path), str(self.current), self.given.trust, packages]
         arguments = plain([self.shared, variant.arguments], typed=True)
-        return sha256(json.dumps([*job, variant.name, arguments]).encode())
+        return digest(json.dumps([*job, variant.name, arguments]).encode())
 
 
 def state_digest() -> str:
@@ -52,8 +52,8 @@ def state_digest() -> str:
     files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
     parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
     parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
-    variables = [world.variable(name) for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
-    return sha256(json.dumps([variables, sorted(parts)]).encode())
+    variables = [os.environ.get(name, "") for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
+    return digest(json.dumps([variables, sorted(parts)]).encode())
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Result:
 def compile_variant(job: Job, variant: Variant) -> Result:
     """Compile a variant; errors in it are part of the result. Raises ValueError in a worker of another version."""
     with _entered(job):
-        start = world.now()
+        start = time.time_ns()
         placed = replace(job.description, outputs=job.description.outputs / variant.name)
         compiled = _compiled(job, variant, partial(job.given.search_meshes, placed)).proven()
         found, files = compiled.diagnostics, dict[str, bytes]()
@@ -76,7 +76,7 @@ def compile_variant(job: Job, variant: Variant) -> Result:
             files = {} if has_errors(found) else compiled.files()
         except OutputError as problem:
             found.append(problem.diagnostic)
-        entry = entry_of(variant, found, {name: sha256(data) for name, data in files.items()})
+        entry = entry_of(variant, found, {name: digest(data) for name, data in files.items()})
         # A diagnostic with a place in the list is outdated when rows move.
         mentioned = {place.get("file") for one in entry["diagnostics"] for place in (one, *one["related"])}
         listed = mentioned & {span.source.path for span in variant.arguments.value_spans.values()}
@@ -111,7 +111,7 @@ def _entered(job: Job) -> Iterator[None]:
     if job.version != __version__:
         raise ValueError(f"the worker has rosorin-compile {__version__}, not {job.version}")
     with _lock, Progress.within():
-        before = world.here()
+        before = Path.cwd()
         try:
             os.chdir(job.current)
             yield
@@ -142,7 +142,7 @@ def _span(place: Mapping[str, Any]) -> Span | None:
     if "file" not in place:
         return None
     try:
-        source = Source(place["file"], world.text(place["file"]))
+        source = Source(place["file"], read_text(place["file"]))
     except (OSError, ValueError):
         source = Source(place["file"], "")
     return Span(source, place["line"], place["column"], place["length"])
@@ -174,4 +174,4 @@ def input_digest(path: str, start: float = math.inf) -> str:
 
 @lru_cache(maxsize=4096)
 def _content_digest(path: str, *_: int) -> str:
-    return sha256(world.read(path))
+    return digest(read_bytes(path))

@@ -14,9 +14,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.output import OutputError, entries_below, locked, may_replace, staging_folder, write_set
-from rosorin_compile.source.cache import sha256
-from rosorin_compile.source.world import world
+from rosorin_compile.output import OutputError, digest, entries_below, locked, may_replace, staging_folder, write_set
+from rosorin_compile.source import system
 
 INDEX = "sweep.json"
 _NO_LOCKS = "this system has no file locks (fcntl): nothing keeps another run from writing into the same folder"
@@ -34,7 +33,7 @@ class VariantsFolder:
     def opened(self) -> Iterator[None]:
         """Create the folder, and keep other runs from using it."""
         self._records.mkdir(parents=True, exist_ok=True)
-        world.needs("fcntl", _NO_LOCKS)
+        system.needs("fcntl", _NO_LOCKS)
         with (self._hidden / "lock").open("ab") as lock:
             try:
                 import fcntl
@@ -69,7 +68,7 @@ class VariantsFolder:
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
         """Return True if the artifacts of a variant have these digests."""
         try:
-            return all(sha256((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
+            return all(digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
         except OSError:
             return False
 

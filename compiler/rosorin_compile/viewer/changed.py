@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.usage import WrongUsage
 from rosorin_compile.model import Robot
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Console, counted
-from rosorin_compile.source.world import world
 
 from .page import MAX_MEGABYTES, Embedding, data_of, html, left_out
 from .page.data import Data, before_data
@@ -125,7 +125,7 @@ class Pictures:
 def _removed(page: Path) -> bool:
     """Remove a page of changes that an earlier run has written: it shows what is no more. Say whether there was one."""
     try:
-        if world.kind(page) != world.FILE or "changes" not in data_of(world.text(page)):  # an artifact is not ours
+        if not files.is_file(page) or "changes" not in data_of(files.read_text(page)):  # an artifact is not ours
             return False
         page.unlink()
     except (OSError, ValueError):

@@ -12,9 +12,9 @@ from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.robots import is_foreign
 from rosorin_compile.cli.verbs import Explained
 from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Console, Diagnostic, Progress, Span, printable
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 from .page import MESHES, Embedding
 from .page.data import Data, mesh_names, robot_data, texture_names
@@ -65,7 +65,7 @@ def look(given: Given, description: Description, console: Console) -> Looked:
     case, said_in, diagnostics = understood.case, understood.expanded.files, understood.diagnostics
     if case is None:
         return Looked(None, diagnostics, said_in)
-    places = Places(description.path, description.outputs, given.packages, world.environment())
+    places = Places(description.path, description.outputs, given.packages, os.environ)
     meshes, images = places.meshes(case.tree), places.textures(case.tree)
     data = robot_data(case.robot)
     for link in data["links"]:
@@ -93,7 +93,7 @@ def _sides(name: str, mesh: Path) -> list[Side]:
     if mesh.suffix.lower() not in (".obj", ".dae"):
         return []
     try:
-        return companion_files(mesh, world.read(mesh), name)[0]
+        return companion_files(mesh, files.read_bytes(mesh), name)[0]
     except OSError:
         return []
 
@@ -151,7 +151,10 @@ def served(shown: Shown, numbers: dict[Path, str]) -> tuple[Data, dict[str, tupl
 
 def _version(file: Path) -> str:
     try:
-        return "".join(f"{int(number):x}" for number in world.version(file).split())
+        status = file.stat()
+        return "".join(
+            f"{number:x}" for number in (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+        )
     except OSError:
         return "0"
 
@@ -187,7 +190,7 @@ def _said(path: Path) -> str:
     """Return how a page that is sent names a file: from here, or by its name alone."""
     if not path.is_absolute():
         return str(path)
-    here = world.here()
+    here = Path.cwd()
     return str(path.relative_to(here)) if path.is_relative_to(here) else path.name
 
 

@@ -18,7 +18,6 @@ from rosorin_compile.cli.understanding import RobotCase, understood
 from rosorin_compile.mujoco.simulate.judging import LIMITS, Judge
 from rosorin_compile.mujoco.simulate.trials import all_trials
 from rosorin_compile.mujoco.simulate.world import FIXED, FREE, quiet
-from rosorin_compile.source import world
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import Diagnostic, arrange
 from rosorin_compile.source.installing import pip_install
@@ -177,7 +176,7 @@ def test_what_mujoco_refuses_is_told(home: Path, capsys: Shown) -> None:
 
 
 def test_without_mujoco_the_way_out_is_told(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
-    monkeypatch.setattr(world, "package", lambda name: () if name == "mujoco" else (name,))
+    monkeypatch.setattr(command, "is_installed", lambda name: name != "mujoco")
     assert main(["simulate", str(ARM)]) == 2
     said = f"rosorin-compile: simulate needs what is not installed (mujoco): {pip_install('simulate')}\n"
     assert capsys.readouterr().err == said

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output import MANIFEST, read_manifest
-from rosorin_compile.source.cache import sha256
+from rosorin_compile.output import MANIFEST, digest, read_manifest
 
 ROBOT = """\
 robot: mine
@@ -135,7 +134,7 @@ def test_without_the_note_the_first_line_tells(pkg: Path, capsys: pytest.Capture
             (pkg / MANIFEST).write_text(note)
         described("0.5")
         assert "deploy-kept" not in deploy(capsys)
-        assert read_manifest(pkg)["urdf/mine.urdf"] == sha256((pkg / "urdf/mine.urdf").read_bytes())
+        assert read_manifest(pkg)["urdf/mine.urdf"] == digest((pkg / "urdf/mine.urdf").read_bytes())
         described("0.6")
         assert "deploy-kept" not in deploy(capsys)
 
@@ -145,7 +144,7 @@ def test_the_note_says_what_is_there_and_no_place_of_this_machine(
 ) -> None:
     deploy(capsys)
     noted = json.loads((pkg / MANIFEST).read_text())
-    assert noted == {n: sha256((pkg / n).read_bytes()) for n in ("launch/static_tf.launch.py", "urdf/mine.urdf")}
+    assert noted == {n: digest((pkg / n).read_bytes()) for n in ("launch/static_tf.launch.py", "urdf/mine.urdf")}
     (pkg / "urdf/mine.urdf").unlink()
     deploy(capsys, "--map", "urdf=model/mine.urdf")
     assert sorted(read_manifest(pkg)) == ["launch/static_tf.launch.py", "model/mine.urdf"]

@@ -17,8 +17,6 @@ from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.source import world
-
 from ..calling import called
 from ..parser import Parser
 from ..registry import names
@@ -325,15 +323,16 @@ def files(current: str, endings: Sequence[str] | None = None) -> list[str]:
     folder = os.path.expanduser(before + slash) or "."
     found = []
     try:
-        inside = world.names(folder)
+        with os.scandir(folder) as entries:
+            inside = {entry.name: entry.is_dir() for entry in entries}
     except OSError:  # no folder, or a name that none can have
         return []
-    for name, kind in inside.items():
+    for name, is_folder in inside.items():
         if not name.startswith(start or tuple(set(name[:1]) - set("."))) or not name.isprintable():
             continue
         if name.startswith("-") and not slash:
             continue
-        if kind == world.FOLDER:
+        if is_folder:
             found.append(f"{before}{slash}{name}/")
         elif endings is None or name.lower().endswith(tuple(endings)):
             found.append(f"{before}{slash}{name}")

@@ -11,11 +11,12 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source import world
+from rosorin_compile.source.files import read_bytes, read_text
 from rosorin_compile.source.project import ENDINGS, Description, all_here, here
 
 from ..robots import is_foreign
@@ -126,14 +127,13 @@ def _default(argument: Argument) -> str:
     return "required" if argument.required else f"default: {argument.default}"
 
 
-@world.asked_again
 def _arguments(path: Path) -> list[Argument]:
     """Return the arguments that a description or a xacro declares."""
     from rosorin_compile.language.arguments import Argument, declared
     from rosorin_compile.source.diagnostics import Source, Span
 
     if is_foreign(path):
-        text = world.text(path, errors="replace")
+        text = read_text(path, errors="replace")
         span = Span(Source(str(path), ""), 1, 1, 1)
         return [
             Argument(name, "any", (), False, "", "argument of the xacro", span) for name in _XACRO_ARG.findall(text)
@@ -143,7 +143,7 @@ def _arguments(path: Path) -> list[Argument]:
     return []
 
 
-@world.asked_again
+@cache
 def _understood(
     path: Path, arguments: tuple[tuple[str, str], ...], packages: tuple[tuple[str, Path], ...]
 ) -> tuple[Robot, Map] | None:
@@ -296,12 +296,12 @@ def _in_text(path: Path, of: str) -> dict[str, str]:
     return dict.fromkeys(found, "")
 
 
-@world.asked_again
+@cache
 def _text(path: Path) -> _Text:
     """Return the names that the lines of files have: of a file that is no YAML just now, too."""
     from rosorin_compile.language.annotations import sections
 
-    files = [path] if path.name.count(".") and path.parent == Path() else world.matching(path.parent, "*.y*ml")
+    files = [path] if path.name.count(".") and path.parent == Path() else sorted(path.parent.glob("*.y*ml"))
     kinds: dict[str, list[str]] = {}
     entries: dict[str, list[str]] = {}
     said = sections()
@@ -309,7 +309,7 @@ def _text(path: Path) -> _Text:
     for file in files[:50]:
         with suppress(OSError):
             section, depth = "", 0
-            for line in world.head(file, 1_000_000).decode("utf-8", "replace").splitlines():
+            for line in read_bytes(file, 1_000_000).decode("utf-8", "replace").splitlines():
                 top, entry = _SECTION.match(line), _ENTRY.match(line)
                 if top:
                     section, depth = top[1], 0

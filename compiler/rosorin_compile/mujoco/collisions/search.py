@@ -26,8 +26,8 @@ from random import Random
 from typing import Any
 
 from rosorin_compile.model import DisabledCollision, Joint
+from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import Progress
-from rosorin_compile.source.world import world
 
 from ..physics.files import Meshes
 from .contacts import FAR, TOUCH, Contacts
@@ -267,7 +267,7 @@ def in_two(
 
     What the copy does not answer for is done here.
     """
-    second = _Second(pairs[1::2], work) if len(pairs) >= _WORTH_IT and world.can_fork and world.cores() > 1 else None
+    second = _Second(pairs[1::2], work) if len(pairs) >= _WORTH_IT and system.HAS_FORK and system.cores() > 1 else None
     own = pairs if second is None else pairs[::2]
     for number, pair in enumerate(own):
         told(number * len(pairs) // len(own), len(pairs))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,8 +11,8 @@ from typing import NamedTuple
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, Progress, arrange
+from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps
@@ -33,7 +34,7 @@ class Looked(NamedTuple):
 
 def lacking() -> str:
     """Return what has to be installed for this, as pip has it; empty if nothing is missing."""
-    return " ".join(_NAMES.get(name, name) for name in NEEDED if not world.package(name))
+    return " ".join(_NAMES.get(name, name) for name in NEEDED if not is_installed(name))
 
 
 def look(case: Case, description: Description, packages: Mapping[str, Path]) -> Looked:
@@ -59,7 +60,7 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
         done += 1
         Progress.step("checking the physics", done, total)
 
-    places = Places(description.path, description.outputs, packages, world.environment())
+    places = Places(description.path, description.outputs, packages, os.environ)
     meshes = Meshes(case, places.meshes(case.tree, case.robot.outputs))
     for one in named:
         meshes.read(one)

@@ -27,7 +27,7 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
-from rosorin_compile.source.world import world
+from rosorin_compile.source.files import is_file
 
 from ..controllers.checking import against_robot, missing
 from ..controllers.derived import derived
@@ -87,7 +87,7 @@ def asked(options: argparse.Namespace) -> Asked:
             raise WrongUsage(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
         remaps.append(remap)
     for path in (*options.parameters, *options.controllers, *options.launch):
-        if world.kind(path) != world.FILE:
+        if not is_file(path):
             raise WrongUsage.no_file(Path(path))
     own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
     return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")

@@ -16,8 +16,8 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.launching import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.source.diagnostics import Console, Diagnostic, Heading, Rule, Source, Span, error, first_of
+from rosorin_compile.source.files import read_bytes, resolve
 from rosorin_compile.source.project import Description, tool_folders
-from rosorin_compile.source.world import world
 
 from .meshes import named
 from .naming import is_legal
@@ -113,7 +113,7 @@ def carry(
     problems += _unfindable(main, package, places)
     if problems:
         return None, problems
-    files = {place: world.read(file) for file, place in places.items()}
+    files = {place: read_bytes(file) for file, place in places.items()}
     taken = [*(argument.name for argument in ARGUMENTS), *modes, WORDS]
     passed = tuple(_passed(Argument.declared(path, values)[0], values, taken))
     read = [
@@ -165,7 +165,7 @@ def _named_in(name: str, files: Iterable[Path]) -> Span | None:
     """Return where one of the YAML files names something; None if none does in so many words."""
     for file in files:
         if file.suffix in Description.ENDINGS:
-            source = Source(str(file), world.read(file).decode("utf-8", "replace"))
+            source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
             for number, line in enumerate(source.text.splitlines(), 1):
                 if name in line:
                     return Span(source, number, line.index(name) + 1, len(name))
@@ -244,8 +244,8 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
         message = f"the description says something else from the package: {carried.urdf} is another one"
         return [error("package-not-carried", message, None, "what it reads may depend on where it stands")]
     python = again.python_packages
-    allowed = [world.real(one) for one in (tool_folders()["parts_library"], *packages.values(), *python)]
-    strays = [one for one in again.inputs if not any(map(world.real(one).is_relative_to, allowed))]
+    allowed = [resolve(one) for one in (tool_folders()["parts_library"], *packages.values(), *python)]
+    strays = [one for one in again.inputs if not any(map(resolve(one).is_relative_to, allowed))]
     if strays:
         message = f"from the package the description still reads {first_of([str(one) for one in strays], 3)}"
         span = _named_in(strays[0].name, [_spelled(one) for one in compiled.inputs])
@@ -257,8 +257,8 @@ def _moved(span: Span | None, carried: Carried, compiled: Compiled, there: Path)
     """Return a place in a copy as the place in the file that it is a copy of."""
     if span is None:
         return None
-    name = os.path.relpath(world.real(span.source.path), world.real(there))
+    name = os.path.relpath(resolve(span.source.path), resolve(there))
     data = carried.files.get(name)
     known = {_spelled(one): one for one in compiled.inputs}
-    file = next((shown for full, shown in known.items() if data is not None and world.read(full) == data), None)
+    file = next((shown for full, shown in known.items() if data is not None and read_bytes(full) == data), None)
     return None if file is None else span._replace(source=Source(str(file), span.source.text))

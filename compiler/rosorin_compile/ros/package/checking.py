@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosorin_compile.compare.committed import Comparison
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
-from rosorin_compile.output import MANIFEST, read_manifest
-from rosorin_compile.source.cache import sha256
+from rosorin_compile.output import MANIFEST, digest, read_manifest
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
-from rosorin_compile.source.world import world
+from rosorin_compile.source.files import read_bytes
 
 from . import launch_files as static_check
 from .copies import Difference, difference, forms
@@ -111,7 +110,7 @@ def check(
     for place, those in sorted(by_place.items()):
         package = package_of((folder / place).parent)
         right = [form for one in those for form in forms(robot, one, place, urdfs, package[1] if package else "")]
-        old = world.read(folder / place)
+        old = read_bytes(folder / place)
         if any(old == form.text.encode() for form in right):
             same.append(place)
             continue
@@ -119,13 +118,13 @@ def check(
         unlike.append((place, other))
         lines += other.lines(place, full) if other else []
     for place, data, what in _generated(robot, artifacts, folder, files, carry):
-        there = world.read(folder / place) if place in files else None
+        there = read_bytes(folder / place) if place in files else None
         if there == data:
             same.append(place)
         else:
             unlike.append((place, None))
             lines.append(f"{place}: it is not there" if there is None else f"{place}: {what}")
-    diagnostics = [*_mixed(folder, files), *_missing(artifacts, by_place, folder, told)]
+    diagnostics = [*unfinished_runs(folder, files), *_missing(artifacts, by_place, folder, told)]
     diagnostics += launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
     return Checked(tuple(same), tuple(place for place, _ in unlike), lines, diagnostics, tuple(unlike))
 
@@ -153,7 +152,7 @@ def _generated(
     for name in files:
         last = name.rpartition("/")[2]
         is_one = last.startswith(f"{LAUNCH}.") or last in (STARTS_URDF, STATICS)
-        if not is_one or _STAMP not in world.head(folder / name, 1000):
+        if not is_one or _STAMP not in read_bytes(folder / name, 1000):
             continue
         package = package_of((folder / name).parent)
         if package is None:
@@ -171,14 +170,14 @@ def _generated(
             yield name, data, _NOT_AS_WRITTEN
 
 
-def _mixed(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
+def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
     """Yield an error for each manifest of an unfinished run that has written some of its files, and not all."""
     for name in (name for name in files if name.rpartition("/")[2] == MANIFEST):
         package = (folder / name).parent
         states: dict[str, list[str]] = {"new": [], "old": [], "changed since": []}
         for file, digests in read_manifest(package).items():
             if not isinstance(digests, str):
-                current = sha256((package / file).read_bytes()) if (package / file).is_file() else None
+                current = digest((package / file).read_bytes()) if (package / file).is_file() else None
                 is_old = current == digests[0] if len(digests) > 1 else current is None
                 states["new" if current == digests[-1] else "old" if is_old else "changed since"].append(file)
         if len([group for group in states.values() if group]) > 1:
@@ -212,9 +211,9 @@ def launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequenc
     published: dict[str, str] = {}
     whole, seen = True, bool(ours)
     for name in files:
-        if name in ours or not is_launch_file(name) or world.size(folder / name) > _MAX_LAUNCH:
+        if name in ours or not is_launch_file(name) or (folder / name).stat().st_size > _MAX_LAUNCH:
             continue
-        data = world.read(folder / name)
+        data = read_bytes(folder / name)
         if name.endswith(f"/{STATICS}") and _STAMP in data[:1000]:
             continue  # it has the numbers from the description itself
         source = Source(str(folder / name), data.decode("utf-8", "replace"))

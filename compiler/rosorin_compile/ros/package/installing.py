@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.source.world import world
+from rosorin_compile.source.files import is_file, is_folder, read_text, resolve
 
 from .plain_values import Unknown, constants, value
 
@@ -32,17 +32,17 @@ def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[st
     Where a package has both, its build type says which of them counts.
     """
     setup, cmake = package / "setup.py", package / "CMakeLists.txt"
-    in_python = world.kind(setup) == world.FILE and "<build_type>ament_python<" in _text(package / "package.xml")
-    if world.kind(cmake) == world.FILE and not in_python:
-        text = re.sub(r"#[^\n]*", "", world.text(cmake, errors="replace"))
+    in_python = is_file(setup) and "<build_type>ament_python<" in _text(package / "package.xml")
+    if is_file(cmake) and not in_python:
+        text = re.sub(r"#[^\n]*", "", read_text(cmake, errors="replace"))
         for file in files:
             folder = file.rpartition("/")[0]
             if not _cmake_installs(text, file):
                 line = f"install(DIRECTORY {folder} DESTINATION share/${{PROJECT_NAME}})"
                 whole = f"install(FILES {file} DESTINATION share/${{PROJECT_NAME}})"
                 yield file, Missing("CMakeLists.txt", line if folder else whole)
-    elif world.kind(setup) == world.FILE:
-        text = world.text(setup, errors="replace")
+    elif is_file(setup):
+        text = read_text(setup, errors="replace")
         for file in files:
             if not _setup_installs(text, file):
                 folder = file.rpartition("/")[0]
@@ -51,7 +51,7 @@ def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[st
 
 
 def _text(path: Path) -> str:
-    return world.text(path, errors="replace") if world.kind(path) == world.FILE else ""
+    return read_text(path, errors="replace") if is_file(path) else ""
 
 
 def _cmake_installs(text: str, file: str) -> bool:
@@ -103,9 +103,9 @@ def undeclared(package: Path, launch: Sequence[str]) -> list[str]:
 
 def install_space(package: Path, name: str) -> Path | None:
     """Return share/NAME of the install space beside the sources, as colcon makes it; None if there is none."""
-    for parent in list(world.real(package).parents)[:4]:
+    for parent in list(resolve(package).parents)[:4]:
         for share in (parent / "install" / name / "share" / name, parent / "install" / "share" / name):
-            if world.kind(share) == world.FOLDER:
+            if is_folder(share):
                 return share
     return None
 
@@ -113,6 +113,6 @@ def install_space(package: Path, name: str) -> Path | None:
 def share_folder(install: Path, name: str) -> Path | None:
     """Return share/NAME of a folder that is an install space, the prefix of a package, or share/NAME itself."""
     for share in (install / name / "share" / name, install / "share" / name, install):
-        if world.kind(share / "package.xml") == world.FILE:
+        if is_file(share / "package.xml"):
             return share
     return None

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source.cache import sha256
+from rosorin_compile.output import digest
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading, Rule
-from rosorin_compile.source.world import world
+from rosorin_compile.source.files import is_file, read_bytes
 
 if TYPE_CHECKING:
     from .package import Options
@@ -46,7 +46,7 @@ def templates(options: Options) -> dict[str, str]:
 def values(options: Options, target: Path) -> dict[str, Any]:
     """Return what their templates need to know."""
     holder = f"the authors of {options.name}" if options.maintainer == NOBODY else options.maintainer
-    has_license = options.license in LICENSES or world.kind(target / LICENSE) == world.FILE
+    has_license = options.license in LICENSES or is_file(target / LICENSE)
     return {"holder": holder, "license_file": LICENSE if has_license else ""}
 
 
@@ -55,8 +55,8 @@ def left_alone(target: Path, files: Mapping[str, bytes], record: Mapping[str, li
 
     Raises OSError.
     """
-    papers = [name for name in (CHANGELOG, LICENSE) if name in files and world.kind(target / name) == world.FILE]
-    return {name for name in papers if sha256(world.read(target / name)) not in record.get(name, ())}
+    papers = [name for name in (CHANGELOG, LICENSE) if name in files and is_file(target / name)]
+    return {name for name in papers if digest(read_bytes(target / name)) not in record.get(name, ())}
 
 
 def remarks(options: Options, target: Path) -> list[Diagnostic]:
@@ -70,7 +70,7 @@ def remarks(options: Options, target: Path) -> list[Diagnostic]:
         )
         help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
         found.append(Diagnostic("package-defaults", NOTE, message, None, (), help))
-    if options.license not in (*LICENSES, NO_LICENSE) and world.kind(target / LICENSE) != world.FILE:
+    if options.license not in (*LICENSES, NO_LICENSE) and not is_file(target / LICENSE):
         message = f"there is no LICENSE in the package: the tool does not carry the text of {options.license}"
         help = f"put the text of the licence into {target / LICENSE}; it stays there"
         found.append(Diagnostic("package-license", NOTE, message, None, (), help))

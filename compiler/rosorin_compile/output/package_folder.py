@@ -70,7 +70,7 @@ class PackageFolder:
                 with staging_folder(self.path.parent) as stage:
                     replace_folder(self.path, stage, {**contents, **last})
             elif changed or (last and _content(self.path / MANIFEST) != last[MANIFEST]):
-                for name in files.keys() & changed.keys():
+                for name in (n for n in files if n in changed or not isinstance(self._manifest.get(n, ""), str)):
                     final[name] = [digest(data) for data in (before[name], files[name]) if data is not None]
                 unfinished = {MANIFEST: _manifest_text(final)} if manifest else {}
                 first = {name: data for name, data in changed.items() if name not in files}

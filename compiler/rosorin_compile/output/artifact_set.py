@@ -1,7 +1,6 @@
 """Write the artifacts of a robot as one set: after a kill at any moment the folder holds the old set or the new one.
 
-The new folder is prepared beside the old one, and then the two are exchanged (see ``staging``). Files in the folder
-that are not artifacts are hard-linked into the new folder, so they keep their times and permissions.
+A new folder is prepared and exchanged with the old one. Files that are not artifacts are hard-linked into it.
 """
 
 from __future__ import annotations
@@ -22,16 +21,14 @@ from .single_file import OutputError, is_generated, kept_name
 from .staging import STAGING_NAME, Entries, entries_below, locked, replace_folder, staging_folder
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
-
 Decision = Literal["replace", "keep", "refuse"]  # keep: under another name
 Judge = Callable[[str, bytes, bytes], Decision]  # of the name of a file, its bytes, and the new bytes
 
 
 class WriteResult(NamedTuple):
-    """The files of an output folder after writing a set, by relative POSIX name, sorted.
+    """The files of a folder after writing a set: new or changed artifacts, the others, and files that are no artifacts.
 
-    ``written`` are new or changed artifacts, ``unchanged`` the others; ``kept`` and ``removed`` are no artifacts.
-    ``renamed`` are files that somebody else may have written, each with its new name.
+    All are relative POSIX names, sorted. ``renamed`` may be of somebody else, and are kept under another name.
     """
 
     written: tuple[str, ...]
@@ -79,8 +76,8 @@ def write_set(
     """Make ``files``, text or bytes by relative POSIX name, the set of artifacts in ``folder``.
 
     If all files are equal already, nothing is touched. Other files in the folder are kept, or removed with ``prune``.
-    ``judge`` decides about each file that would be replaced. Without ``tidy``, leftovers of killed processes beside
-    the folder are not removed. Raises OutputError.
+    ``judge`` decides about each file that would be replaced. Without ``tidy``, the parent folder is not searched for
+    what killed processes left. Raises OutputError.
     """
     check_names(files)
     contents = {name: encoded(name, files[name]) for name in sorted(files)}

@@ -1,7 +1,7 @@
 """Write files into a package that has other files, too: each file in one step, and the manifest last.
 
-The manifest has the digest of each file that was written. While files are replaced it has a list in place of the digest
-of each of them: the old digest, if there is one, and the new one. So after a kill it says which files are of two runs.
+The manifest has the digest of each file that was written. While files are replaced, it has both digests of each of
+them, the old one, if there is one, and the new one: after a kill it says which files are of two runs.
 """
 
 from __future__ import annotations
@@ -72,27 +72,22 @@ class PackageFolder:
             elif changed or (last and _content(self.path / MANIFEST) != last[MANIFEST]):
                 for name in (n for n in files if n in changed or not isinstance(self._manifest.get(n, ""), str)):
                     final[name] = [digest(data) for data in (before[name], files[name]) if data is not None]
-                unfinished = {MANIFEST: _manifest_text(final)} if manifest else {}
+                unfinished = dict.fromkeys(last, _manifest_text(final))
                 first = {name: data for name, data in changed.items() if name not in files}
-                self._replace({**first, **unfinished, **{n: files[n] for n in files if n in changed}}, before, last)
+                steps = {**first, **unfinished, **{name: files[name] for name in files if name in changed}}
+                with staging_folder(self.path) as stage:
+                    for folder, new in (("new", steps), ("last", last)):
+                        for name, data in new.items():
+                            write_synced(stage / folder / name, data, self.path / name)
+                    if any(_content(self.path / name) != before[name] for name in changed):
+                        message = f"a file in {self.path} was changed just now: nothing is written"
+                        raise OutputError("deploy-failed", message, "run the command again")
+                    replace_files(stage / "new", self.path, stage / "undo", list(steps))
+                    for name in last:
+                        (stage / "last" / name).replace(self.path / name)
             return tuple(sorted(changed))
         except OSError as problem:
             raise _failed(problem, self.path) from None
-
-    def _replace(
-        self, files: Mapping[str, bytes], before: Mapping[str, bytes | None], last: Mapping[str, bytes]
-    ) -> None:
-        """Replace files in their order, and then the ``last`` one, unless a file is not as it was ``before``."""
-        with staging_folder(self.path) as stage:
-            for name, data in (*files.items(), *last.items()):
-                write_synced(stage / ("last" if data is last.get(name) else "new") / name, data, self.path / name)
-            for name in files:
-                if name in before and _content(self.path / name) != before[name]:
-                    message = f"{self.path / name} was changed just now: nothing is written"
-                    raise OutputError("deploy-failed", message, "run the command again")
-            replace_files(stage / "new", self.path, stage / "undo", list(files))
-            for name in last:
-                (stage / "last" / name).replace(self.path / name)
 
 
 @contextmanager
@@ -103,13 +98,11 @@ def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[Package
             path = folder.resolve()
             if path.exists() and not path.is_dir():
                 raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
-            if not dry_run and path.is_dir():
+            if not dry_run:
+                path.parent.mkdir(parents=True, exist_ok=True)
                 with suppress(OSError), locked(path.parent, tidy=True):
                     pass  # what is left of a process that was killed when it had just made the folder
-                stack.enter_context(locked(path, tidy=True))
-            elif not dry_run:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                stack.enter_context(locked(path.parent, tidy=True))
+                stack.enter_context(locked(path if path.is_dir() else path.parent, tidy=True))
             package = PackageFolder(path)
         except OSError as problem:
             raise _failed(problem, folder) from None
@@ -135,7 +128,7 @@ def read_manifest(folder: Path) -> dict[str, str | list[str]]:
 
 
 def _manifest_text(digests: Mapping[str, str | list[str]]) -> bytes:
-    return json.dumps(dict(sorted(digests.items())), indent=1).encode() + b"\n"
+    return json.dumps(digests, indent=1, sort_keys=True).encode() + b"\n"
 
 
 def _failed(problem: OSError, folder: Path) -> OutputError:

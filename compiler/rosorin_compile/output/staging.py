@@ -1,7 +1,6 @@
 """Replace files and folders in one step: the new one is prepared in a hidden folder, and then takes the place.
 
-Who prepares something in a folder holds the lock on that folder. So what has a hidden name there, when nobody else
-holds the lock, is left from a process that was killed, and is removed.
+A process that has a hidden folder holds the lock on its parent. Without that it is killed, and the folder is removed.
 """
 
 from __future__ import annotations
@@ -36,10 +35,7 @@ def entries_below(folder: str | Path, prefix: str = "") -> Iterator[tuple[str, o
 
 @contextmanager
 def locked(folder: Path, shared: bool = False, tidy: bool = False) -> Iterator[None]:
-    """Hold the lock on a folder, where the file system has locks. Raises OSError.
-
-    With ``tidy``, remove what killed processes left in it; without a lock nobody knows which processes are alive.
-    """
+    """Hold the lock on a folder, if there are locks; with ``tidy``, remove what killed processes left. Raises OSError."""
     with ExitStack() as stack:
         with suppress(PermissionError) if shared or not system.HAS_FOLDER_HANDLES else nullcontext():
             handle = os.open(folder, os.O_RDONLY | system.AS_FOLDER)
@@ -47,7 +43,6 @@ def locked(folder: Path, shared: bool = False, tidy: bool = False) -> Iterator[N
             with suppress(OSError):
                 system.lock(handle, shared=shared)
                 for path in list(folder.iterdir()) if tidy else ():
-                    # What belongs to another user may be a trap.
                     if STAGING_NAME.fullmatch(path.name) and not path.is_symlink() and system.is_own(path.lstat()):
                         _discard(path)
         yield
@@ -67,7 +62,7 @@ def staging_folder(parent: Path) -> Iterator[Path]:
 def _discard(stage: Path) -> None:
     """Remove a hidden folder, after bringing back an output folder that is only there."""
     with suppress(OSError):
-        for old in (stage / "old").iterdir() if (stage / "old").is_dir() else ():
+        for old in (stage / "old").glob("*"):
             if not os.path.lexists(stage.parent / old.name):
                 old.rename(stage.parent / old.name)
         for place, folders, _ in os.walk(stage):
@@ -83,9 +78,8 @@ def write_synced(path: Path, data: bytes, model: Path) -> None:
     with path.open("xb") as file:
         file.write(data)
     _sync(path)
-    if model.exists():
-        with suppress(OSError):
-            path.chmod(stat.S_IMODE(model.stat().st_mode))
+    with suppress(OSError):
+        shutil.copymode(model, path)
 
 
 def _sync(path: Path) -> None:
@@ -120,10 +114,9 @@ def replace_folder(
     for name in (*(name for name, is_folder in below.items() if is_folder or name in fresh), ""):
         _sync(new / name)
     for name in (*(name for name in reversed(seen) if below.get(name)), ""):
-        with suppress(OSError):
-            old_status = (folder / name).stat()
-            os.chown(new / name, old_status.st_uid, old_status.st_gid)
-        if (folder / name).exists():
+        with suppress(OSError, AttributeError):  # Windows has no chown
+            os.chown(new / name, *(folder / name).stat()[stat.ST_UID : stat.ST_GID + 1])
+        with suppress(FileNotFoundError):
             shutil.copymode(folder / name, new / name)
     old = _put_in_place(new, folder, stage, list(fresh), [n for n in seen if n not in kept and n not in fresh])
     _sync(folder.parent)

@@ -12,13 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.understanding import understood
 from rosorin_compile.model.mesh_triangles import load_mesh
 from rosorin_compile.mujoco.physics import checking
 from rosorin_compile.mujoco.physics.scene import winding
-from rosorin_compile.source.console import Console
+from rosorin_compile.output.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
@@ -37,10 +35,7 @@ CASES = sorted((DATA / "physics").glob("*.yaml"))
 
 def looked_at(path: Path) -> list[Diagnostic]:
     """Return what the check of the physics says of a description."""
-    description = Description("bad", path, Path("outputs"))
-    known = understood(Given({}, ()), description, Console("json"))
-    assert known is not None
-    return checking.look(known.case, description, {}).diagnostics
+    return list(checking.check_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)

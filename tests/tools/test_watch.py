@@ -16,8 +16,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.init import start
 from rosorin_compile.cli.watch import ReportedDiagnostics
+from rosorin_compile.output.new_robot import start
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.files import exists, read_bytes
 from rosorin_compile.source.watched_files import WatchedFiles

@@ -122,7 +122,7 @@ def test_the_command_and_the_check(machine: Machine):
     assert machine.run("balls", "cart", code=0).startswith("cart: ball, radius 0.04 m, 2.09 kg\n")
     answer = json.loads(machine.run("balls", "cart", "--format", "json", code=0))
     assert [one["link"] for one in answer["result"]] == ["ball", "base"]
-    assert answer["schema"] == "answer"
+    assert answer["command"] == "balls"
     assert "the balls weigh 4.09 kg, more than the limit of 4 kg" in machine.run("check", "parcel", "cart", code=1)
     assert machine.run("check", "parcel", "cart", "--most", "5", code=0) == "cart: 4.09 kg, within the limit\n"
 

@@ -6,10 +6,13 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 
+from rosorin_compile.cli.main import COMPLETE
 from rosorin_compile.source import plugins
 from support import forks
 
@@ -67,8 +70,13 @@ class Machine:
         (info / "entry_points.txt").write_text(entry_points, "utf-8")
         (self.packages / f"{name}.py").write_text(code, "utf-8")
 
-    def run(self, *words: str) -> tuple[int, str]:
-        environment = {**os.environ, "PYTHONPATH": str(self.packages), "PYTHONDONTWRITEBYTECODE": "1"}
+    def complete(self, line: str) -> str:
+        *before, current = line.split(" ")
+        words = {"COMP_WORDS": " ".join(["rosorin-compile", *before]), "COMP_CWORD": current}
+        return self.run(environment={**words, COMPLETE: "fish_complete"})[1]
+
+    def run(self, *words: str, environment: Mapping[str, str] = MappingProxyType({})) -> tuple[int, str]:
+        environment = {**os.environ, **environment, "PYTHONPATH": str(self.packages), "PYTHONDONTWRITEBYTECODE": "1"}
         environment["ROSORIN_COMPILE_CACHE"] = str(self.work / ".cache")
         code, printed = forks.run(words, self.work, environment)
         assert "Traceback" not in printed, printed
@@ -312,23 +320,20 @@ def test_a_run_with_a_plugin_is_remembered_with_all_that_the_plugin_opens(
 # ---- Commands and checks ----
 
 COMMAND = """\
-from rosorin_compile import Check, Command
-
-GREET = Command("greet", "inspect", "[NAME]", "say hello", "0 said", "toy:options", "toy:run")
-LIGHT = Check("light", "[ROBOT ...]", "see whether it is light", "toy:options", "toy:check")
+from rosorin_compile.cli.command import argument, check, command, option
 
 
-def options(command):
-    command.add_argument("words", nargs="*")
-    command.add_argument("--loud", action="store_true")
-
-
-def run(options):
+@command("greet", group="inspect", help="say hello", exits="0 said")
+@argument("words", nargs=-1)
+@option("--loud", is_flag=True)
+def GREET(options):
     print("HELLO" if options.loud else "hello", *options.words)
     return 0
 
 
-def check(options):
+@check("light", help="see whether it is light", exits="0 it is, 1 it is not")
+@argument("words", nargs=-1)
+def LIGHT(options):
     print("light enough:", *options.words)
     return 1
 """
@@ -343,17 +348,16 @@ def test_a_command_and_a_check_of_a_plugin(machine: Machine):
     assert "\n  greet       say hello\n" in machine.run("--help")[1]
     assert "\n  light       see whether it is light\n" in machine.run("check", "--help")[1]
     assert "Exit codes: 0 said, 2 wrong usage." in machine.run("greet", "--help")[1]
-    assert machine.run("complete", "--", "gre") == (0, "greet\tof toy-robot 1.2\n")
-    assert machine.run("complete", "--", "check", "lig") == (0, "light\tof toy-robot 1.2\n")
-    assert machine.run("complete", "--", "greet", "--l") == (0, "--loud\n")
+    assert machine.complete("gre") == "plain,greet\tof toy-robot 1.2\n"
+    assert machine.complete("check lig") == "plain,light\tof toy-robot 1.2\n"
+    assert machine.complete("greet --l") == "plain,--loud\n"
     assert machine.run("greet", "--lod")[0] == 2
     assert machine.run("--version")[1].endswith("plug-in toy-robot 1.2 (checks, commands)\n")
 
 
 def test_completion_imports_no_plugin_that_is_not_called(machine: Machine):
     machine.install(OF_COMMANDS, "1 / 0\n")
-    assert "greet\tof toy-robot 1.2\n" in machine.run("complete", "--", "")[1]
-    assert machine.run("complete", "--", "gre") == (0, "greet\tof toy-robot 1.2\n")
+    assert "plain,greet\tof toy-robot 1.2\n" in machine.complete("")
 
 
 def test_a_robot_goes_before_a_check_of_a_plugin(machine: Machine):
@@ -371,17 +375,11 @@ def test_a_robot_goes_before_a_check_of_a_plugin(machine: Machine):
 
 BROKEN_COMMANDS = {
     "import raises": ("1 / 0\n", "cannot be loaded: ZeroDivisionError: division by zero"),
-    "no record": (COMMAND.replace("GREET = Command(", "GREET = dict("), "cannot be loaded: "),
+    "no command": (COMMAND.replace("@command(", "@dict("), "cannot be loaded: "),
     "a field": (COMMAND.replace('"say hello"', "3"), "cannot be loaded: TypeError: help of greet is a str, not '3'"),
     "another name": (
-        COMMAND.replace('"greet", "inspect"', '"gret", "inspect"'),
+        COMMAND.replace('"greet", group', '"gret", group'),
         'is called "gret", and its entry point "greet"',
-    ),
-    "no function": (COMMAND.replace("toy:run", "toy:walk"), "fails: AttributeError: "),
-    "no module": (COMMAND.replace('"toy:run"', '"tay:run"'), "fails: ModuleNotFoundError: "),
-    "options raise": (
-        COMMAND.replace('    command.add_argument("w', '    1 / 0\n    command.add_argument("w'),
-        "fails: ZeroDiv",
     ),
     "run raises": (COMMAND.replace('    print("HELLO', '    [][0]\n    print("HELLO'), "fails: IndexError: list index"),
     "run leaves": (

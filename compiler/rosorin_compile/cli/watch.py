@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import signal
 import sys
 import time
@@ -18,28 +17,24 @@ from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.wording import and_more, counted
 
-from .compiling import compile_proven, count
+from .command import Options, command
+from .options import output_folder_option, robots_argument
 from .robots import described
-from .run import Run
+from .run import Run, count
 from .usage import FINE
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.committed import Comparison
     from rosorin_compile.output.pipeline import Compiled
 
-    from .parser import Parser
 
 MAX_SHOWN = 20  # changes of one run, one line each
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robots()
-    command.add_output()
-    command.add_quiet()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("watch", exits="0 stopped with Ctrl-C or SIGTERM")
+@robots_argument()
+@output_folder_option
+def run(options: Options) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
     import gc
 
@@ -124,7 +119,7 @@ class _Robot:
 
     def __init__(self, description: Description, run: Run) -> None:
         self.description = description
-        self.given, self.console = run.given, run.console
+        self.request, self.console = run.request(description), run.console
         self.inputs = WatchedFiles(description.outputs)
         self.reported = ReportedDiagnostics()
 
@@ -134,8 +129,9 @@ class _Robot:
         self.inputs.read(self._compile)
 
     def _compile(self) -> None:
-        """Compile, and write the artifacts unless there are errors."""
-        compiled = compile_proven(self.given, self.description, self.console)
+        """Compile, and write what came of it; after an error nothing."""
+        compiled = self.request.compile()
+        self.console.tell_read(self.request.inputs(compiled))
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
         new = self.reported.new(compiled.diagnostics)
         self.console.show(new)

@@ -5,17 +5,16 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-from rosorin_compile.cli.given import Given
 from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.output.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
     ERROR,
@@ -197,7 +196,7 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
         compiled = compile_robot(
             Path(name, Description.ROOT_FILE),
             packages=packages,
-            search=partial(Given({}, (), packages).search_meshes, placed),
+            search=Request(placed, packages=packages).search_meshes,
             wanted=[format.name],
         )
     made = next((one.text for one in compiled.artifacts), None)

@@ -76,17 +76,15 @@ def _unguarded(stream: TextIO) -> TextIO:
     return stream.stream if isinstance(stream, _Guard) else stream
 
 
-def show_progress(in_logs: bool = True) -> None:
-    """Show what takes long on standard error: to a person at a terminal on its last line, else in lines of a log.
-
-    A machine that builds has no person at its terminal. ``in_logs``: whether there may be such lines.
-    """
-    if os.environ.get(PROGRESS, "") == "off":
-        return
-    if sys.stderr.isatty() and "CI" not in os.environ and os.environ.get("TERM", "") != "dumb":
+def show_progress() -> None:
+    """Show what takes long on the last line of standard error if it is the terminal of a person."""
+    if (
+        os.environ.get(PROGRESS, "") != "off"
+        and sys.stderr.isatty()
+        and "CI" not in os.environ
+        and os.environ.get("TERM", "") != "dumb"
+    ):
         Progress.show(_unguarded(sys.stderr))
-    elif in_logs:
-        Progress.log(_unguarded(sys.stderr))
 
 
 def paint(text: str, stream: TextIO) -> None:
@@ -132,6 +130,7 @@ class Console:
         verbose: bool = False,
         summary: bool = False,
         collected: list[Diagnostic] | None = None,
+        severities: Counter[str] | None = None,
     ) -> None:
         self.form = form
         self.quiet = quiet
@@ -139,6 +138,7 @@ class Console:
         self.keeps = summary or form == MARKDOWN
         self.sections: list[Section] = []
         self.collected: list[Diagnostic] = [] if collected is None else collected
+        self.severities: Counter[str] = Counter() if severities is None else severities
         self.unlisted: Counter[str] = Counter()  # the notes that were counted, and not printed; stand-ins apart
         self.counts = False  # whether notes are counted for people, and not listed
         self.listing = "without -q they are listed"
@@ -175,6 +175,7 @@ class Console:
         ``what`` says it in some words.
         """
         self.differing += lines
+        self.severities[told.severity] += 1
         if self.for_people:
             for line in lines:
                 print(line)
@@ -200,6 +201,7 @@ class Console:
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
         """Print diagnostics, or keep them for the end; for people notes may only be counted, unless ``listed``."""
+        self.severities.update(one.severity for one in diagnostics)
         if self.quiet:
             stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
             diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
@@ -269,20 +271,25 @@ class Console:
         return document(self.sections)
 
     def finish(self) -> None:
-        """Print the document of a run that is read by a program; of a quiet one, what has to stay visible.
-
-        The envelope is printed at the end of the run, by the command line.
-        """
+        """Print how many notes were not listed. Documents for programs are printed at the end of the run."""
         if self.for_people and self.unlisted.total():
             self.warn(self._unlisted())
-        if self.form == MARKDOWN:
-            sys.stdout.write(self.summary())
-        elif not self.for_people and self.form != ENVELOPE:
-            from . import report
 
-            sys.stdout.write(report.FORMATS[self.form](self.collected))
+
+def print_document(form: str, consoles: Iterable[Console], collected: Sequence[Diagnostic]) -> None:
+    """Print the diagnostics of a run in a form for programs."""
+    if form == MARKDOWN:
+        from .markdown import document
+
+        sys.stdout.write(document([section for console in consoles for section in console.sections]))
+        return
+    from . import report
+
+    sys.stdout.write(report.FORMATS[form](collected))
 
 
 def colour() -> bool:
-    """Whether diagnostics are printed in colour: to a terminal, unless NO_COLOR is set (https://no-color.org)."""
-    return sys.stderr.isatty() and "NO_COLOR" not in os.environ
+    """Return True if diagnostics are printed in colour: NO_COLOR and FORCE_COLOR come before a terminal."""
+    if "NO_COLOR" in os.environ:
+        return False
+    return ("FORCE_COLOR" in os.environ) or sys.stderr.isatty()

@@ -1,16 +1,7 @@
 """The type of the JSON result of sweep, from which its schema is generated."""
 
-from typing import Any, TypedDict
+from typing import Any
 
+from .writing import WrittenVariants
 
-class SweepCounts(TypedDict):
-    """The number of variants by their status; `sweep.json` in the folder lists them."""
-
-    description: str
-    folder: str
-    made: int
-    unchanged: int
-    error: int
-
-
-ANSWERS: dict[str, Any] = {"sweep": SweepCounts}
+ANSWERS: dict[str, Any] = {"sweep": WrittenVariants}

@@ -10,17 +10,17 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.cli.given import Given
 from rosorin_compile.output import OutputError, digest
 from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
+from rosorin_compile.output.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
 from rosorin_compile.source.files import read_bytes, read_text
-from rosorin_compile.source.project import Description, tool_folders
+from rosorin_compile.source.project import tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
 
@@ -32,17 +32,16 @@ _parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, b
 class Job:
     """What all variants of a sweep have in common."""
 
-    description: Description  # with the output folder of the sweep
+    request: Request  # with the output folder of the sweep
     shared: dict[str, Any]
-    given: Given
     state: str = ""
     current: Path = field(default_factory=Path.cwd)
     version: str = __version__
 
     def key(self, variant: Variant) -> str:
         """Return a digest of all that a variant depends on, except the contents of its input files."""
-        packages = sorted((name, os.path.abspath(folder)) for name, folder in self.given.packages.items())
-        job = [self.state, str(self.description.path), str(self.current), self.given.trust, packages]
+        packages = sorted((name, os.path.abspath(folder)) for name, folder in self.request.packages.items())
+        job = [self.state, str(self.request.description.path), str(self.current), self.request.trust, packages]
         arguments = plain([self.shared, variant.arguments], typed=True)
         return digest(json.dumps([*job, variant.name, arguments]).encode())
 
@@ -69,8 +68,9 @@ def compile_variant(job: Job, variant: Variant) -> Result:
     """Compile a variant; errors in it are part of the result. Raises ValueError in a worker of another version."""
     with _entered(job):
         start = time.time_ns()
-        placed = replace(job.description, outputs=job.description.outputs / variant.name)
-        compiled = _compiled(job, variant, partial(job.given.search_meshes, placed)).proven()
+        description = job.request.description
+        placed = replace(description, outputs=description.outputs / variant.name)
+        compiled = _compiled(job, variant, replace(job.request, description=placed).search_meshes).proven()
         found, files = compiled.diagnostics, dict[str, bytes]()
         try:
             files = {} if has_errors(found) else compiled.files()
@@ -99,9 +99,9 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
             arguments[name] = value
             if isinstance(source, Map) and name in source.value_spans:
                 arguments.put(name, value, source.key_spans[name], source.value_spans[name])
-    tell = (lambda _: None) if job.given.trust else None  # the warning before a xacro runs
-    path, packages = job.description.path, job.given.packages
-    compiled = compile_robot(path, arguments, tell, packages, search, kept=_parsed.setdefault(job.current, {}))
+    request, kept = job.request, _parsed.setdefault(job.current, {})
+    path, packages = request.description.path, request.packages
+    compiled = compile_robot(path, arguments, request.tell, packages, search, kept=kept)
     return replace(compiled, diagnostics=[*variant.diagnostics, *compiled.diagnostics])
 
 

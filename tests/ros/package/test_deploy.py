@@ -10,7 +10,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST
-from rosorin_compile.ros.package import finding
+from rosorin_compile.source import ros_packages
 from support.launch import run
 from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN
@@ -192,7 +192,7 @@ def test_messages(base: Path, capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert f"warning[deploy-not-depended]: {message}\n    add: <exec_depend>tf2_ros</exec_depend>\n" in said
     message = f"{base}/launch/broken.launch.py: not a Python file: '(' was never closed (<unknown>, line 1)"
     assert f"warning[deployed-launch-unread]: {message}\n" in said
-    monkeypatch.setattr(finding, "MAX_FILES", 3)
+    monkeypatch.setattr(ros_packages, "MAX_FILES", 3)
     assert deploy(base) == check(base) == 1
     message = f"cannot read {base}: more than 3 files; name the folder of the package"
     assert capsys.readouterr().err.count(f"error[deploy-unreadable]: {message}\n    name another folder\n") == 2
@@ -241,10 +241,8 @@ def test_a_variable_that_is_not_set_is_no_folder(
     words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit) as stopped:
-        main([*words, "--", str(ROSORIN)])
-    assert stopped.value.code == 2
-    assert capsys.readouterr().err.endswith(": the name is empty\n")
+    assert main([*words, "--", str(ROSORIN)]) == 2
+    assert ": the name is empty" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 

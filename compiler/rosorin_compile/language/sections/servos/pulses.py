@@ -16,7 +16,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Limit, Robot
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.source.bounded import json_of
-from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.diagnostics import UnknownName, did_you_mean
 
 from . import SERVOS
 
@@ -24,7 +24,7 @@ from . import SERVOS
 ROUNDING = 1e-6
 
 
-class NoServo(LookupError):
+class NoServo(UnknownName):
     """There is no such joint, or it has no servo; the message says which have one."""
 
 

@@ -13,7 +13,6 @@ import pytest
 from hypothesis import settings
 
 from rosorin_compile.cli import answer
-from rosorin_compile.source.world import listening, notes
 from support.answers import held_envelope
 from support.asked_once import ask_once
 from support.commands import write_files
@@ -44,13 +43,6 @@ def _no_fsync() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "fsync", lambda _: None)
         yield
-
-
-@pytest.fixture(autouse=True)
-def _forgets_others() -> None:
-    """What code of others has asked counts for all that comes after it in a process; here each test is one."""
-    notes._heard = notes.Notes()
-    listening._listening.clear()
 
 
 @pytest.fixture(autouse=True)

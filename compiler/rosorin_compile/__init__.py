@@ -1,9 +1,8 @@
-"""rosorin-compile: one description of a robot in YAML, and every artifact that other programs read.
+"""rosorin-compile: compile one YAML description of a robot to the files that other programs read.
 
-The public Python API: the verbs ``compile``, ``read``, ``check``, ``diff``, ``explain``, ``write`` and ``schema`` with
-what they return (docs/python.md), and what a plug-in is made of (docs/extend.md); more of that is in ``model``,
-``diagnostics`` and ``extending``. Each name is imported when it is first asked for, so that importing the package costs
-nothing.
+The names in ``__all__`` are the Python API (docs/python.md): the functions of ``api`` and the dataclasses of
+``results``. ``rosorin_compile.model`` and ``rosorin_compile.extend``, which has the records of plug-ins
+(docs/extend.md), are public beside them. Names are imported on first use, so that importing the package is fast.
 """
 
 from rosorin_compile.source.version import __version__
@@ -11,101 +10,144 @@ from rosorin_compile.source.version import __version__
 TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C would end in a traceback
 
 if TYPE_CHECKING:
-    from rosorin_compile.cli.record import Check, Command
-    from rosorin_compile.cli.sides import diff
-    from rosorin_compile.cli.verbs import Checked, Explained, Written, check, explain, schema, write
-    from rosorin_compile.compare.difference import Difference
-    from rosorin_compile.formats.facts import frame_facts
-    from rosorin_compile.formats.format import Artifact, Fact, Facts, Format, Opened, Value
-    from rosorin_compile.formats.templating import Templates
-    from rosorin_compile.language.expression.functions import function
-    from rosorin_compile.model import Robot
-    from rosorin_compile.model.sections import Section
-    from rosorin_compile.output.pipeline import Compiled, Reading, Variant, compile, read  # noqa: A004 - re.compile is called so, too
-    from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.diagnostics import Diagnostic
-    from rosorin_compile.source.rule_registry import Rule, rule
-
-# Each public name and the module that has it.
-_HOMES = {
-    "Artifact": "formats.format",
-    "Case": "rules.case",
-    "Check": "cli.record",
-    "Checked": "cli.verbs",
-    "Command": "cli.record",
-    "Compiled": "output.pipeline",
-    "Diagnostic": "source.diagnostics",
-    "Difference": "compare.difference",
-    "Explained": "cli.verbs",
-    "Fact": "formats.format",
-    "Facts": "formats.format",
-    "Format": "formats.format",
-    "Opened": "formats.format",
-    "Reading": "output.pipeline",
-    "Robot": "model",
-    "Rule": "source.rule_registry",
-    "Section": "model.sections",
-    "Templates": "formats.templating",
-    "Value": "formats.format",
-    "Variant": "output.pipeline",
-    "Written": "cli.verbs",
-    "check": "cli.verbs",
-    "compile": "output.pipeline",
-    "diff": "cli.sides",
-    "explain": "cli.verbs",
-    "frame_facts": "formats.facts",
-    "function": "language.expression.functions",
-    "read": "output.pipeline",
-    "rule": "source.rule_registry",
-    "schema": "cli.verbs",
-    "sweep": "cli.verbs",
-    "write": "cli.verbs",
-}
+    from rosorin_compile.api import (
+        arguments,
+        check,
+        check_deployed,
+        check_parameters,
+        check_physics,
+        collisions,
+        compile,  # noqa: A004 - re.compile has this name, too
+        deploy,
+        diff,
+        explain,
+        explain_rules,
+        extract_boxes,
+        extract_factory,
+        extract_height_map,
+        frames,
+        import_robot,
+        init,
+        outputs,
+        package,
+        picture,
+        pulses,
+        read,
+        schema,
+        simulate,
+        sweep,
+        transform,
+        verify,
+        view,
+        write,
+        write_sweep,
+    )
+    from rosorin_compile.results import (
+        Argument,
+        Arguments,
+        Artifact,
+        Checked,
+        CheckedPhysics,
+        CollisionMatrix,
+        Compiled,
+        Diagnostic,
+        Difference,
+        Explained,
+        Frames,
+        FrameTransform,
+        NewRobot,
+        Outputs,
+        Page,
+        Picture,
+        Pulses,
+        Reading,
+        RequestError,
+        Robot,
+        Rules,
+        Simulated,
+        Transforms,
+        UnknownName,
+        Variant,
+        Verified,
+        Written,
+        WrittenVariants,
+    )
 
 __all__ = [
+    "Argument",
+    "Arguments",
     "Artifact",
-    "Case",
-    "Check",
     "Checked",
-    "Command",
+    "CheckedPhysics",
+    "CollisionMatrix",
     "Compiled",
     "Diagnostic",
     "Difference",
     "Explained",
-    "Fact",
-    "Facts",
-    "Format",
-    "Opened",
+    "FrameTransform",
+    "Frames",
+    "NewRobot",
+    "Outputs",
+    "Page",
+    "Picture",
+    "Pulses",
     "Reading",
+    "RequestError",
     "Robot",
-    "Rule",
-    "Section",
-    "Templates",
-    "Value",
+    "Rules",
+    "Simulated",
+    "Transforms",
+    "UnknownName",
     "Variant",
+    "Verified",
     "Written",
+    "WrittenVariants",
     "__version__",
+    "arguments",
     "check",
+    "check_deployed",
+    "check_parameters",
+    "check_physics",
+    "collisions",
     "compile",
+    "deploy",
     "diff",
     "explain",
-    "frame_facts",
-    "function",
+    "explain_rules",
+    "extract_boxes",
+    "extract_factory",
+    "extract_height_map",
+    "frames",
+    "import_robot",
+    "init",
+    "outputs",
+    "package",
+    "picture",
+    "pulses",
     "read",
-    "rule",
     "schema",
+    "simulate",
     "sweep",
+    "transform",
+    "verify",
+    "view",
     "write",
+    "write_sweep",
 ]
 
 
 def __getattr__(name: str) -> object:
     """Return a public name, imported at this moment."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; plug-ins import {__name__}.extend")
+    if name.islower():
+        from rosorin_compile import api
 
-    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+        value = getattr(api, name)
+    else:
+        from rosorin_compile import results
+
+        value = getattr(results, name)
     globals()[name] = value
     return value
 

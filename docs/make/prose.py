@@ -28,7 +28,7 @@ IDIOMS = {
     for pattern, replacement in WORDS["idioms"].items()
 }
 # Written by generators: their words are those of schemas, rules and parts, or of a head, which is checked itself.
-GENERATED = {"language.md", "rules.md", "json.md", "from-xacro-reference.md"}
+GENERATED = {"language.md", "rules.md", "from-xacro-reference.md"}
 OTHERS = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "RELEASING.md")
 # Code, comments and addresses are not prose.
 NOT_PROSE = re.compile(r"^```.*?^```$|<!--.*?-->|`[^`]*`|(?<=\]\()[^)\s]+(?=\))|https?://\S+", re.MULTILINE | re.DOTALL)

@@ -1,4 +1,4 @@
-"""Progress: on the last line of a terminal, with never a letter of it left, or in lines of a log."""
+"""Progress: on the last line of a terminal, with never a letter of it left."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import io
 import itertools
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -16,7 +15,6 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.source import progress
 from rosorin_compile.source.progress import Progress
 from support.commands import of_a_person
 
@@ -205,63 +203,12 @@ def test_not_when_quiet_and_not_for_programs(home: Path, monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize(("name", "value"), [("CI", "true"), ("TERM", "dumb")])
-def test_lines_on_a_machine_that_builds(home: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str) -> None:
+def test_nothing_on_a_machine_that_builds(home: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str) -> None:
     person = sit_down(monkeypatch)
     monkeypatch.setenv(name, value)
     (home / "chain.yaml").write_text(CHAIN.replace("2000", "20"))
     assert main(["all", "chain.yaml"]) == 0
-    assert "\r" not in person.getvalue()
-    assert "expanding parts" in person.getvalue()
-
-
-LOGGED = """robot: "::r"
-links: {"::a": {}, b: {}}
-joints: {j: {type: fixed, parent: "::a", child: b}}
-outputs: {urdf: {file: r.urdf}, static_tf_json: {file: static_tf.json}}
-"""
-
-
-@pytest.mark.parametrize("form", ["text", "github", "markdown"])
-def test_lines_in_a_log(
-    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], form: str
-) -> None:
-    (home / "r.yaml").write_text(LOGGED)
-    assert main(["all", "r.yaml", "--format", form]) == 0
-    calm, made = capsys.readouterr(), (home / "outputs" / "r" / "r.urdf").read_bytes()
-    shutil.rmtree(home / "outputs")
-    slow_down(monkeypatch)
-    monkeypatch.setattr(progress, "LOGGED_EVERY", 1.0)
-    monkeypatch.setattr(progress, "AFTER", 1.0)
-    assert main(["all", "r.yaml", "--format", form]) == 0
-    said = capsys.readouterr()
-    assert said.out == calm.out, "what was done is on standard output, as ever"
-    assert (home / "outputs" / "r" / "r.urdf").read_bytes() == made
-    lines = said.err.removesuffix(calm.err).splitlines()
-    assert "validating" in lines
-    assert "proving static_tf.json, 0 of 2" in lines
-
-
-def test_a_log_has_a_line_after_two_seconds_and_every_ten(clock: Clock) -> None:
-    log = io.StringIO()
-    Progress.log(log, clock)
-    for tenth in range(250):
-        clock.now = 100 + tenth / 10
-        Progress.step("reading", tenth, 250)
-    assert log.getvalue().splitlines() == [f"reading {tenth} of 250" for tenth in (20, 120, 220)]
-    clock.now += 10
-    Progress.part("fitting", 1, 4)(0.5)
-    clock.now += 10
-    Progress.about("::warning::a\x1b[2J\n##[error]:")
-    Progress.step("reading b")
-    assert log.getvalue().splitlines()[3:] == ["fitting 37%", r": :warning: :a\x1b[2J\n## [error]: reading b"]
-
-
-def test_who_has_closed_the_log_gets_no_line_and_the_run_goes_on(clock: Clock) -> None:
-    log = io.StringIO()
-    Progress.log(log, clock)
-    log.close()
-    clock.now += 10
-    Progress.step("reading")
+    assert "expanding" not in person.getvalue()
 
 
 @pytest.mark.parametrize("words", ["print chain.yaml urdf", "print chain.yaml urdf -v", "print chain.yaml --list"])

@@ -38,7 +38,6 @@ from support.paths import DOCS, ROOT, TESTS
 
 HEAD = DOCS / "_language_head.md"
 RULES_HEAD = DOCS / "_rules_head.md"
-JSON_HEAD = DOCS / "_json_head.md"
 LIBRARY_HEAD = DOCS / "_library_head.md"
 PAGES = sorted(path for path in DOCS.glob("*.md") if not path.name.startswith("_"))
 
@@ -157,7 +156,7 @@ def rewrite(page: Path) -> None:
 
 
 if __name__ == "__main__":
-    for each in [HEAD, RULES_HEAD, JSON_HEAD, LIBRARY_HEAD, README, *PAGES]:
+    for each in [HEAD, RULES_HEAD, LIBRARY_HEAD, README, *PAGES]:
         if each.stem not in (sys.argv[1:] or [each.stem]):
             continue
         if each == DOCS / "language.md":

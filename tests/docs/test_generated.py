@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from support.generated import GENERATED, generated, language_pages, schemas_of_answers
-from support.paths import DOCS, ROOT, SCHEMAS
+from support.generated import GENERATED, generated, language_pages
+from support.paths import DOCS, ROOT
 
 GENERATORS = DOCS / "make"
 
@@ -23,11 +23,6 @@ def test_what_is_committed_is_what_the_generator_gives(path: Path) -> None:
 def test_the_pages_of_the_language_are_those_of_the_schema() -> None:
     files = [DOCS / "language.md", *(DOCS / "language").iterdir()]
     assert {path: path.read_text("utf-8") for path in files} == language_pages(), "python tests/renew.py docs"
-
-
-def test_the_schemas_of_answers_are_those_of_their_types() -> None:
-    committed = {path: path.read_text("utf-8") for path in SCHEMAS.glob("answer*.schema.json")}
-    assert committed == schemas_of_answers(), "python tests/renew.py schema"
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from support.snapshot import network, snapshot
 
 PAGE = (DOCS / "install.md").read_text("utf-8")
 SHELL = [block for block in blocks(PAGE) if block.language == "sh"]
-SYSTEM = "import jinja2, jsonschema, venv, yaml"
+SYSTEM = "import click, jinja2, jsonschema, venv, yaml"
 
 
 def runs(block: Block) -> bool:
@@ -50,7 +50,7 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if colcon:
         (folder / "bin" / "colcon").symlink_to(colcon)
         pip = [Path(colcon).with_name("python"), "-m", "pip", "install", "--quiet", "--target", folder / "site"]
-        subprocess.run([*pip, "jinja2", "jsonschema", "pyyaml"], check=True)
+        subprocess.run([*pip, "click", "jinja2", "jsonschema", "pyyaml"], check=True)
     return folder
 
 

@@ -80,10 +80,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def run(*words: object) -> int:
     """Run the command; return its exit code."""
-    try:
-        return main(["import", *map(str, words)])
-    except SystemExit as stopped:
-        return int(stopped.code or 0)
+    return main(["import", *map(str, words)])
 
 
 def into(package: Path, *words: object) -> int:

@@ -85,10 +85,7 @@ def here(tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: 
 
 
 def run(*words: str) -> int:
-    try:
-        return main([*words])
-    except SystemExit as stopped:
-        return int(stopped.code or 0)
+    return main([*words])
 
 
 def names(urdf: Path) -> list[str]:

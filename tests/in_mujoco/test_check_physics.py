@@ -12,14 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.understanding import understood
 from rosorin_compile.model.mesh_triangles import load_mesh
 from rosorin_compile.mujoco.physics import checking
 from rosorin_compile.mujoco.physics.scene import winding
-from rosorin_compile.source import world
-from rosorin_compile.source.console import Console
+from rosorin_compile.output.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
@@ -38,10 +35,7 @@ CASES = sorted((DATA / "physics").glob("*.yaml"))
 
 def looked_at(path: Path) -> list[Diagnostic]:
     """Return what the check of the physics says of a description."""
-    description = Description("bad", path, Path("outputs"))
-    known = understood(Given({}, ()), description, Console("json"))
-    assert known is not None
-    return checking.look(known.case, description, {}).diagnostics
+    return list(checking.check_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
@@ -150,9 +144,8 @@ def test_a_robot_in_another_format_is_checked(home: Path, capsys: Shown) -> None
 
 @pytest.mark.usefixtures("rosorin")
 def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    known = world.package
     absent = ("mujoco", "collada")
-    monkeypatch.setattr(world, "package", lambda name: () if name in absent else known(name))
+    monkeypatch.setattr(checking, "is_installed", lambda name: name not in absent)
     assert main(["check", "physics"]) == 2
     said = "rosorin-compile: check physics needs what is not installed: pip install 'mujoco>=4' pycollada\n"
     assert capsys.readouterr().err == said

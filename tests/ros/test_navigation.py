@@ -16,20 +16,19 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.understanding import RobotCase, understood
 from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
+from rosorin_compile.output.request import Request
 from rosorin_compile.ros.check_parameters import checking, files, nodes
 from rosorin_compile.ros.navigation import FILTER, frames_of, kind_of
 from rosorin_compile.ros.parameters.files import nodes_of
 from rosorin_compile.ros.parameters.tables import kinds
 from rosorin_compile.ros.parameters.values import fits, refused
-from rosorin_compile.ros.robot_localization.write import STATES
-from rosorin_compile.source.console import Console
+from rosorin_compile.ros.robot_localization import STATES
+from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, Source, has_errors
 from rosorin_compile.source.project import Description
 from support.paths import DATA, ROOT, ROSORIN
@@ -51,8 +50,8 @@ def of(path: Path) -> str:
     return f"{path.parent.parent.name}-{path.parent.name}"
 
 
-def known(path: Path) -> RobotCase:
-    found = understood(Given({}, ()), Description(path.parent.name, path, Path("outputs")), Console("json"))
+def known(path: Path) -> Case:
+    found = Request(Description(path.parent.name, path, Path("outputs"))).understand().case
     assert found is not None
     return found
 
@@ -72,8 +71,8 @@ def written(robot: Robot, output: Output) -> str:
     return text
 
 
-def looked_at(robot: RobotCase, paths: list[Path], distribution: str) -> list[Diagnostic]:
-    return checking.look(robot.case, checking.Asked(paths, [], [], [], "", distribution)).diagnostics
+def looked_at(robot: Case, paths: list[Path], distribution: str) -> list[Diagnostic]:
+    return list(checking.look(robot, checking.ParameterFiles(paths, distribution=distribution)).diagnostics)
 
 
 @pytest.mark.parametrize("name", NAMES)

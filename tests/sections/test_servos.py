@@ -6,9 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.completion.candidates import CommandLine, candidates
-from rosorin_compile.cli.main import parser
-from rosorin_compile.cli.registry import commands
 from rosorin_compile.compare.entities import Change
 from rosorin_compile.compare.wording import Row
 from rosorin_compile.language.explain.answer import explain
@@ -16,7 +13,6 @@ from rosorin_compile.language.explain.explanation import Explanation
 from rosorin_compile.output.pipeline import understand
 from rosorin_compile.viewer.changed import change_data
 
-LINE = CommandLine({name: one.help for name, one in commands().items()}, parser)
 TWO = """\
 robot: arm
 links: {base_link: {}, upper: {}, tool: {}}
@@ -28,11 +24,6 @@ servos:
   big: {joints: [swing], rad_per_pulse: 0.004, zero_pulse: 500, pulse_range: [0, 1000], flipped: true}
 """
 PROJECT = {"descriptions/arm/robot.yaml": TWO}
-
-
-def words(line: str) -> list[tuple[str, str]]:
-    *before, current = line.split(" ")
-    return [(one.word, one.help) for one in candidates(before, current, LINE)]
 
 
 @pytest.mark.usefixtures("project")
@@ -55,13 +46,6 @@ def test_explain_shows_the_numbers_of_the_entries_that_name_a_joint() -> None:
         ("servo pulse_range[0]", 0, ""),
         ("servo pulse_range[1]", 900, ""),
     ]
-
-
-def test_a_shell_has_the_joints_with_a_servo(project: Path) -> None:
-    with_servo = [("swing=", "revolute, base_link -> upper"), ("turn=", "revolute, upper -> tool")]
-    assert words("pulses arm ") == with_servo
-    (project / "descriptions" / "arm" / "robot.yaml").write_text(f"{TWO}let: [", "utf-8")
-    assert words("pulses arm ") == [("swing=", ""), ("turn=", "")]  # as they stand in the text
 
 
 @pytest.mark.usefixtures("project")

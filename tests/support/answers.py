@@ -1,4 +1,4 @@
-"""Answers of commands as JSON, held against the schemas that they name."""
+"""JSON output of commands, validated against the schema of the envelope."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _envelope = answering.envelope
 
 
 @cache
-def validator(name: str) -> jsonschema.Draft7Validator:
+def validator(name: str = "envelope") -> jsonschema.Draft7Validator:
     """Return the validator of a schema of this project."""
     return jsonschema.Draft7Validator(json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8")))
 
 
 def hold(answer: dict[str, Any]) -> None:
-    """Raise AssertionError for an answer that is not as its schema says."""
-    wrong = [f"{list(one.path)}: {one.message[:200]}" for one in validator(answer["schema"]).iter_errors(answer)]
+    """Raise AssertionError for an answer that does not match the schema."""
+    wrong = [f"{list(one.path)}: {one.message[:200]}" for one in validator().iter_errors(answer)]
     assert wrong == []
 
 

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import click
 import pytest
 
-from rosorin_compile.cli.main import main
-from rosorin_compile.source.world import now
+from rosorin_compile.cli.command import Command, Options
+from rosorin_compile.cli.main import COMPLETE, PROGRAM, main, program
 
 CALIBRATION = """\
 arm:
@@ -108,11 +109,34 @@ def ask(capsys: Shown, *words: str, code: int = 0) -> str:
     return shown.out if code == 0 else shown.err
 
 
+def complete(capsys: Shown, line: str) -> set[str]:
+    """Return what a shell offers at the end of a line, without files."""
+    *before, current = line.split(" ")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(COMPLETE, "fish_complete")
+        patch.setenv("COMP_WORDS", " ".join([PROGRAM, *before]))
+        patch.setenv("COMP_CWORD", current)
+        assert main([]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    offered = [one.partition(",") for one in shown.out.splitlines() if "," in one]
+    return {text.partition("\t")[0] for kind, _, text in offered if kind == "plain"}
+
+
+def parse(words: Sequence[str]) -> Options:
+    """Return the options of a command line."""
+    context, command, rest = click.Context(program()), program(), list(words)
+    while isinstance(command, click.Group):
+        name, found, rest = command.resolve_command(context, rest)
+        assert found is not None
+        command, context = found, click.Context(found, info_name=name)
+    assert isinstance(command, Command)
+    return command.options(command.make_context(command.name, rest))
+
+
 def touch(path: Path) -> None:
     """Give a file the time of now, once that is later than all that was written: it moves in steps."""
-    written = now()
-    while now() == written:
-        time.sleep(0.001)
+    time.sleep(0.02)
     path.touch()
 
 

@@ -27,10 +27,7 @@ def diff(*words: str | Path) -> tuple[int, str, str]:
     """Run diff; return the exit code and what it printed, on standard output and on standard error."""
     out, err = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
-        try:
-            code = main(["diff", *map(str, words)])
-        except SystemExit as stop:
-            code = int(stop.code or 0)
+        code = main(["diff", *map(str, words)])
     return code, out.getvalue(), err.getvalue()
 
 

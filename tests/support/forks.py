@@ -18,7 +18,7 @@ import os
 import subprocess
 import sys
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
@@ -91,7 +91,6 @@ def _do(job: Mapping[str, Any], own: Sequence[str], learned: Path) -> NoReturn:
     code = 1
     try:
         _settle(job, own)
-        _ask_once()
         code = _code(job["words"])
         atexit._run_exitfuncs()
         learned.write_text(json.dumps(_of_the_tool(job)), "utf-8")
@@ -119,39 +118,13 @@ def _settle(job: Mapping[str, Any], own: Sequence[str]) -> None:
     os.dup2(1, 2)
 
 
-def _ask_once() -> None:
-    """Let the command line ask once which plug-ins there are: it asks at each format, and then for all metadata."""
-    from rosorin_compile.source import plugins
-
-    for name in ("_read", "_metadata_folders"):
-        setattr(plugins, name, _once(getattr(plugins, name)))
-
-
-def _once(work: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function that works once; each time it notes what that has asked."""
-    from rosorin_compile.source.world.notes import Notes, note_all, noting
-
-    known: dict[tuple[object, ...], tuple[Any, Notes]] = {}
-
-    def asked(*given: object) -> Any:
-        if given in known:
-            note_all(known[given][1])
-            return known[given][0]
-        with noting() as notes:
-            found = work(*given)
-        known[given] = found, notes
-        return found
-
-    return asked
-
-
 def _code(words: Sequence[str]) -> int:
     """Return the exit code of a command line."""
     from rosorin_compile import __main__ as program
 
     sys.argv = [str(program.__file__), *words]
     try:
-        return program.main()
+        return program.program()
     except SystemExit as stopped:
         return stopped.code if isinstance(stopped.code, int) else int(stopped.code is not None)
 

@@ -11,14 +11,13 @@ from __future__ import annotations
 from importlib import import_module
 from pathlib import Path
 
-from support import answer_schemas
 from support.paths import DOCS, SCHEMAS
 
 # Each file and the module of docs/make whose ``text()`` it is; the pages of the language are made together.
 GENERATED = {
     DOCS / "rules.md": "rules_reference",
     DOCS / "parts-library.md": "library_reference",
-    DOCS / "json.md": "json_reference",
+    DOCS / "python.md": "python_reference",
     SCHEMAS / "authoring.schema.json": "authoring",
 }
 
@@ -39,12 +38,5 @@ def generate(path: Path) -> None:
     path.write_text(generated(path), "utf-8")
 
 
-def schemas_of_answers() -> dict[Path, str]:
-    """Return the schemas of what commands answer, by their files."""
-    return {SCHEMAS / name: text for name, text in answer_schemas.files().items()}
-
-
 if __name__ == "__main__":
     generate(SCHEMAS / "authoring.schema.json")
-    for file, text in schemas_of_answers().items():
-        file.write_text(text, "utf-8")

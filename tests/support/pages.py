@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import doctest
 import io
-import math
 import os
 import re
 import shlex
@@ -19,7 +18,6 @@ from typing import NamedTuple
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.source import progress
 from support import forks
 from support.paths import DOCS, ROOT
 
@@ -159,11 +157,7 @@ def run(command: str, folder: Path) -> tuple[str, int]:
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
         patch.chdir(folder)
         patch.setenv("ROSORIN_COMPILE_CACHE", str(folder / ".cache"))
-        patch.setattr(progress, "LOGGED_EVERY", math.inf)  # a slow machine says how far it is
-        try:
-            code = main(shlex.split(command)[1:])
-        except SystemExit as stopped:
-            code = int(stopped.code or 0)
+        code = main(shlex.split(command)[1:])
     return terminal.getvalue(), code
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from pathlib import Path
 from types import ModuleType
 
@@ -12,8 +11,7 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.mujoco.mjcf import process
-from rosorin_compile.source import world
-from rosorin_compile.source.world import memory
+from rosorin_compile.source.files import recording
 from support.commands import Shown, edit, write_files
 
 pytest.importorskip("mujoco", minversion="4")
@@ -81,27 +79,15 @@ def test_a_mesh_that_mujoco_loads_is_nothing_to_say(project: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("asset", "is_noted"),
-    [
-        ('<mesh name="m" file="../a&amp;b.obj"/>', True),
-        ('<mesh name="m" file="../a&amp;b.obj"/><skin file="../a.skn"/>', False),
-    ],
-)
-def test_what_mujoco_reads_is_noted(project: Path, asset: str, is_noted: bool) -> None:
+def test_what_mujoco_reads_is_recorded(project: Path) -> None:
     (project / "outputs/cart").mkdir(parents=True)
-    mesh = project / "outputs/a&b.obj"
-    mesh.write_text(OBJ)
-    time.sleep(0.05)  # of a file that was written just now nobody knows which version MuJoCo reads
+    (project / "outputs/a&b.obj").write_text(OBJ)
     assert FORMATS["mjcf"].proving.refusal is not None
+    asset = '<mesh name="m" file="../a&amp;b.obj"/>'
     text = f'<mujoco><asset>{asset}</asset><worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
-    with world.noting() as notes:
+    with recording() as paths:
         FORMATS["mjcf"].proving.refusal(text, project / "outputs/cart")
-    assert ("bytes", str(project / "outputs/cart/../a&b.obj")) in notes.answers
-    assert (not notes.spoiled) is is_noted
-    assert memory.holds(notes)
-    mesh.write_text(OBJ.replace("0.1", "0.2"))
-    assert not memory.holds(notes)
+    assert paths[project / "outputs/cart/../a&b.obj"]
 
 
 def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys: Shown) -> None:
@@ -130,7 +116,7 @@ def test_a_refusal_that_names_no_mesh_stands_at_the_output(
 @pytest.mark.usefixtures("project")
 def test_without_mujoco_nothing_is_asked(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(["all"]) == 0
-    monkeypatch.setattr(process.world, "package", lambda _: None)
+    monkeypatch.setattr(process, "is_installed", lambda _: False)
     assert said(capsys, 0) == []
 
 

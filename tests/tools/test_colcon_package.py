@@ -23,7 +23,12 @@ COLCON = os.environ.get("COLCON") or shutil.which("colcon")
 AMENT_CMAKE = Path("/usr/share/ament_cmake/cmake/ament_cmakeConfig.cmake")
 AMENT_PACKAGE = Path("/usr/lib/python3/dist-packages/ament_package")
 # What rosdep calls packages of PyPI: https://github.com/ros/rosdistro/blob/master/rosdep/python.yaml
-ROSDEP = {"jinja2": "python3-jinja2", "jsonschema": "python3-jsonschema", "pyyaml": "python3-yaml"}
+ROSDEP = {
+    "click": "python3-click",
+    "jinja2": "python3-jinja2",
+    "jsonschema": "python3-jsonschema",
+    "pyyaml": "python3-yaml",
+}
 
 
 def requirements() -> set[str]:

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli.depfile import escaped
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import OutputError
-from rosorin_compile.output.one_file import escaped
 from support.commands import Shown, ask, write_files
 from support.paths import ROOT
 from support.projects import foreign, meshes, packaged, rosorin_alone, stl, ur5e
@@ -67,6 +67,7 @@ CASES = {
     "a-xacro-alone": (meshes, ["print", "descriptions/r/x/v.xacro", "urdf", "-o", "a.urdf"]),
 }
 # A package.xml says what a package is called: where a name leads decides, and not what else stands in the file.
+OUTPUTS = "outputs: {urdf: {file: r.urdf}}\n"
 NAMING = "package.xml"
 
 
@@ -83,7 +84,7 @@ def test_every_file_that_was_opened_stands_in_the_depfile(
     assert len(opened) > 1 or "alone" in case
     written = {name for name in opened if name.startswith("outputs/")}
     assert {name for name in opened - written if Path(name).name != NAMING} - listed == set()
-    assert all(Path(name).is_file() for name in inputs)
+    assert all(Path(name).exists() for name in inputs)
 
 
 @pytest.mark.parametrize(
@@ -378,7 +379,20 @@ def test_what_was_read_is_told_with_the_artifacts_too(rosorin: Path, capsys: Sho
         assert main(["all", "-v"]) == 0
         err = capsys.readouterr().err
         assert sum(line.startswith("read descriptions/rosorin/") for line in err.splitlines()) == 10
-    with pytest.raises(SystemExit):
-        main(["all", "-v", "-q"])
+    assert main(["all", "-v", "-q"]) == 2
     assert "not allowed with argument" in capsys.readouterr().err
     assert rosorin
+
+
+# What was looked for and not found
+
+
+def test_a_folder_stands_for_a_file_that_was_not_found(home: Path) -> None:
+    mesh = "visual: [{mesh: {file: meshes/a.stl}}]"
+    write_files(home / "descriptions" / "r", {"robot.yaml": f"robot: r\nlinks: {{a: {{{mesh}}}}}\n{OUTPUTS}"})
+    (home / "descriptions/r/meshes").mkdir()
+    assert main(["all", "--depfile", "made.d"]) == 0
+    assert names_in(home / "made.d")[1:] == ["descriptions/r/robot.yaml", "descriptions/r/meshes"]
+    (home / "descriptions/r/meshes/a.stl").write_bytes(stl())
+    assert main(["all", "--depfile", "made.d"]) == 0
+    assert names_in(home / "made.d")[1:] == ["descriptions/r/robot.yaml", "descriptions/r/meshes/a.stl"]

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.init import TEMPLATES, CannotStart, check_name, start, texts_of
 from rosorin_compile.cli.main import main
+from rosorin_compile.output.new_robot import TEMPLATES, check_name, start, texts_of
+from rosorin_compile.source.diagnostics import RequestError
 from support.paths import COMPILER, PACKAGES, ROOT, SCHEMAS
 from support.robots import compiled, texts
 
@@ -158,8 +159,7 @@ def test_an_answer_that_is_no_template(here: Path, capsys, monkeypatch) -> None:
     told = capsys.readouterr().err
     assert 'there is no template "tank"; take one of base, arm, mobile_manipulator, sensor_rig' in told
     assert files(here) == []
-    with pytest.raises(SystemExit, match="2"):
-        main(["init", "bot", "tank"])
+    assert main(["init", "bot", "tank"]) == 2
     assert "'tank'" in capsys.readouterr().err
 
 
@@ -243,7 +243,7 @@ def test_a_schema_of_another_version_is_named_and_kept(capsys: pytest.CaptureFix
     assert main(["schema"]) == 0
     assert capsys.readouterr().out == (SCHEMAS / "authoring.schema.json").read_text("utf-8")
     start("third", Path())
-    assert not start("fourth", Path("elsewhere")).outdated
+    assert not start("fourth", Path("elsewhere")).schema_outdated
 
 
 @pytest.mark.parametrize(
@@ -269,7 +269,7 @@ def test_a_schema_of_another_version_is_named_and_kept(capsys: pytest.CaptureFix
 )
 @pytest.mark.usefixtures("here")
 def test_bad_names(name: str) -> None:
-    with pytest.raises(CannotStart):
+    with pytest.raises(RequestError):
         start(name, Path())
     assert files(Path()) == []
 
@@ -314,7 +314,7 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
         "    if changes and str(arguments[0]).startswith('descriptions'):\n"
         "        left -= 1\n"
         "        if left < 0: os._exit(9)\n"
-        "from rosorin_compile.cli.init import start\n"
+        "from rosorin_compile.output.new_robot import start\n"
         "from rosorin_compile.source import load\n"
         "sys.addaudithook(stop)\n"
         "start('bot', Path())\n"

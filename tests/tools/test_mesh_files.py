@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import watch
-from rosorin_compile.cli.main import main, parse
+from rosorin_compile.cli.main import main
 from rosorin_compile.cli.run import Run
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.project import Description
+from support.commands import parse
 
 ROBOT = """robot: r
 links:

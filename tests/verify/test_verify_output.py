@@ -19,11 +19,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.cli.answer import plain
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Transform
 from rosorin_compile.recordings import bags as reading
 from rosorin_compile.recordings.lines import table
-from rosorin_compile.recordings.machine import as_junit, as_object
+from rosorin_compile.recordings.machine import as_junit, as_result
 from rosorin_compile.recordings.picture import as_svg
 from rosorin_compile.source import progress
 from rosorin_compile.source.report import text as report
@@ -136,7 +137,7 @@ def test_any_content_is_judged_and_shown_without_a_traceback(data: st.DataObject
     with tempfile.TemporaryDirectory() as folder:
         bag = bags.write(Path(folder, "bag"), sorted(said, key=lambda message: message.received), "mcap")
         verdict = judged(bag)
-    json.dumps(as_object(verdict, "bag"), allow_nan=False)
+    json.dumps(plain(as_result(verdict, "bag")), allow_nan=False)
     ElementTree.fromstring(as_junit(verdict))
     if verdict.recording.series:
         ElementTree.fromstring(as_svg(verdict))

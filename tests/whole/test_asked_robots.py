@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.foreign import compile_foreign
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.geometry import Pose
+from rosorin_compile.output.request import Request
+from rosorin_compile.source.project import Description
 from support import bags
 from support.bags import judged
 from support.commands import Shown, ask
@@ -120,9 +121,9 @@ def test_verify_against_a_urdf(artifacts: Path, tmp_path: Path, capsys: Shown) -
 
 def test_the_urdf_of_a_file_is_what_stands_there(artifacts: Path) -> None:
     path = artifacts / "rosorin.urdf"
-    (artifact,) = compile_foreign(path, {}, {}).artifacts
+    (artifact,) = Request(Description.at(path)).compile_published().artifacts
     assert artifact.text == path.read_text("utf-8")
-    (artifact,) = compile_foreign(artifacts / "rosorin.xml", {}, {}).artifacts
+    (artifact,) = Request(Description.at(artifacts / "rosorin.xml")).compile_published().artifacts
     assert artifact.backend == "urdf"
 
 

@@ -46,18 +46,6 @@ def test_second_run_is_unchanged_and_says_the_same(capsys: pytest.CaptureFixture
     assert "note[stand-in]: " in shown.err
 
 
-def test_unchanged_run_imports_nothing_heavy(project: Path) -> None:
-    program = (
-        "import sys; sys.argv[1:] = ['all']; from rosorin_compile.__main__ import main; code = main();"
-        "heavy = {'yaml', 'jinja2', 'jsonschema', 'numpy', 'argparse', 'rosorin_compile.cli.main'};"
-        "print(sorted(heavy & set(sys.modules))); sys.exit(code)"
-    )
-    for _ in range(2):
-        command = [sys.executable, "-c", program]
-        ran = subprocess.run(command, cwd=project, capture_output=True, text=True, check=True)
-    assert ran.stdout.splitlines()[-1] == "[]"
-
-
 SPARED = {"numpy"}
 
 
@@ -142,9 +130,7 @@ def test_usage_exit_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsy
     monkeypatch.chdir(tmp_path)
     assert main(["all"]) == 2
     assert "there is no descriptions/*/robot.yaml here" in capsys.readouterr().err
-    with pytest.raises(SystemExit) as stopped:
-        main(["al"])
-    assert stopped.value.code == 2
+    assert main(["al"]) == 2
 
 
 def test_dry_run_writes_nothing(project: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,13 +6,14 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 
+from rosorin_compile.cli.main import COMPLETE
 from rosorin_compile.source import plugins
-from rosorin_compile.source.memo import forget
-from rosorin_compile.source.world import noting
 from support import forks
 
 pytestmark = pytest.mark.slow
@@ -69,8 +70,13 @@ class Machine:
         (info / "entry_points.txt").write_text(entry_points, "utf-8")
         (self.packages / f"{name}.py").write_text(code, "utf-8")
 
-    def run(self, *words: str) -> tuple[int, str]:
-        environment = {**os.environ, "PYTHONPATH": str(self.packages), "PYTHONDONTWRITEBYTECODE": "1"}
+    def complete(self, line: str) -> str:
+        *before, current = line.split(" ")
+        words = {"COMP_WORDS": " ".join(["rosorin-compile", *before]), "COMP_CWORD": current}
+        return self.run(environment={**words, COMPLETE: "fish_complete"})[1]
+
+    def run(self, *words: str, environment: Mapping[str, str] = MappingProxyType({})) -> tuple[int, str]:
+        environment = {**os.environ, **environment, "PYTHONPATH": str(self.packages), "PYTHONDONTWRITEBYTECODE": "1"}
         environment["ROSORIN_COMPILE_CACHE"] = str(self.work / ".cache")
         code, printed = forks.run(words, self.work, environment)
         assert "Traceback" not in printed, printed
@@ -254,17 +260,11 @@ def test_a_plugin_is_found_whatever_the_time_of_its_folder_is(tmp_path: Path, mo
     os.utime(tmp_path / "packages", ns=(10**18, 10**18))
     find = plugins._metadata_folders
     path = (str(tmp_path / "packages"),)
-    for _ in range(2):  # worked out, and remembered
-        with noting() as notes:
-            assert find(path) == ()
-        assert any(kind == "ending" and asked.startswith(path[0]) for kind, asked in notes.answers)
-        assert ("bytes", str(info / "entry_points.txt")) in notes.answers
-    (info / "entry_points.txt").write_text("[rosorin_compile.rules]\na = b:c\n", "utf-8")
+    assert find(path) == ()
     (tmp_path / "packages" / "q-1.dist-info").mkdir()
     (tmp_path / "packages" / "q-1.dist-info" / "entry_points.txt").write_bytes(b"[rosorin_compile.rules]")
     os.utime(tmp_path / "packages", ns=(10**18, 10**18))  # as a copy keeps it
-    forget()
-    assert find(path) == (str(info), str(tmp_path / "packages" / "q-1.dist-info"))
+    assert find(path) == (str(tmp_path / "packages" / "q-1.dist-info"),)
 
 
 def test_nothing_is_imported_where_there_is_no_plugin(machine: Machine):
@@ -275,68 +275,23 @@ def test_nothing_is_imported_where_there_is_no_plugin(machine: Machine):
     assert ran.stdout.splitlines()[-1] == "False"
 
 
-HELPED = """\
-import os
-from pathlib import Path
-from rosorin_compile.language.expression.functions import function
-from toy_helper import FACTOR
-
-
-@function("halved", "half of it")
-def halved(value):
-    print("asked", file=Path(__file__).with_name("log").open("a"))
-    data = float(Path(__file__).with_name("toy.txt").read_text())
-    return value / 2 * FACTOR * data * float(os.environ.get("TOY", "1"))
-"""
-
-
-def test_a_run_with_a_plugin_is_remembered_with_all_that_the_plugin_opens(
-    machine: Machine, monkeypatch: pytest.MonkeyPatch
-):
-    (machine.packages / "toy_helper.py").write_text("FACTOR = 1\n", "utf-8")
-    (machine.packages / "toy.txt").write_text("1\n", "utf-8")
-    machine.install("[rosorin_compile.functions]\nhalved = toy:halved\n", HELPED)
-    log = machine.packages / "log"
-    log.write_text("", "utf-8")
-
-    def made() -> tuple[str, bool]:
-        """Return the number that is made, and whether the plug-in was asked for it."""
-        before = len(log.read_text("utf-8"))
-        code, printed = machine.run("print", "robot.yaml", "urdf")
-        assert code == 0, printed
-        return printed.partition("axle")[2].partition('xyz="0 ')[2].partition(" ")[0], len(
-            log.read_text("utf-8")
-        ) > before
-
-    assert [made() for _ in range(2)] == [("0.1", True), ("0.1", False)]
-    (machine.packages / "toy_helper.py").write_text("FACTOR = 2\n", "utf-8")
-    assert [made() for _ in range(2)] == [("0.2", True), ("0.2", False)]
-    (machine.packages / "toy.txt").write_text("2\n", "utf-8")
-    assert [made() for _ in range(2)] == [("0.4", True), ("0.4", False)]
-    monkeypatch.setenv("TOY", "2")
-    assert [made() for _ in range(2)] == [("0.8", True), ("0.8", False)]
-
-
 # ---- Commands and checks ----
 
 COMMAND = """\
-from rosorin_compile import Check, Command
-
-GREET = Command("greet", "inspect", "[NAME]", "say hello", "0 said", "toy:options", "toy:run")
-LIGHT = Check("light", "[ROBOT ...]", "see whether it is light", "toy:options", "toy:check")
+from rosorin_compile.cli.command import argument, check, command, option
 
 
-def options(command):
-    command.add_argument("words", nargs="*")
-    command.add_argument("--loud", action="store_true")
-
-
-def run(options):
+@command("greet", group="inspect", help="say hello", exits="0 said")
+@argument("words", nargs=-1)
+@option("--loud", is_flag=True)
+def GREET(options):
     print("HELLO" if options.loud else "hello", *options.words)
     return 0
 
 
-def check(options):
+@check("light", help="see whether it is light", exits="0 it is, 1 it is not")
+@argument("words", nargs=-1)
+def LIGHT(options):
     print("light enough:", *options.words)
     return 1
 """
@@ -351,17 +306,16 @@ def test_a_command_and_a_check_of_a_plugin(machine: Machine):
     assert "\n  greet       say hello\n" in machine.run("--help")[1]
     assert "\n  light       see whether it is light\n" in machine.run("check", "--help")[1]
     assert "Exit codes: 0 said, 2 wrong usage." in machine.run("greet", "--help")[1]
-    assert machine.run("complete", "--", "gre") == (0, "greet\tof toy-robot 1.2\n")
-    assert machine.run("complete", "--", "check", "lig") == (0, "light\tof toy-robot 1.2\n")
-    assert machine.run("complete", "--", "greet", "--l") == (0, "--loud\n")
+    assert machine.complete("gre") == "plain,greet\tof toy-robot 1.2\n"
+    assert machine.complete("check lig") == "plain,light\tof toy-robot 1.2\n"
+    assert machine.complete("greet --l") == "plain,--loud\n"
     assert machine.run("greet", "--lod")[0] == 2
     assert machine.run("--version")[1].endswith("plug-in toy-robot 1.2 (checks, commands)\n")
 
 
 def test_completion_imports_no_plugin_that_is_not_called(machine: Machine):
     machine.install(OF_COMMANDS, "1 / 0\n")
-    assert "greet\tof toy-robot 1.2\n" in machine.run("complete", "--", "")[1]
-    assert machine.run("complete", "--", "gre") == (0, "greet\tof toy-robot 1.2\n")
+    assert "plain,greet\tof toy-robot 1.2\n" in machine.complete("")
 
 
 def test_a_robot_goes_before_a_check_of_a_plugin(machine: Machine):
@@ -374,23 +328,16 @@ def test_a_robot_goes_before_a_check_of_a_plugin(machine: Machine):
     code, printed = machine.run("check", "light")
     assert (code, printed.count(said)) == (0, 1)
     assert "light: 1 artifact as committed in outputs/light\n" in printed
-    assert machine.run("check", "light") == (code, printed)  # from memory
     assert machine.run("check", "toy-robot:light") == (1, "light enough:\n")
 
 
 BROKEN_COMMANDS = {
     "import raises": ("1 / 0\n", "cannot be loaded: ZeroDivisionError: division by zero"),
-    "no record": (COMMAND.replace("GREET = Command(", "GREET = dict("), "cannot be loaded: "),
+    "no command": (COMMAND.replace("@command(", "@dict("), "cannot be loaded: "),
     "a field": (COMMAND.replace('"say hello"', "3"), "cannot be loaded: TypeError: help of greet is a str, not '3'"),
     "another name": (
-        COMMAND.replace('"greet", "inspect"', '"gret", "inspect"'),
+        COMMAND.replace('"greet", group', '"gret", group'),
         'is called "gret", and its entry point "greet"',
-    ),
-    "no function": (COMMAND.replace("toy:run", "toy:walk"), "fails: AttributeError: "),
-    "no module": (COMMAND.replace('"toy:run"', '"tay:run"'), "fails: ModuleNotFoundError: "),
-    "options raise": (
-        COMMAND.replace('    command.add_argument("w', '    1 / 0\n    command.add_argument("w'),
-        "fails: ZeroDiv",
     ),
     "run raises": (COMMAND.replace('    print("HELLO', '    [][0]\n    print("HELLO'), "fails: IndexError: list index"),
     "run leaves": (
@@ -464,15 +411,3 @@ def test_all_of_them_can_be_left_out(machine: Machine, monkeypatch: pytest.Monke
     assert machine.run("--version") == (0, "rosorin-compile 0.3.0\n")
     monkeypatch.delenv("ROSORIN_COMPILE_PLUGINS")
     assert machine.run("all", "robot.yaml")[0] == 1
-
-
-def test_an_unchanged_run_is_answered_from_memory_beside_a_plugin_of_commands(machine: Machine):
-    log = machine.packages / "log"
-    machine.install(OF_COMMANDS, f"open({str(log)!r}, 'a').write('imported ')\n{COMMAND}")
-    machine.describe("${width}")
-    said = [machine.run("all", "robot.yaml") for _ in range(3)]
-    assert said[1] == said[2]
-    assert said[1][0] == 0
-    assert "1 artifact in outputs/" in said[1][1]
-    assert ", unchanged\n" in said[1][1]
-    assert not log.exists()  # nothing of it was imported

@@ -41,7 +41,10 @@ EVERY_DAY = ("all rosorin ur5e -q", "print rosorin urdf -q -o printed.urdf", "ch
 # What Ubuntu 22.04 has as python3-jsonschema, python3-yaml, ...; pip builds PyYAML 5.4.1 with an older Cython.
 UBUNTU = ("jsonschema==3.2.0", "attrs==21.2.0", "pyrsistent==0.18.1", "six==1.16.0", "setuptools==59.6.0")
 UBUNTU += ("jinja2==3.0.3", "markupsafe==2.0.1", "numpy==1.21.5", "wheel==0.37.1", "cython<3")
-SYSTEM = ("/usr/bin/python3", "python3-jinja2 python3-jsonschema python3-yaml python3-setuptools python3-wheel")
+SYSTEM = (
+    "/usr/bin/python3",
+    "python3-click python3-jinja2 python3-jsonschema python3-yaml python3-setuptools python3-wheel",
+)
 
 
 def interpreter(version: str) -> str | None:
@@ -146,7 +149,9 @@ def test_the_oldest_mujoco_simulates_and_what_it_cannot_is_told(wheel: Path, tmp
 
 @pytest.mark.tier("pythons")
 def test_the_oldest_packages_import(wheel: Path, tmp_path: Path) -> None:
-    tool = installed("3.10", tmp_path, str(wheel), *bounds("import"), "jinja2==3.0.0", "jsonschema==3.2.0")
+    tool = installed(
+        "3.10", tmp_path, str(wheel), *bounds("import"), "click==8.0.0", "jinja2==3.0.0", "jsonschema==3.2.0"
+    )
     place = project(tmp_path)
     for words in (*COMMANDS, "simulate rosorin", *OF_MUJOCO, *OF_IMPORT):
         code, said = ran(tool, place, words)
@@ -174,7 +179,7 @@ def test_the_packages_of_ubuntu_22_04_are_enough(wheel: Path, tmp_path: Path) ->
 @pytest.mark.tier("pythons")
 def test_the_packages_of_this_distribution_are_enough(tmp_path: Path) -> None:
     python, packages = SYSTEM
-    asked = "import jinja2, jsonschema, setuptools, venv, wheel, yaml"
+    asked = "import click, jinja2, jsonschema, setuptools, venv, wheel, yaml"
     if subprocess.run([python, "-c", asked], capture_output=True, check=False).returncode:
         pytest.skip(f"{python} has not all of {packages}")
     subprocess.run(["git", "clone", "--quiet", ROOT, tmp_path / "clone"], check=True)

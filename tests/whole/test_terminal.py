@@ -14,7 +14,6 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.source import console
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.world import memory
 
 # Escape sequences of 7 and 8 bits, what turns the order of letters round, what nobody sees, and a line that is wiped.
 EVIL = "\x1b[2J\x1b]0;owned\x07\x9b31m\u202e\u2066\u200b\rgone\x08"
@@ -106,20 +105,6 @@ def test_what_another_program_says(home: Path, capsys: pytest.CaptureFixture[str
     assert "nothing" in said(["import", "a.xacro"], capsys)
 
 
-@pytest.mark.parametrize("coloured", [False, True])
-def test_a_record_that_somebody_changed(
-    home: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, coloured: bool
-) -> None:
-    write(home / "descriptions" / "plain")
-    monkeypatch.setattr(console, "colour", lambda: coloured)
-    said(["all"], capsys)
-    told = [(memory.ERR, f"{EVIL}\n"), (memory.OUT, f"plain{EVIL}, unchanged\n")]
-    monkeypatch.setattr(memory, "recall", lambda _: memory.Done(0, told, {}))
-    out = said(["all"], capsys)
-    assert out.count(r"\x1b[2J\x1b]0;owned\x07\x9b31m\u202e") == 2
-    assert ", unchanged\n" in out
-
-
 class Terminal(io.StringIO):
     """A stream that says it is a terminal."""
 
@@ -134,7 +119,7 @@ def test_our_own_colours_and_the_bar_come_through(monkeypatch: pytest.MonkeyPatc
     monkeypatch.delenv(console.PROGRESS)
     monkeypatch.setenv("TERM", "xterm")
     with console.guarded():
-        console.Console("text").repeat([(memory.ERR, "\x1b[31merror\x1b[0m \x1b[2J\n")])
+        console.paint("\x1b[31merror\x1b[0m \x1b[2J\n", sys.stderr)
         console.show_progress()
         monkeypatch.setattr(Progress._line, "due", 0.0)
         Progress.step("measuring", 1, 2)

@@ -2,61 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+import os
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source import world
+from rosorin_compile.language.wanted import UNKNOWN
+from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import WRITING, Rule
 
-from .answer import tell_of_robot
+from . import complete
+from .command import Options, command, option
+from .options import (
+    PATH,
+    depfile_options,
+    fail_on_option,
+    hook_option,
+    notes_option,
+    output_folder_option,
+    robots_argument,
+)
 from .robots import check_depfile, no_stdin
-from .run import Run, for_each, once
+from .run import Run, count, counted_files, for_each, nothing_written, write_depfile
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
-
-    from rosorin_compile.output import Written
     from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.output.request import Request
+    from rosorin_compile.results import Written
 
-    from .parser import Parser
 
-RULES = (
-    Rule(
-        "not-an-artifact",
-        "A note: a file in the outputs folder is no artifact; it is kept.",
-        "`rosorin-compile all --prune` removes it.",
-        WRITING,
-    ),
+@command("all", exits="0 written or unchanged, 1 a robot has errors or, with --dry-run, an artifact would change")
+@robots_argument()
+@option("-n", "--dry-run", is_flag=True, help="write nothing; print what would change")
+@option("--prune", is_flag=True, help="delete files in the output folder that are not artifacts")
+@hook_option("; exit with 1 if a file was written")
+@option(
+    "--only",
+    multiple=True,
+    type=PATH,
+    metavar="OUTPUT",
+    help="write only this output and its meshes; repeatable",
+    shell_complete=complete.of("output"),
 )
-
-
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robots()
-    command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; print what would change")
-    command.add_argument(
-        "--prune", action="store_true", help="delete files in the output folder that are not artifacts"
-    )
-    command.add_hook("; exit with 1 if a file was written")
-    command.add_argument(
-        "--only",
-        action="append",
-        default=[],
-        type="path",
-        metavar="OUTPUT",
-        help="write only this output and its meshes; repeatable",
-    )
-    command.add_output()
-    command.add_depfile("default: the first artifact, or that of the first --only")
-    command.add_notes()
-    command.add_messages()
-
-
-def run(options: argparse.Namespace) -> int:
+@output_folder_option
+@depfile_options("default: the first artifact, or that of the first --only")
+@notes_option
+@fail_on_option
+def run(options: Options) -> int:
     """Compile each robot and write its artifacts."""
     _check_options(options)
     each = _write_one
@@ -65,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     return for_each(options, each)
 
 
-def _check_options(options: argparse.Namespace) -> None:
+def _check_options(options: Options) -> None:
     """Raise WrongUsage for options that do not go together."""
     no_stdin(options.words, "name a file, or print one artifact: rosorin-compile print - OUTPUT")
     if options.only and (options.prune or options.dry_run):
@@ -77,127 +70,50 @@ def _check_options(options: argparse.Namespace) -> None:
 
 
 def _write_one(run: Run, description: Description) -> int:
-    """Compile one robot and write its artifacts, or see that nothing has changed since that was done last."""
-    write = _write_some if run.options.only else _write_all
-    return once(run, description, lambda: write(run, description))
-
-
-def _write_all(run: Run, description: Description) -> int:
     """Compile one robot and write its artifacts."""
-    from .compiling import compile_proven, count, nothing_written, read_by
+    from rosorin_compile import api
 
-    compiled = compile_proven(run.given, description, run.console)
-    run.console.show(compiled.diagnostics)
-    if not compiled.artifacts:
-        return nothing_written(run.console, description.name, compiled.diagnostics)
-    files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
-    meshes = compiled.mesh_files
-    names = [*files, *meshes]
-    written = _write(run, description, {**meshes, **files})
-    if written is None:
-        return PROBLEMS
-    summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
-    run.console.say(f"{summary}, {what_changed(written, meshes)}", next_time=f"{summary}, unchanged")
-    return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
-
-
-def _ended(run: Run, written: Written, code: int) -> int:
-    """Return the exit code of a run that wrote something, or nothing: a hook fails where it had to change files."""
-    changed = bool(written.written or written.removed)
-    if run.options.hook and changed:
-        world.spoil("a hook fails once")
-    return PROBLEMS if run.options.hook and changed else code
-
-
-def _write_some(run: Run, description: Description) -> int:
-    """Compile a robot and write the artifacts that are asked for."""
-    from rosorin_compile.language.wanted import UNKNOWN
-
-    from .compiling import compile_proven, count, nothing_written, read_by
-
-    compiled = compile_proven(run.given, description, run.console, run.options.only)
-    run.console.show(compiled.diagnostics)
+    options, console, name = run.options, run.console, description.name
+    request = run.request(description)
+    done = api.write(request, prune=options.prune, only=options.only)
+    compiled = done.compiled
+    console.tell_read(request.inputs(compiled))
+    foreign = [one for one in done.diagnostics if one.rule == "not-an-artifact"]
+    console.show([one for one in done.diagnostics if one.rule != "not-an-artifact"])
+    console.show(foreign, listed=True)  # check fails for these
     if not compiled.artifacts:
         unknown = any(one.rule == UNKNOWN for one in compiled.diagnostics)
-        return max(nothing_written(run.console, description.name, compiled.diagnostics), USAGE if unknown else FINE)
-    files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
-    meshes = _belonging(compiled)
-    written = _write(run, description, {**meshes, **files})
-    if written is None:
+        return max(nothing_written(console, name, compiled.diagnostics), USAGE if unknown else FINE)
+    if has_errors(done.diagnostics):
         return PROBLEMS
-    summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
-    run.console.say(f"{summary}, {what_changed(written, meshes)}", next_time=f"{summary}, unchanged")
-    return _ended(run, written, _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled)))
+    names = {"written": done.written, "unchanged": done.unchanged, "removed": done.removed}
+    run.tell_of_robot({"folder": str(done.folder), **{key: list(files) for key, files in names.items()}})
+    files = [artifact.file for artifact in compiled.artifacts]
+    meshes = [file for file in (*done.written, *done.unchanged) if file not in files]
+    console.say(f"{name}: {count(files, meshes)} in {done.folder}, {what_changed(done, meshes)}")
+    code = _write_depfile(run, description, [*files, *meshes], request, compiled)
+    # A hook fails where it had to change files.
+    return PROBLEMS if options.hook and (done.written or done.removed) else code
 
 
-def _belonging(compiled: Compiled) -> dict[str, bytes]:
-    """Return the mesh files that belong to the artifacts that were made, of those of all."""
-    from rosorin_compile.formats.mesh_files import opened_by
+def _write_depfile(
+    run: Run, description: Description, names: Sequence[str], request: Request, compiled: Compiled
+) -> int:
+    """Write the requested depfile; the artifacts, the first of ``names`` the first, become newer than it.
 
-    robot, searched = compiled.robot, compiled.meshes
-    if robot is None or searched is None:
-        return {}
-    made = {artifact.output for artifact in compiled.artifacts}
-    outputs = [output for output in robot.outputs if output.name in made]
-    names = {opened_by(output, found.named.name) for found in searched.found for output in outputs}
-    return {name: data for name, data in searched.files.items() if name in names}
-
-
-def _tell_build(run: Run, description: Description, names: Sequence[str], inputs: Sequence[Path]) -> int:
-    """Write the depfile, if one is asked for; the artifacts, the first of ``names`` the first, get newer than it.
-
-    A mesh that was read where it stands, in the folder of the artifacts, is an input, too, and keeps its time.
+    A mesh that was read in the folder of the artifacts is an input, too, and keeps its time.
     """
     if run.options.depfile is None:
         return FINE
-    from .compiling import tell_build
-
-    read = {world.real(file) for file in inputs}
+    read = {os.path.realpath(file) for file in request.inputs(compiled)}
     made = [description.outputs / name for name in names]
-    newer = [file for file in made if world.real(file) not in read]
-    return tell_build(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
-
-
-def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> Written | None:
-    from rosorin_compile.output import OutputError, write_outputs
-
-    try:
-        written = write_outputs(description.outputs, files, run.options.prune, whole=not run.options.only)
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
-        return None
-    _tell(run, description, written)
-    if written.aside:
-        world.spoil("what was there before is told once")
-    run.console.show(written.put_aside(description.outputs))
-    for note in left_alone(description.outputs, written) if not run.options.only else ():
-        run.console.show([note], listed=True)  # check fails for it
-    return written
-
-
-def left_alone(folder: Path, written: Written) -> list[Diagnostic]:
-    """Return what there is to say of files in the folder of a robot that are none of its artifacts."""
-    from rosorin_compile.source.diagnostics import NOTE, Diagnostic
-
-    help = "all --prune removes it"
-    return [
-        Diagnostic("not-an-artifact", NOTE, f"{folder}/{name} is no artifact of this robot; it is kept", help=help)
-        for name in written.kept
-    ]
-
-
-def _tell(run: Run, description: Description, written: Written) -> None:
-    """Add what was written to the answer; the next time nothing is, if nothing changes."""
-    names = {"written": list(written.written), "unchanged": list(written.unchanged), "removed": list(written.removed)}
-    unchanged = sorted([*written.written, *written.unchanged])
-    later = {"written": [], "unchanged": unchanged, "removed": []}
-    tell_of_robot(run.options, {"folder": str(description.outputs), **names}, later)
+    newer = [file for file in made if os.path.realpath(file) not in read]
+    watched = request.watched(compiled, [*made, Path(run.options.depfile)])
+    return write_depfile(run, run.options.depfile_target or str(made[0]), watched, made, newer)
 
 
 def what_changed(written: Written, meshes: Collection[str] = ()) -> str:
     """Return in words what writing a set of artifacts did; ``meshes`` of it are counted."""
-    from .compiling import counted_files
-
     if not written.written and not written.removed:
         return "unchanged"
     names = [name for name in written.written if name not in meshes]

@@ -1,148 +1,137 @@
-"""What a command answers a program: one envelope around its result and all that there is to say.
+"""The answer of one run: a result and diagnostics, printed as text or as one JSON envelope at the end.
 
-A command gives its result as a value; the command line prints the envelope at the end of the run, also of one that went
-wrong. Nothing else prints JSON. ``schemas`` has the form of each envelope.
+The envelope has the keys ``version``, ``command``, ``diagnostics`` and ``result``; its schema is ``envelope``.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import sys
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source import world
 from rosorin_compile.source.console import ENVELOPE, Console
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
-from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.world.memory import OUT, otherwise
 
 if TYPE_CHECKING:
-    import argparse
-
     from rosorin_compile.source.project import Description
 
-GENERAL = "answer"  # the schema of an answer that has none of its own
 _OPTION = "--format"
 
 
 class Answer:
-    """The answer of one run: the command and the form that it is asked in, what was said, and the result if any."""
+    """The answer of one run: the command, the format, what was reported, and the result."""
 
     def __init__(self, command: str = "", form: str = "text") -> None:
         self.command = command
         self.form = form
         self.diagnostics: list[Diagnostic] = []
+        self.severities: Counter[str] = Counter()
+        self.consoles: list[Console] = []
         self.result: object = None
         self.robots: list[dict[str, object]] = []
-        self.later: list[dict[str, object]] = []  # what of each row is another thing the next time
+        self.code = 0
 
-    def refuse(self, message: str) -> None:
-        """Add why a command line cannot be followed."""
-        self.diagnostics.append(Diagnostic("wrong-usage", ERROR, message))
+    def fail(self, message: str, code: int) -> None:
+        """Report why the run ended."""
+        sys.stderr.write(f"rosorin-compile: {message}\n")
+        self.diagnostics.append(Diagnostic("wrong-usage" if code == 2 else "run-stopped", ERROR, message))
+        self.code = code
 
-    def console(self, quiet: bool = False, verbose: bool = False) -> Console:
-        """Return what takes messages beside the result: as text, unless they are to be in the envelope."""
-        form = self.form if self.form == ENVELOPE else "text"
-        return Console(form, quiet, verbose, collected=self.diagnostics)
+    def console(self, quiet: bool = False, verbose: bool = False, summary: bool = False) -> Console:
+        """Return a console that collects diagnostics for this answer unless it prints them as text."""
+        made = Console(self.form, quiet, verbose, summary, self.diagnostics, self.severities)
+        self.consoles.append(made)
+        return made
 
     def end(self) -> None:
-        """Print the envelope, if it is asked for; what is said again of the run is what it would be the next time."""
-        if self.form != ENVELOPE:
-            return
-        said = document(envelope(self))
-        for row, later in zip(self.robots, self.later, strict=True):
-            row.update(later)
-        with otherwise(OUT, document(envelope(self))):
-            sys.stdout.write(said)
+        """Print the document of a program: the envelope, or the diagnostics in the requested format."""
+        if self.form == ENVELOPE:
+            sys.stdout.write(document(envelope(self)))
+        elif self.form != "text":
+            from rosorin_compile.source.console import print_document
+
+            print_document(self.form, self.consoles, self.diagnostics)
 
 
-def begun(words: Sequence[str]) -> Answer:
-    """Return the answer of a command line that is not read yet: the form that it asks for."""
-    form = ""
+def requested_format(words: Sequence[str]) -> str:
+    """Return the value of --format in a command line that is not parsed yet."""
+    found = "text"
     for word, following in zip(words, [*words[1:], ""], strict=True):
         name, equals, value = word.partition("=")
-        if len(name) > len("--f") and _OPTION.startswith(name):
-            form = value if equals else following
-    return Answer(form=form)
+        if name == _OPTION:
+            found = value if equals else following
+    return found if found == ENVELOPE else "text"
 
 
-def answer_of(options: argparse.Namespace) -> Answer:
-    """Return the answer that a run is to give."""
+def answer_of(options: Any) -> Answer:
+    """Return the answer of the run with these options."""
     if not hasattr(options, "answer"):
         options.answer = Answer(form=getattr(options, "format", "text"))
     answer: Answer = options.answer
     return answer
 
 
-def give_result(
-    options: argparse.Namespace, result: object, text: Callable[[], str], show: Callable[[str], object] = print
-) -> None:
-    """Give the result of a command: a person reads it as ``text``, which ``show`` prints, a program in the envelope."""
+def give_result(options: Any, result: object, text: Callable[[], str], show: Callable[[str], object] = print) -> None:
+    """Set the result of a command, and print it with ``show`` as ``text`` unless a program reads the output."""
     answer = answer_of(options)
     answer.result = result
-    if answer.form != ENVELOPE and (shown := text()):
+    if answer.form in ("text", "github") and (shown := text()):
         show(shown)
 
 
-def begin_robot(options: argparse.Namespace, description: Description) -> None:
-    """Begin the row of a robot, in the result of a command that goes through robots."""
+def begin_robot(options: Any, description: Description) -> None:
+    """Begin the row of a robot in the result of a command that handles several robots."""
     answer_of(options).robots.append({"robot": description.name, "file": str(description.path), "fine": False})
-    answer_of(options).later.append({})
 
 
 def tell_of_robot(
-    options: argparse.Namespace, more: Mapping[str, object], next_time: Mapping[str, object] = MappingProxyType({})
+    options: Any, more: Mapping[str, object], _next_time: Mapping[str, object] = MappingProxyType({})
 ) -> None:
-    """Add to the row of the robot at hand; where a command goes through none there is no row.
-
-    ``next_time`` is what of that is another thing if nothing changes until then.
-    """
+    """Add to the row of the current robot, if there is one."""
     answer = answer_of(options)
     if answer.robots:
         answer.robots[-1].update(more)
-        answer.later[-1].update(next_time)
 
 
 def envelope(answer: Answer) -> dict[str, object]:
-    """Return an answer with what every answer says: the version, its schema, the diagnostics, the result or None."""
+    """Return the JSON envelope of an answer."""
     from rosorin_compile.source.report import as_object
     from rosorin_compile.source.version import __version__
 
     return {
-        "rosorin_compile": __version__,
-        "schema": schema_of(answer.command),
+        "version": __version__,
+        "command": answer.command,
         "diagnostics": [as_object(one) for one in answer.diagnostics],
-        "result": answer.result,
+        "result": plain(answer.result),
     }
 
 
-def schema_of(command: str) -> str:
-    """Return the name of the schema of what a command answers, as ``rosorin-compile schema`` takes it."""
-    name = name_of(command)
-    own = name.isascii() and name.isidentifier()
-    return name if own and world.stands(data_folder("schemas") / f"{name}.schema.json") else GENERAL
+def plain(value: object) -> object:
+    """Return a value as plain JSON data; a dataclass becomes an object of the fields in its ``repr``.
 
-
-def name_of(command: str) -> str:
-    """Return the name that the schema of a command has, if there is one; that of all answers for no command."""
-    return f"{GENERAL}_{command.replace('-', '_').replace(' ', '_')}" if command else GENERAL
+    Diagnostics are left out: the envelope has them.
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.repr}
+        return {name: plain(inner) for name, inner in fields.items() if name != "diagnostics"}
+    if hasattr(value, "_asdict"):  # a named tuple
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(inner) for inner in (sorted(value) if isinstance(value, (set, frozenset)) else value)]
+    if isinstance(value, Path):
+        return str(value)
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def document(value: object, indent: int | None = 2) -> str:
-    """Return a value as JSON; it has no word for a number that is none, which is null there."""
+    """Return a value as JSON; infinite numbers are null."""
     import json
 
-    try:
-        return json.dumps(value, indent=indent, allow_nan=False) + "\n"
-    except ValueError:
-        return json.dumps(_finite(value), indent=indent) + "\n"
-
-
-def _finite(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return json.dumps(plain(value), indent=indent, allow_nan=False) + "\n"

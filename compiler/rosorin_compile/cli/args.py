@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source.console import Console
-from rosorin_compile.source.project import Description
-
 from .answer import give_result
-from .given import Given
-from .robots import descriptions
+from .command import Options, command
+from .options import robots_argument
+from .robots import descriptions, warn_of_no_robots
 from .run import Run
 from .usage import FINE, PROBLEMS
 
@@ -18,46 +16,29 @@ if TYPE_CHECKING:
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.source.diagnostics import Span
 
-    from .parser import Parser
 
 _HEADS = ("name", "type", "allowed", "default", "set to", "where")
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robots()
-    command.add_result()
+@command("args", exits="0 listed, 1 an invalid argument")
+@robots_argument()
+def run(options: Options) -> int:
+    """List the arguments of each robot; those that are set are shown, and checked."""
+    from rosorin_compile import api
 
-
-def run(options: argparse.Namespace) -> int:
-    """List the arguments of each robot; those that are given are shown, and checked."""
     run = Run.of(options)
-    code, listed = FINE, []
-    for description in descriptions(run.words):
-        found = _declared(run.given, description, run.console)
-        if found is None:
-            code = PROBLEMS
-        else:
-            listed.append((description.name, found))
-    robots = [{"robot": name, "arguments": [_object(argument) for argument in found]} for name, found in listed]
-    give_result(options, robots, lambda: "\n".join(line for name, found in listed for line in _lines(name, found)))
-    return code
+    results = [api.arguments(run.request(description)) for description in descriptions(run.words)]
+    for result in results:
+        run.console.show(result.diagnostics)
+    if not options.words:
+        warn_of_no_robots(run.console)
+    fine = [result for result in results if not result.diagnostics]
+    robots = [{"robot": one.robot, "arguments": [_object(argument) for argument in one.arguments]} for one in fine]
+    give_result(options, robots, lambda: "\n".join(line for one in fine for line in _lines(one.robot, one.arguments)))
+    return FINE if len(fine) == len(results) else PROBLEMS
 
 
-def _declared(given: Given, description: Description, console: Console) -> list[Argument] | None:
-    """Return the arguments of a description; None, after saying what is wrong, if they cannot be set like this."""
-    from rosorin_compile.language.arguments import declared
-    from rosorin_compile.source.load import LoadError
-
-    try:
-        found, diagnostics = declared(description.path, given.values(), given.packages)
-    except LoadError as problem:
-        diagnostics = [problem.diagnostic]
-    console.show(diagnostics)
-    return None if diagnostics else found
-
-
-def _lines(name: str, found: list[Argument]) -> list[str]:
+def _lines(name: str, found: Sequence[Argument]) -> list[str]:
     """Return the arguments of a robot as a table, the help of each below it."""
     if not found:
         return [f"{name} has no arguments"]

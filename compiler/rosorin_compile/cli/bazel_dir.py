@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
-
 from rosorin_compile.source.project import data_folder
 
+from .answer import give_result
+from .command import Options, command
 from .usage import FINE
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Add what this command takes: nothing."""
-    more = "rosorin_robot.bzl defines the rule; see docs/builds.md."
-    command.description = f"{command.description} {more}"
-
-
-def run(_: argparse.Namespace) -> int:
+@command("bazel-dir", exits="0 printed", more="rosorin_robot.bzl defines the rule; see docs/builds.md.")
+def run(options: Options) -> int:
     """Print the folder that has rosorin_robot.bzl."""
-    print(data_folder("bazel"))
+    folder = data_folder("bazel")
+    give_result(options, str(folder), lambda: str(folder))
     return FINE

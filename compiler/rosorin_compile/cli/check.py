@@ -6,7 +6,6 @@ there is to check, ``check NAME``, comes from other packages by their records.
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
@@ -18,77 +17,49 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.language.arguments import Argument, Choice, Combination, combinations
+from rosorin_compile.source.diagnostics import Diagnostic, arrange, error, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ON_STDIN, Description
-from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.wording import counted
-from rosorin_compile.source.world import FOLDER, kind, spoil
+from rosorin_compile.viewer.changed import Pictures
 
-from .compiling import count, read_by, search_meshes, tell_build, warn_before
-from .pictures import pictures
+from .command import Options, command, option
+from .options import check_options, depfile_options, hook_option, notes_option, page_options
 from .registry import checks
 from .robots import check_depfile
-from .run import Run, console_of, for_each, once
+from .run import Run, console_of, count, for_each, nothing_written, write_depfile, write_page
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.expand.included_robots import Tell
-    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.output.check_outputs import Committed
     from rosorin_compile.source.markdown import Block
 
-    from .comparing import Checked
-    from .parser import Parser
-    from .pictures import Pictures
 
-RULES = (
-    Rule(
-        "outputs-differ",
-        "The committed artifacts are not those of the description (in the forms for programs).",
-        "`rosorin-compile all`, if that is what you meant.",
-        WRITING,
-    ),
-    Rule(
-        "engine-refuses",
-        "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` asks MuJoCo, "
-        "where it is installed; of one that is too old, it is a warning.",
-        "As the message says; a mesh is looked for from the folder of the artifact.",
-        WRITING,
-    ),
+def _checks() -> dict[str, list[tuple[str, str]]]:
+    """Return the checks for the help."""
+    return {"Checks (see check CHECK --help)": [(one.name, one.help) for one in checks().values()]}
+
+
+@command("check", exits="0 no differences, 1 differences or errors", sections=_checks)
+@check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
+@hook_option()
+@notes_option
+@option(
+    "--every-argument",
+    is_flag=True,
+    help="compile with all combinations of arguments that have a list of values; do not compare",
 )
-
-
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_check_options(hook=True)
-    command.add_notes()
-    command.listed, command.formatter_class = _listed, argparse.RawDescriptionHelpFormatter
-    command.add_argument(
-        "--every-argument",
-        action="store_true",
-        help="compile with all combinations of arguments that have a list of values; do not compare",
-    )
-    command.add_argument("--full", action="store_true", help="print differences of texts in full")
-    command.add_page("write a page that shows the robots, as committed and as compiled, and the changes")
-    command.add_depfile("required with --depfile")
-
-
-def _listed() -> str:
-    """Return the checks as the help lists them."""
-    every = checks().values()
-    width = max(len(one.name) for one in every)
-    lines = "".join(f"\n  {one.name:<{width}}  {one.help}" for one in every)
-    return f"\nother checks (run rosorin-compile check CHECK --help for their options):{lines}"
-
-
-def run(options: argparse.Namespace) -> int:
+@option("--full", is_flag=True, help="print differences of texts in full")
+@page_options("write a page that shows the robots, as committed and as compiled, and the changes")
+@depfile_options("required with --depfile")
+def run(options: Options) -> int:
     """Compile each robot and compare with what is committed."""
     _check_options(options)
     if options.every_argument:
         return for_each(options, check_every)
     if options.html is None:
         return for_each(options, check_one)
-    spoil("a page is written")
-    page = pictures(options)
+    page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
     each = partial(check_one, page=page)
     try:
         code = for_each(options, each)
@@ -96,13 +67,13 @@ def run(options: argparse.Namespace) -> int:
         page.clear()
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
             for_each(options, each)
-            page.write(console_of(options))
+            write_page(page, console_of(options))
         raise
-    page.write(console_of(options))
+    write_page(page, console_of(options))
     return code
 
 
-def _check_options(options: argparse.Namespace) -> None:
+def _check_options(options: Options) -> None:
     """Raise WrongUsage for options that do not go together, and for a depfile that cannot be."""
     if options.every_argument and options.html is not None:
         raise WrongUsage("--html shows a comparison with what is committed; it does not go with this option")
@@ -116,63 +87,59 @@ def _check_options(options: argparse.Namespace) -> None:
 
 
 def check_one(run: Run, description: Description, page: Pictures | None = None) -> int:
-    """Compile one robot in memory and compare with its outputs folder; ``page`` takes what it shows of that."""
-    if page is not None:  # they are taken of what is compiled
-        return _compare(run, description, page)
-    return once(run, description, lambda: _compare(run, description, None))
+    """Compile one robot and compare it with its outputs folder; ``page`` shows the changes."""
+    from rosorin_compile import api
 
-
-def _compare(run: Run, description: Description, page: Pictures | None) -> int:
-    """Do the same, whether or not it was done before."""
-    from rosorin_compile.source.diagnostics import has_errors
-
-    from .comparing import compared
-
-    compiled = run.compiled(description)
-    if compiled is None or compiled.robot is None:
-        return PROBLEMS
+    console, request = run.console, run.request(description)
     if description.path == ON_STDIN:
-        run.console.say(f"{description.name}: {count(compiled.artifacts)} compiled; there are no committed ones")
+        compiled = run.compiled(description)
+        if compiled is None:
+            return PROBLEMS
+        console.say(f"{description.name}: {count(compiled.artifacts)} compiled; there are no committed ones")
         return FINE
-    held = compared(run.given, description, compiled)
-    run.console.show(held.diagnostics)
-    if held.comparison is None:
+    checked = api.check(request)
+    compiled, committed = checked.compiled, checked.committed
+    console.tell_read(request.inputs(compiled))
+    console.show(checked.diagnostics)
+    if committed is None:
+        nothing_written(console, description.name, compiled.diagnostics)
+        return PROBLEMS
+    if committed.comparison is None:
         return PROBLEMS
     if page is not None:
-        page.take(run.given, description, compiled, held.comparison, held.committed, held.meshes)
-    if not held.same:
-        _differ(run, held)
+        page.take(request, compiled, committed.comparison, committed.committed, committed.meshes)
+    if not committed.same:
+        _differ(run, committed)
         _tell_no_folder(run, description)
         return PROBLEMS
-    if has_errors(held.diagnostics):
+    if has_errors(committed.diagnostics):
         return PROBLEMS
     found = count(compiled.artifacts, compiled.mesh_files)
-    run.console.say(f"{description.name}: {found} as committed in {description.outputs}")
-    files = [description.outputs / name for name in held.committed]
+    console.say(f"{description.name}: {found} as committed in {description.outputs}")
     if run.options.depfile is None:
         return FINE
-    return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *files])
+    files = [description.outputs / name for name in committed.committed]
+    watched = request.watched(compiled, [Path(run.options.depfile)])
+    return write_depfile(run, run.options.depfile_target, [*watched, *files])
 
 
-def _differ(run: Run, held: Checked) -> None:
+def _differ(run: Run, committed: Committed) -> None:
     """Say how committed files differ."""
-    from rosorin_compile.source.diagnostics import error
-
-    said = held.lines(full=getattr(run.options, "full", False))
+    said = committed.lines(full=getattr(run.options, "full", False))
     told = error("outputs-differ", "\n".join(said), None, "rosorin-compile all writes them anew")
 
     def blocks() -> list[Block]:
         from rosorin_compile.compare.tables import blocks
 
-        comparison = held.comparison
-        return blocks(comparison.changes, comparison.texts, held.meshes) if comparison is not None else []
+        comparison = committed.comparison
+        return blocks(comparison.changes, comparison.texts, committed.meshes) if comparison is not None else []
 
     run.console.differ("not as committed", said, told, blocks)
 
 
 def _tell_no_folder(run: Run, description: Description) -> None:
     """Say that the folder of -o, as a build file may name it, has nothing of a robot."""
-    if run.options.output is not None and kind(description.outputs) != FOLDER:
+    if run.options.output is not None and not description.outputs.is_dir():
         way = "rosorin-compile all with the same -o and arguments writes it"
         run.console.warn(f"{description.name}: there is no folder {description.outputs}; {way}")
 
@@ -183,32 +150,29 @@ MAX_COMBINATIONS = 256
 def check_every(run: Run, description: Description) -> int:
     """Compile one robot in memory with every combination; each problem is said once, with the arguments it comes by."""
     from rosorin_compile.language.arguments import declared
-    from rosorin_compile.output.pipeline import compile_robot
-    from rosorin_compile.source.diagnostics import arrange, has_errors
     from rosorin_compile.source.load import LoadError
 
+    request = run.request(description)
     try:
-        given = run.given.values()
+        given = request.values()
     except LoadError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
-    arguments, wrong = declared(description.path, given, run.given.packages)
+    arguments, wrong = declared(description.path, given, request.packages)
     if has_errors(wrong):
         run.console.show(wrong)
         return PROBLEMS
     varied = Argument.choices(arguments, given)
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
-    tell: Tell = warn_before(run.given, run.console)
-    search = partial(search_meshes, run.given, description)
     for number, combination in enumerate(tried, 1):
         Progress.about(f"{description.name}, {number:,} of {len(tried):,}:")
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
-        compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages, search)
-        for diagnostic in compiled.proven().diagnostics:
+        compiled = replace(request, arguments={**given, **texts}, argument_files=()).compile()
+        for diagnostic in compiled.diagnostics:
             if diagnostic.severity != "note":
                 found.setdefault(diagnostic, []).append(combination)
-        tell = _already_told
+        request = replace(request, warn=_ignore)  # the first combination has printed the warnings
     said = [replace(d, message=d.message + _with(varied, tried, where)) for d, where in found.items()]
     run.console.show(arrange(said))
     failed = {one for diagnostic, where in found.items() if diagnostic.severity == "error" for one in where}
@@ -216,8 +180,8 @@ def check_every(run: Run, description: Description) -> int:
     return PROBLEMS if failed else FINE
 
 
-def _already_told(_diagnostic: Diagnostic) -> None:
-    """Take what has to be said before anything is run: the first combination said it."""
+def _ignore(_diagnostic: Diagnostic) -> None:
+    """Do nothing."""
 
 
 def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequence[Combination]) -> str:

@@ -1,57 +1,38 @@
-"""rosorin-compile check physics: look for what cannot be, by an engine and by meshes."""
+"""rosorin-compile check physics: find collisions and impossible masses with MuJoCo and the meshes."""
 
 from __future__ import annotations
 
-import argparse
 from collections import Counter
-from dataclasses import asdict
-from typing import TYPE_CHECKING
 
-from rosorin_compile.mujoco.physics.checking import Looked, lacking, look
-from rosorin_compile.source.diagnostics import counted, has_errors, listed
+from rosorin_compile import api
+from rosorin_compile.mujoco.physics.checking import require
+from rosorin_compile.source.diagnostics import counted, listed
 from rosorin_compile.source.project import Description
 
+from .answer import plain
+from .command import Options, check
+from .options import check_options, hook_option
 from .run import Run, for_each
-from .usage import FINE, PROBLEMS, WrongUsage
-
-if TYPE_CHECKING:
-    from .parser import Parser
+from .usage import FINE, PROBLEMS
 
 
-def options(command: Parser) -> None:
-    """Add what this check takes."""
-    command.add_check_options(hook=True)
-
-
-def run(options: argparse.Namespace) -> int:
+@check("physics", exits="0 no errors, 1 errors")
+@check_options()
+@hook_option()
+def run(options: Options) -> int:
     """Check the physics of each robot."""
-    _check_installed()
-    return for_each(options, _answered)
+    require("check physics")
+    return for_each(options, _check)
 
 
-def _check_installed() -> None:
-    missing = lacking()
-    if missing:
-        raise WrongUsage(f"check physics needs what is not installed: pip install {missing}")
-
-
-def _answered(run: Run, description: Description) -> int:
-    looked = _check(run, description)
-    run.tell_of_robot({"looked_at": looked and asdict(looked.at)})
-    return _code(looked)
-
-
-def _check(run: Run, description: Description) -> Looked | None:
-    case = run.understood(description)
-    if case is None:
-        return None
-    looked = look(case, description, run.given.packages)
-    run.console.show(looked.diagnostics)
-    severities = Counter(diagnostic.severity for diagnostic in looked.diagnostics)
+def _check(run: Run, description: Description) -> int:
+    result = api.check_physics(run.request(description))
+    run.console.show(result.diagnostics)
+    run.tell_of_robot({"looked_at": plain(result.looked_at)})
+    if result.looked_at is None:
+        run.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
+        return PROBLEMS
+    severities = Counter(one.severity for one in result.diagnostics)
     found = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
-    run.console.say(f"{description.name}: physics of {looked.at}: {found or 'nothing to say'}")
-    return looked
-
-
-def _code(looked: Looked | None) -> int:
-    return PROBLEMS if looked is None or has_errors(looked.diagnostics) else FINE
+    run.console.say(f"{description.name}: physics of {result.looked_at}: {found or 'nothing to say'}")
+    return FINE if result.fine else PROBLEMS

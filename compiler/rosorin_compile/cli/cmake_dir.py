@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
-
 from rosorin_compile.source.project import data_folder
 
+from .answer import give_result
+from .command import Options, command
 from .usage import FINE
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Add what this command takes: nothing."""
-    more = "Pass it to find_package(rosorin_compile) as rosorin_compile_DIR"
-    command.description = f"{command.description} {more}; see docs/builds.md."
-
-
-def run(_: argparse.Namespace) -> int:
+@command(
+    "cmake-dir",
+    exits="0 printed",
+    more="Pass it to find_package(rosorin_compile) as rosorin_compile_DIR; see docs/builds.md.",
+)
+def run(options: Options) -> int:
     """Print the folder that has rosorin_compileConfig.cmake."""
-    print(data_folder("cmake"))
+    folder = data_folder("cmake")
+    give_result(options, str(folder), lambda: str(folder))
     return FINE

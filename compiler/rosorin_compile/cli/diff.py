@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Mapping, Sequence
@@ -10,63 +9,73 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from rosorin_compile.source.console import Console
 
 from .answer import give_result
+from .command import Options, command, option
 from .given import named
-from .pictures import pictures
+from .options import Decorator, page_options, robot_options, words_argument
 from .robots import one, take_stdin
-from .run import Run
+from .run import Run, write_page
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.difference import Difference, Side
+    from rosorin_compile.output.diff_inputs import Read
 
-    from .given import Given
-    from .parser import Parser
-    from .sides import Read
 
 _SIDES = ("A", "B")
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
+class _Tolerance(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
+    """A finite number from zero upwards."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number."""
+        try:
+            number = float(value)
+        except ValueError:
+            number = -1.0
+        if not (0 <= number < math.inf):
+            self.fail(f'"{value}" is no number from zero upwards', param, ctx)
+        return number
+
+
+TOLERANCE = _Tolerance()
+
+
+def _robots() -> Decorator[Any]:
+    """Return the argument for two robots, with the endings of files that can be read."""
     from rosorin_compile.formats import FORMATS
 
     *others, last = FORMATS.endings()
-    command.add_argument(
-        "words",
-        nargs="+",
-        metavar="A B",
-        completes="ROBOT ROBOT",
-        help=f"robots to compare: name, folder or file of a description, or a {', '.join(others)} or {last} file",
+    return words_argument(
+        "A B",
+        f"robots to compare: name, folder or file of a description, or a {', '.join(others)} or {last} file",
+        required=True,
+        offers=("robot",),
     )
-    for side in _SIDES:
-        command.add_argument(
-            f"--{side.lower()}-arg",
-            action="append",
-            default=[],
-            metavar="NAME=VALUE",
-            help=f"set an argument of {side} only",
-        )
-    command.add_argument(
-        "--prefix",
-        metavar="TEXT",
-        help="prefix of all names in B; default: detected",
-    )
-    command.add_argument(
-        "--tolerance",
-        type=_tolerance,
-        metavar="NUMBER",
-        help="largest difference to ignore, in metres, radians or relative to the number; default: 1e-9",
-    )
-    command.add_argument("--full", action="store_true", help="print all differences")
-    command.add_page("write a page that shows both robots and their differences")
-    command.add_result()
-    command.add_given()
 
 
-def run(options: argparse.Namespace) -> int:
+@command("diff", exits="0 equal, 1 differences or errors")
+@_robots()
+@option("--a-arg", multiple=True, metavar="NAME=VALUE", help="set an argument of A only")
+@option("--b-arg", multiple=True, metavar="NAME=VALUE", help="set an argument of B only")
+@option("--prefix", metavar="TEXT", help="prefix of all names in B; default: detected")
+@option(
+    "--tolerance",
+    type=TOLERANCE,
+    metavar="NUMBER",
+    help="largest difference to ignore, in metres, radians or relative to the number; default: 1e-9",
+)
+@option("--full", is_flag=True, help="print all differences")
+@page_options("write a page that shows both robots and their differences")
+@robot_options
+def run(options: Options) -> int:
     """Compare two robots; say what differs."""
     from rosorin_compile.compare.diff import compare_robots
     from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, as_json, lines
@@ -99,33 +108,27 @@ def run(options: argparse.Namespace) -> int:
             sys.stdout.flush()
     finally:  # also where nobody reads to the end
         if options.html is not None:
-            givens = [given._replace(texts={**given.texts, **named(texts)}) for texts in (options.a_arg, options.b_arg)]
-            _write_page(options, list(zip(words, givens, strict=True)), found)
+            _write_page(run, words, found)
     return FINE if found.same else PROBLEMS
 
 
-def _write_page(options: argparse.Namespace, givens: Sequence[tuple[str, Given]], found: Difference) -> None:
+def _write_page(run: Run, words: Sequence[str], found: Difference) -> None:
     """Write the page that shows B with A under it. Raises WrongUsage."""
-    page = pictures(options)
-    robots = [(given, one(word, "rosorin-compile diff A B")) for word, given in givens]
-    page.take_sides(robots, found, options.prefix)
-    page.write(Console(options.format))
+    from rosorin_compile.viewer.changed import Pictures
 
-
-def _tolerance(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value >= 0):
-        raise argparse.ArgumentTypeError(f'"{text}" is no number from zero upwards')
-    return value
+    options = run.options
+    page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
+    requests = []
+    for word, own in zip(words, (options.a_arg, options.b_arg), strict=True):
+        request = replace(run.request(one(word, "rosorin-compile diff A B")), warn=None)
+        requests.append(replace(request, arguments={**request.arguments, **named(own)}))
+    page.take_sides(requests, found, options.prefix)
+    write_page(page, Console(options.format))
 
 
 def _read(word: str, arguments: dict[str, Any], packages: Mapping[str, Path], trust: bool) -> Read:
+    from rosorin_compile.output.diff_inputs import read_side
     from rosorin_compile.source.project import NoDescription
-
-    from .sides import read_side
 
     try:
         return read_side(word, arguments, packages, trust)
@@ -133,7 +136,7 @@ def _read(word: str, arguments: dict[str, Any], packages: Mapping[str, Path], tr
         raise WrongUsage(str(problem)) from None
 
 
-def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[str], both: bool) -> None:
+def _check_arguments(options: Options, read: list[Read], words: list[str], both: bool) -> None:
     """Refuse an argument of a file that has none: only a description and a xacro have. Raises WrongUsage."""
     deaf = [one.deaf for one in read]
     for is_deaf, word, own, side in zip(deaf, words, (options.a_arg, options.b_arg), _SIDES, strict=True):

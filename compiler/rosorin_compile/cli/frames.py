@@ -2,102 +2,81 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.source.console import paint
-from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
+from rosorin_compile.source.diagnostics import has_errors
 
+from . import complete
 from .answer import give_result
-from .run import Run
-from .understanding import mode_states
+from .command import Options, command, option
+from .options import PATH, mode_option, robot_argument, robot_options
+from .run import Run, mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.model.frame_tree import Row
-    from rosorin_compile.source.console import Console
     from rosorin_compile.viewer.drawing.situations import Situation
     from rosorin_compile.viewer.drawing.terminal import Look
 
-    from .parser import Parser
-
-RULES = (Rule("picture-file", "A picture cannot be written.", "The message says why.", Heading.OUTPUTS),)
 
 _HOW = "rosorin-compile frames ROBOT"
 _LINES = "└├│─╌"
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robot()
-    command.add_argument("--frame", metavar="FRAME", help="show only the path from the root to a frame")
-    command.add_argument(
-        "--publisher", metavar="NODE", help='show only the edges of a publisher; "nobody": edges without one'
-    )
-    command.add_modes("one tree each for on and off")
-    command.add_argument(
-        "-o",
-        "--output",
-        type="path",
-        metavar="FILE",
-        help="write a drawing: .svg, .dot or .gv (Graphviz), .mmd or .md (Mermaid); FOLDER/: one SVG per tree",
-    )
-    command.add_argument("--force", action="store_true", help="replace a file that this command did not write")
-    command.add_argument("--ascii", action="store_true", help="draw the tree with ASCII characters")
-    command.add_result()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("frames", exits="0 shown or written, 1 the robot has errors")
+@robot_argument
+@option(
+    "--frame",
+    metavar="FRAME",
+    help="show only the path from the root to a frame",
+    shell_complete=complete.of("frame"),
+)
+@option("--publisher", metavar="NODE", help='show only the edges of a publisher; "nobody": edges without one')
+@mode_option("one tree each for on and off")
+@option(
+    "-o",
+    "--output",
+    type=PATH,
+    metavar="FILE",
+    help="write a drawing: .svg, .dot or .gv (Graphviz), .mmd or .md (Mermaid); FOLDER/: one SVG per tree",
+)
+@option("--force", is_flag=True, help="replace a file that this command did not write")
+@option("--ascii", is_flag=True, help="draw the tree with ASCII characters")
+@robot_options
+def run(options: Options) -> int:
     """Show the tree of frames of one robot."""
+    from rosorin_compile import api
+
     chosen = [name for name in ("frame", "publisher", "output") if getattr(options, name) is not None]
     if len(chosen) > 1:
         raise WrongUsage(f"--{chosen[0]} and --{chosen[1]} do not go together")
     run, description = Run.alone(options, "one robot at a time", _HOW)
-    known = run.understood(description)
-    if known is None:
-        return PROBLEMS
-    from rosorin_compile.viewer.drawing.situations import TooMany, situations
-
-    try:
-        shown = situations(known.robot, mode_states(known.robot, options.modes))
-    except TooMany as problem:
-        raise WrongUsage(f"{problem}; name modes: --mode NAME") from None
-    if options.output is not None:
-        return _write(known.robot, shown, options, run.console)
-    _check_names(known.robot, options)
-    give_result(
-        options,
-        _result(known.robot, shown, options),
-        lambda: _text(known.robot, shown, options),
-        lambda text: paint(f"{text}\n", sys.stdout),
+    found = api.frames(
+        run.request(description),
+        frame=options.frame,
+        publisher=options.publisher,
+        modes=mode_states(options.modes),
+        output=options.output,
+        force=options.force,
     )
+    run.console.show(found.diagnostics)
+    if found.robot is None:
+        run.no_robot(description)
+    if found.robot is None or has_errors(found.diagnostics):
+        return PROBLEMS
+    robot = found.robot
+    if found.files:
+        give_result(options, found, lambda: "\n".join(f"{robot.name}: {path}" for path in found.files))
+        return FINE
+    give_result(options, found, lambda: _text(robot, found.trees, options), lambda text: paint(f"{text}\n", sys.stdout))
     return FINE
 
 
-def _check_names(robot: Robot, options: argparse.Namespace) -> None:
-    """Raise WrongUsage for a frame or publisher that the robot does not have."""
-    from rosorin_compile.model.frame_tree import NOBODY, rows
-    from rosorin_compile.source.diagnostics import did_you_mean
-
-    edges = rows(robot)
-    if options.frame is not None:
-        frames = dict.fromkeys(robot.frames)
-        frames |= dict.fromkeys(name for row in edges for name in (row.parent, row.child))
-        if options.frame not in frames:
-            raise WrongUsage(f'there is no frame "{options.frame}"; {did_you_mean(options.frame, frames)}')
-    if options.publisher is not None:
-        names = dict.fromkeys([*(row.publisher for row in edges), NOBODY])
-        if options.publisher not in names:
-            raise WrongUsage(f'there is no publisher "{options.publisher}"; {did_you_mean(options.publisher, names)}')
-
-
-def _text(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace) -> str:
+def _text(robot: Robot, shown: tuple[Situation, ...], options: Options) -> str:
     from rosorin_compile.model.frame_tree import publishers, rows
     from rosorin_compile.viewer.drawing.terminal import look, table
 
@@ -156,43 +135,6 @@ def _trees(robot: Robot, shown: tuple[Situation, ...], how: Look, frame: str | N
     return said
 
 
-def _result(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace) -> dict[str, object]:
-    """Return the frames of each situation, and who publishes each edge."""
-    from rosorin_compile.model.frame_tree import lines, way
-
-    names = robot.frames
-    made = []
-    for situation in shown:
-        found = lines(situation.edges, names)
-        if options.frame is not None:
-            found = way(found, options.frame)
-        edges = [line.row for line in found if line.row is not None]
-        if options.publisher is not None:
-            edges = [row for row in edges if row.publisher == options.publisher]
-        made.append(
-            {
-                "when": situation.label,
-                "modes": [dict(states) for states in situation.modes],
-                "frames": list(dict.fromkeys(line.frame for line in found)) if options.publisher is None else [],
-                "edges": [_edge(row) for row in edges],
-            }
-        )
-    return {"robot": robot.name, "situations": made}
-
-
-def _edge(row: Row) -> dict[str, object]:
-    return {
-        "parent": row.parent,
-        "child": row.child,
-        "publisher": row.publisher if row.published else None,
-        "why": row.why or None,
-        "topic": row.topic if row.published else None,
-        "when": row.when or None,
-        "joint": row.joint or None,
-        "type": row.kind or None,
-    }
-
-
 def _has_lines() -> bool:
     """Whether standard output can print the lines of a tree; a text in memory, without an encoding, can."""
     try:
@@ -210,45 +152,4 @@ def _width() -> int:
 
 
 def _coloured() -> bool:
-    return sys.stdout.isatty() and not world.is_set("NO_COLOR")
-
-
-def _write(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace, console: Console) -> int:
-    """Write the picture, or a picture for each situation into a folder. Raises WrongUsage."""
-    from rosorin_compile.output import OutputError, write_set
-    from rosorin_compile.output.one_file import replace_text
-    from rosorin_compile.viewer.drawing import SUFFIXES, picture, suffix
-
-    target = Path(options.output)
-    folder = options.output.endswith(("/", os.sep)) or world.kind(target) == world.FOLDER
-    if folder:
-        names = [f"frames_{one.short}.svg" if one.short else "frames.svg" for one in shown]
-        files = {target / name: picture(robot, ".svg", [one]) for name, one in zip(names, shown, strict=True)}
-    elif suffix(options.output):
-        files = {target: picture(robot, suffix(options.output), shown)}
-    else:
-        raise WrongUsage(f"{options.output} is no picture: name one that ends in {', '.join(SUFFIXES)}, or FOLDER/")
-    odd = [path for path in files if world.stands(path) and world.kind(path) != world.FILE]
-    if odd:
-        raise WrongUsage(f"{odd[0]} cannot be written: it is no regular file")
-    foreign = [path for path in files if not options.force and world.stands(path) and not _is_ours(path)]
-    if foreign:
-        raise WrongUsage(f"{foreign[0]} is there, and frames did not make it; name another file, or add --force")
-    try:
-        if folder:
-            write_set(Path(os.path.abspath(target)), {path.name: text for path, text in files.items()})
-        else:
-            replace_text(target, files[target], "picture-file")
-    except OutputError as problem:
-        console.show([problem.diagnostic])
-        return PROBLEMS
-    written = {"robot": robot.name, "files": list(map(str, files))}
-    give_result(options, written, lambda: "\n".join(f"{robot.name}: {path}" for path in files))
-    return FINE
-
-
-def _is_ours(path: Path) -> bool:
-    try:
-        return b"Generated by rosorin-compile" in world.head(path, 4096)
-    except OSError:
-        return False
+    return sys.stdout.isatty() and not os.environ.get("NO_COLOR")

@@ -1,247 +1,266 @@
-"""The command line: a command is found by its record, and its module is imported when it is called.
+"""The command line: a click group that imports the module of a command when it is called.
 
-Exit codes: 0 fine, 1 problems found, 2 wrong usage.
+Exit codes: 0 fine, 1 problems found, 2 wrong usage, 130 interrupted.
 """
 
 from __future__ import annotations
 
-import argparse
 import errno
 import io
 import os
 import sys
-from collections.abc import Iterable, Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from rosorin_compile.source.console import guarded, show_progress
+import click
+from click.shell_completion import CompletionItem, shell_complete
+
+from rosorin_compile.source.console import guarded
+from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.world import spoil
 
-from .answer import Answer, begun
-from .calling import CHECK, called, suggestion
-from .parser import Refused
-from .registry import commands, names
-from .usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system, tell_which_tool
+from . import registry
+from .answer import Answer, requested_format
+from .check_names import resolve
+from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
-if TYPE_CHECKING:
-    from .calling import Called
-    from .parser import Parser
-    from .record import Command
+PROGRAM = "rosorin-compile"
+COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of shells call the program
+INTERRUPTED = 130
 
-# No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
-ASKED_BY_SHELLS = "complete"
+# Words that people type for a command, and the command that they look for.
+_INSTEAD = {
+    "build": "all",
+    "convert": "import",
+    "create": "init",
+    "generate": "all",
+    "lint": "check",
+    "new": "init",
+    "show": "view",
+    "validate": "check",
+}
+_REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
+_STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
-_NEEDED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # what writing to a stream can end in
 
-_WHAT = "Compile one YAML description of a robot to URDF, MJCF, SDF, launch files and other artifacts."
-_MORE = """Run rosorin-compile COMMAND --help for the options of a command.
-Exit codes: 0 fine, 1 problems or differences, 2 wrong usage."""
+class Program(click.Group):
+    """The commands, in groups; a module of a command is imported when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands; nothing is imported."""
+        return list(registry.names("commands"))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return the command of a name."""
+        return registry.command(cmd_name)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the called command or check and its arguments. Raises click.UsageError with a suggestion."""
+        name, *rest = args
+        found = registry.command(name)
+        if found is None:
+            raise click.UsageError(f'there is no command "{name}"; {_suggestion(name)}')
+        if name == registry.CHECK and getattr(found, "plugin", None) is None:
+            return resolve(found, rest)
+        return name, found, rest
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands in groups."""
+        entries = [one for one in registry.commands().values() if not one.hidden]
+        width = max(len(one.name) for one in entries)
+        for group in dict.fromkeys(one.group for one in entries):
+            with formatter.section(group):
+                for one in entries:
+                    if one.group == group:
+                        formatter.write(f"{'':{formatter.current_indent}}{one.name:<{width}}  {one.help}\n")
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Return the commands that a shell offers; nothing is imported."""
+        entries = registry.names("commands").items()
+        items = [CompletionItem(name, help=help) for name, help in entries if name.startswith(incomplete)]
+        return items + click.Command.shell_complete(self, ctx, incomplete)
+
+
+def _suggestion(word: str) -> str:
+    from rosorin_compile.formats import FORMATS
+    from rosorin_compile.source.diagnostics import did_you_mean
+
+    instead = _INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
+    aliases = [name for one in registry.COMMANDS for name in one.also]
+    return f'say "{instead}"' if instead else did_you_mean(word, [*registry.names("commands"), *aliases])
+
+
+def _version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
+    """Print the versions of the program and of its plug-ins."""
+    from rosorin_compile.source.plugins import installed
+    from rosorin_compile.source.version import __version__
+
+    if not requested or ctx.resilient_parsing:
+        return
+    print(f"{PROGRAM} {__version__}")
+    groups: dict[tuple[str, str], dict[str, None]] = {}
+    for plugin in installed():
+        groups.setdefault((plugin.distribution, plugin.version), {})[plugin.group] = None
+    for (name, version), brings in groups.items():
+        print(f"plug-in {name} {version} ({', '.join(brings)})")
+    ctx.exit()
+
+
+def program() -> Program:
+    """Return the command line."""
+    version = click.Option(
+        ["--version"],
+        is_flag=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_version,
+        help="Show the versions of the tool and its plug-ins, and exit.",
+    )
+    return Program(
+        PROGRAM,
+        params=[version],
+        help="Compile one YAML description of a robot to URDF, MJCF, SDF, launch files and other artifacts.",
+        epilog="Run rosorin-compile COMMAND --help for the options of a command.\n\n"
+        "Exit codes: 0 fine, 1 problems or differences, 2 wrong usage.",
+        context_settings={"help_option_names": ["-h", "--help"]},
+        subcommand_metavar="COMMAND ...",
+    )
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Run a command line, by default that of the process; return the exit code."""
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
+        sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no character stops a run
     with guarded():
+        if COMPLETE in os.environ:
+            return _complete(os.environ[COMPLETE])
         return _run(words)
+
+
+def _complete(instruction: str) -> int:
+    """Answer a shell; nothing else is printed, whatever happens."""
+    with suppress(Exception, SystemExit, KeyboardInterrupt), redirect_stderr(io.StringIO()):
+        shell_complete(program(), {}, PROGRAM, COMPLETE, instruction)
+    return FINE
 
 
 def _run(words: list[str]) -> int:
     """Run a command line; return the exit code."""
     if not words:
-        sys.stderr.write(parser(words).format_help())
+        top = program()
+        sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
         return USAGE
-    if words[0] == ASKED_BY_SHELLS:
-        from .completion import candidates
-
-        return candidates.answer(words[1:], candidates.CommandLine(names("commands"), parser))
-    answer = begun(words)
+    answer = Answer(form=requested_format(words))
+    code = PROBLEMS
     try:
-        tell_which_tool()
-        code = _answered(words, answer)
+        with _errors_reported(answer):
+            code = _invoke(words, answer)
+        code = answer.code or code
         answer.end()
         sys.stdout.flush()
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
     except BrokenPipeError:
-        _say_no_more()
+        _close_stdout()
         return PROBLEMS
-    except Exception as problem:
-        # Python 3.11 wraps what comes while a class is made.
-        return 130 if isinstance(problem.__cause__, KeyboardInterrupt) else _stopped(problem, answer)
+    except OSError as problem:
+        if problem.filename is not None or problem.errno not in _STREAM_ERRORS:
+            raise
+        _close_stdout()
+        sys.stderr.write(f"{PROGRAM}: cannot write to standard output: {problem.strerror}\n")
+        return PROBLEMS
     finally:
         Progress.hide()
     return code
 
 
-def _answered(words: list[str], answer: Answer) -> int:
-    """Do what a command line asks for; a program finds in the answer, too, why it cannot be followed."""
+def _invoke(words: list[str], answer: Answer) -> int:
+    """Parse a command line and run its command; return the exit code."""
     try:
-        line = _line(words)
-        answer.command = _asked(line)
-        options = _parsed(line)
-        options.answer, answer.command = answer, options.called
-        answer.form = getattr(options, "format", "")
-        if getattr(options, "xacro_seconds", None):
-            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
-        if _shown(options):
-            show_progress(getattr(options, "in_logs", True))
-        code: int = options.run(options)
-        if not getattr(options, "quiet", False):
-            console = answer.console()
-            tell_of_cache(console)
-            tell_of_system(console)
-        return code
+        top = program()
+        with top.make_context(PROGRAM, words, obj=answer) as context:
+            code: Any = top.invoke(context)
+            return code if isinstance(code, int) else FINE
+    except click.exceptions.Exit as ended:
+        answer.form = "text"  # the help or the version was printed
+        return ended.exit_code
+
+
+@contextmanager
+def _errors_reported(answer: Answer) -> Iterator[None]:
+    """Report errors of the block that end the run, in one sentence each; set the exit code."""
+    try:
+        yield
+    except click.UsageError as problem:
+        where = problem.ctx.command_path if problem.ctx is not None else PROGRAM
+        answer.fail(_usage_message(problem, where), USAGE)
     except WrongUsage as problem:
-        sys.stderr.write(f"rosorin-compile: {problem}\n")
-        answer.refuse(str(problem))
-        return USAGE
-    except Refused as problem:
-        answer.refuse(problem.message)
-        answer.end()
+        answer.fail(str(problem), USAGE)
+    except PluginFailed as problem:
+        answer.console().show([problem.diagnostic])
+        answer.code = PROBLEMS
+    except ModuleNotFoundError as problem:
+        if problem.name not in _REQUIRED:
+            raise
+        package = _REQUIRED[problem.name]
+        answer.fail(
+            f"the package {package} is not installed, and no robot is read without it: pip install {package}", USAGE
+        )
+    except RecursionError:
+        answer.fail("the input is nested too deeply: includes, parts or expressions refer to each other", PROBLEMS)
+    except MemoryError:
+        answer.fail("not enough memory", PROBLEMS)
+    except OverflowError as problem:
+        answer.fail(f"a number is too large: {problem}", PROBLEMS)
+    except (BrokenPipeError, KeyboardInterrupt):
+        raise
+    except OSError as problem:
+        _report_os_error(problem, answer)
+    except Exception as problem:
+        if isinstance(problem.__cause__, KeyboardInterrupt):  # Python 3.11 wraps what comes while a class is made
+            raise KeyboardInterrupt from None
         raise
 
 
-def _shown(options: argparse.Namespace) -> bool:
-    """Say whether somebody wants to see how far a run is: at a terminal, or in the log of a job."""
-    for_people = getattr(options, "format", "text") in ("text", "github", "markdown")
-    return for_people and not getattr(options, "quiet", False)
-
-
-def _say_no_more() -> None:
-    """Let standard output lead nowhere, so that Python does not try it again at the end."""
-    spoil("nobody reads what is said")
-    with Path(os.devnull).open("wb") as nowhere:
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())
-
-
-def _stopped(problem: Exception, answer: Answer) -> int:
-    """Say what stopped the run: a plug-in, a name that no file can have, a full disk, a package that is not there.
-
-    Whatever else is raised goes on.
-    """
-    from rosorin_compile.source.plugins import PluginFailed
-
-    if isinstance(problem, ModuleNotFoundError) and problem.name in _NEEDED:
-        package = _NEEDED[problem.name]
-        message = f"the package {package} is not installed, and no robot is read without it: pip install {package}"
-        sys.stderr.write(f"rosorin-compile: {message}\n")
-        answer.refuse(message)
-        answer.end()
-        return USAGE
-    if isinstance(problem, OSError) and problem.errno in _FULL and problem.filename is None:
-        _say_no_more()
-        sys.stderr.write(f"rosorin-compile: cannot write to standard output: {problem.strerror}\n")
-        return PROBLEMS
-    if isinstance(problem, OSError) and problem.errno == errno.ENAMETOOLONG:
-        message = f"no file can have so long a name: {str(problem.filename)[:60]}..."
-        sys.stderr.write(f"rosorin-compile: {message}\n")
-        answer.refuse(message)
-        answer.end()
-        return USAGE
-    if not isinstance(problem, PluginFailed):
-        raise problem
-    answer.console().show([problem.diagnostic])
-    answer.end()
-    return PROBLEMS
-
-
-def parse(words: list[str]) -> argparse.Namespace:
-    """Return the options of a command line; words may stand before, between and after its options."""
-    return _parsed(_line(words))
-
-
-def _line(words: list[str]) -> Called:
-    line = called(words[1:] if words[:1] == ["--"] else words)
-    if line.said:
-        sys.stderr.write(f"rosorin-compile: {line.said}\n")
-    return line
-
-
-def _asked(line: Called) -> str:
-    """Return what is called by its own name: ``all`` for ``compile``, ``check physics`` for ``check --physics``."""
-    if line.found is None:
-        return ""
-    return f"{CHECK} {line.found.record.name}" if line.found.is_check else line.found.record.name
-
-
-def _parsed(line: Called) -> argparse.Namespace:
-    top = _parser(line)
-    options: argparse.Namespace
-    with line.found.guarded() if line.found else nullcontext():
-        options, more = top.parse_known_args(line.words)
-    unknown = next((word for word in more if word.startswith("-") and word != "-"), "")
-    if unknown:
-        raise WrongUsage(f"{line.name} has no option {unknown}; {_near(unknown, options.known)}")
-    if more and not hasattr(options, "words"):
-        raise WrongUsage(f'{line.name} takes no "{more[0]}"; see rosorin-compile {line.name} --help')
-    if more:
-        options.words += more
-    return options
-
-
-def parser(words: Sequence[str]) -> Parser:
-    """Return the parser of a command line; of the commands it has only the one that ``words`` call."""
-    return _parser(called(words))
-
-
-def _parser(line: Called) -> Parser:
-    from .parser import Parser, Version
-
-    top = Parser(
-        prog="rosorin-compile",
-        usage="rosorin-compile [-h] [--version] COMMAND ...",
-        description=_WHAT,
-        epilog=_MORE,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        listed=lambda: listed(commands().values()),
-    )
-    top.add_argument(
-        "--version", action=Version, nargs=0, help="show the versions of the tool and its plug-ins, and exit"
-    )
-    within = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
-    if line.name and line.found is None:
-        also = [name for one in commands(of_plugins=False).values() for name in one.also]
-        near = _near(line.name, [*names("commands"), *also])
-        top.error(f'there is no command "{line.name}"; {suggestion(line.name) or near}')
-    _add(within, line)
-    return top
-
-
-def _add(within: argparse._SubParsersAction[Parser], line: Called) -> None:
-    """Add the command that a line calls, or the check, by one of its names."""
-    found = line.found
-    if found is None:
-        return
-    record, asked, first = found.record, _asked(line), line.name.split()[0]
-    also = {record.name, *getattr(record, "also", ())} - {first} if not found.is_check else ()
-    other = f" Alias: {', '.join(also)}." if also else ""
-    added = within.add_parser(first, description=f"{record.help[0].upper()}{record.help[1:]}.{other}")
-    added.prog = f"rosorin-compile {line.name}"
-    found.add_options(added)
-    if record.words:
-        added.usage = f"{added.prog} [options] {record.words}"
-    for one in (added, *added.within.values()):
-        one.set_defaults(called=asked if one is added else f"{asked} {one.prog.split()[-1]}")
-        one.epilog = "\n\n".join(filter(None, [one.epilog, f"Exit codes: {record.exits}, 2 wrong usage."]))
-    added.set_defaults(run=found.run, known=added.long_options())
-
-
-def _near(word: str, known: Iterable[str]) -> str:
+def _usage_message(problem: click.UsageError, where: str) -> str:
+    """Return what is wrong with a command line, with a suggestion or the command that shows the help."""
     from rosorin_compile.source.diagnostics import did_you_mean
 
-    return did_you_mean(word.partition("=")[0], known)
+    called = where.removeprefix(PROGRAM).strip()
+    if isinstance(problem, click.NoSuchOption) and problem.ctx is not None:
+        options = [name for one in problem.ctx.command.params for name in one.opts if name.startswith("--")]
+        return f"{called or PROGRAM} has no option {problem.option_name}; {did_you_mean(problem.option_name, options)}"
+    message = problem.format_message().rstrip(".")
+    return f"{called}: {message}; see {where} --help".removeprefix(": ") if "; " not in message else message
 
 
-def listed(every: Iterable[Command]) -> str:
-    """Return commands as the help shows them, in groups."""
-    every = [one for one in every if not one.hidden]
-    width = max(len(one.name) for one in every)
-    lines: dict[str, list[str]] = {}
-    for one in every:
-        lines.setdefault(one.group, []).append(f"  {one.name:<{width}}  {one.help}\n")
-    return "".join(f"\n{group}:\n{''.join(found)}" for group, found in lines.items())
+def _report_os_error(problem: OSError, answer: Answer) -> None:
+    """Report an error of the system. Raises it again if it is about standard output."""
+    if problem.filename is None and problem.errno in _STREAM_ERRORS:
+        raise problem
+    if problem.errno == errno.ENAMETOOLONG:
+        answer.fail(f"no file can have so long a name: {str(problem.filename)[:60]}...", USAGE)
+    elif _is_folder_gone():
+        answer.fail("the current folder was removed; change to another one", USAGE)
+    else:
+        name = f"{problem.filename}: " if problem.filename is not None else ""
+        answer.fail(f"{name}{problem.strerror or problem}", PROBLEMS)
+
+
+def _is_folder_gone() -> bool:
+    try:
+        Path.cwd()
+    except OSError:
+        return True
+    return False
+
+
+def _close_stdout() -> None:
+    """Let standard output lead nowhere, so that Python does not try to write the rest at the end."""
+    with Path(os.devnull).open("wb") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())

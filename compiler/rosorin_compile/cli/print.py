@@ -8,78 +8,56 @@ from __future__ import annotations
 
 import os
 import sys
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.source.console import Console, give
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
-from rosorin_compile.source.world import spoil
 
 from .answer import give_result
-from .compiling import compile_proven, read_by, search_meshes, warn_before
-from .given import Given, no_half_mark, texts
-from .robots import is_foreign, is_robot, one
+from .command import Options, command, option
+from .given import no_half_mark
+from .options import PATH, depfile_options, robot_options, words_argument
+from .robots import is_robot, one
 from .run import Run
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
-
     from rosorin_compile.model import Output
-    from rosorin_compile.output.pipeline import Compiled, Understood
+    from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.output.request import Request
     from rosorin_compile.source.diagnostics import Diagnostic
 
-    from .parser import Parser
 
 _CALL = "rosorin-compile print"
 _MOST_NAMED = 20
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_argument(
-        "words",
-        nargs="*",
-        metavar="[ROBOT] OUTPUT",
-        completes="[ROBOT] ARTIFACT",
-        help="the robot (name, folder or file; also a URDF, xacro, SDF or MJCF), required if there are several, and "
-        "the name of an output or a format such as urdf",
-    )
-    command.add_argument(
-        "-o", "--output", type="path", metavar="FILE", help="write to a file instead of standard output"
-    )
-    command.add_argument("--list", action="store_true", completes="[ROBOT]", help="list the outputs of the robot")
-    command.add_result_form()
-    command.add_depfile("default: FILE of -o")
-    # A launch file takes whatever stands on standard error for a failure.
-    command.set_defaults(in_logs=False)
-    how_much = command.add_mutually_exclusive_group()
-    how_much.add_argument("-q", "--quiet", action="store_true", help="print only errors (default)")
-    how_much.add_argument(
-        "-v",
-        "--verbose",
-        action="store_true",
-        help="also print warnings, notes and the files that were read to standard error",
-    )
-    command.add_argument(
-        "--lenient",
-        action="store_true",
-        help="accept a URDF, xacro, SDF or MJCF that violates its specification, where possible",
-    )
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("print", exits="0 printed, 1 the robot has errors")
+@words_argument(
+    "[ROBOT] OUTPUT",
+    "the robot (name, folder or file; also a URDF, xacro, SDF or MJCF), required if there are several, and the name of "
+    "an output or a format such as urdf",
+    offers=("robot", "output", "format", "argument"),
+)
+@option("-o", "--output", type=PATH, metavar="FILE", help="write to a file instead of standard output")
+@option("--list", is_flag=True, help="list the outputs of the robot")
+@depfile_options("default: FILE of -o")
+@option(
+    "--lenient", is_flag=True, help="accept a URDF, xacro, SDF or MJCF that violates its specification, where possible"
+)
+@robot_options
+def run(options: Options) -> int:
     """Print one artifact, or list those that there are."""
     options.quiet = not options.verbose  # what there is to say of the cache, too
     run = Run.of(options)
-    given, words, console = run.given, run.words, run.console
+    words, console = run.words, run.console
     if options.list:
-        return _list(options, given, words, console)
+        return _list(run)
     if not words:
-        raise WrongUsage(f"print what? {_CALL} [ROBOT] OUTPUT{_outputs_here(given)}")
+        raise WrongUsage(f"print what? {_CALL} [ROBOT] OUTPUT{_outputs_here(run)}")
     if "" in words:
         raise WrongUsage("a name is empty: a variable of the shell that is not set?")
     if len(words) > 2:
@@ -93,11 +71,13 @@ def run(options: argparse.Namespace) -> int:
     if options.depfile is not None and target is None:
         raise WrongUsage("a depfile needs a target: write -o FILE, or --depfile-target NAME")
     description, output = _asked(run)
-    compiled = _compiled(given, description, console, output, options.lenient)
+    request = run.request(description)
+    compiled = request.compile((output,), foreign=True, lenient=options.lenient)
+    console.tell_read(request.inputs(compiled))
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return _nothing_printed(words, console, description, compiled.diagnostics)
-    return _put(options, console, compiled, read_by(given, compiled), target)
+    return _put(options, console, request, compiled, target)
 
 
 def _asked(run: Run) -> tuple[Description, str]:
@@ -122,43 +102,22 @@ def _meant(robot: str) -> str:
     return f"{robot} is a robot: write {_CALL} {robot} OUTPUT; --list {robot} shows its outputs"
 
 
-def _compiled(given: Given, description: Description, console: Console, output: str, lenient: bool) -> Compiled:
-    """Return what becomes of one output of a robot in any format, proven; ``lenient`` is about those in others."""
-    from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.source.load import LoadError
-
-    if not is_foreign(description.path):
-        return compile_proven(given, description, console, (output,))
-    from .foreign import emit_foreign
-
-    try:
-        arguments = texts(given.values())
-    except LoadError as problem:
-        return Compiled(None, (), [problem.diagnostic], ())
-    search = partial(search_meshes, given, description)
-    tell = warn_before(given, console)
-    wanted = (output,)
-    compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, wanted, lenient)
-    console.tell_read(read_by(given, compiled))
-    return compiled.proven()
-
-
-def _put(
-    options: argparse.Namespace, console: Console, compiled: Compiled, inputs: list[Path], target: str | None
-) -> int:
+def _put(options: Options, console: Console, request: Request, compiled: Compiled, target: str | None) -> int:
     """Print an artifact, or write it into the file that is named; then the depfile."""
     (artifact,) = compiled.artifacts
     # What writes files is not imported for nothing: most of what is printed is text that UTF-8 has.
     if options.output is not None or options.depfile is not None or not _is_text(artifact.text):
         from rosorin_compile.output import OutputError, encoded
-        from rosorin_compile.output.one_file import write_depfile
+
+        from .depfile import write_depfile
 
         try:
             data = encoded(artifact.file, artifact.text)
             if options.output is not None:
-                _write(Path(options.output), data, inputs, artifact.backend)
+                _write(Path(options.output), data, request.inputs(compiled), artifact.backend)
             if options.depfile is not None and target is not None:
-                write_depfile(Path(options.depfile), target, inputs, map(Path, filter(None, [options.output])))
+                made = [Path(name) for name in (options.output, options.depfile) if name]
+                write_depfile(Path(options.depfile), target, request.watched(compiled, made), made[:-1])
         except OutputError as problem:
             console.show([problem.diagnostic])
             return PROBLEMS
@@ -168,13 +127,14 @@ def _put(
 def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
     """Write an artifact; what no line in it tells to be ours, its format or the cache knows. Raises OutputError."""
     from rosorin_compile.formats import FORMATS
-    from rosorin_compile.output.one_file import write_file
-    from rosorin_compile.output.ours import is_marked, knows, remember, wrote
+    from rosorin_compile.output import is_generated, may_replace, write_file
+    from rosorin_compile.source.cache import remember, remembered
 
     robot_of = FORMATS[backend].ros.robot_of
-    write_file(path, data, inputs, lambda old: wrote(old) or bool(robot_of and robot_of(old)) or knows(path))
-    if not is_marked(data):
-        remember(path, ())
+    is_known = remembered(path) is not None
+    write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
+    if not is_generated(data):
+        remember(path)
 
 
 def _is_text(text: str) -> bool:
@@ -193,7 +153,6 @@ def _printed(text: str, console: Console) -> bool:
     except BrokenPipeError:
         raise
     except OSError as problem:
-        spoil("nobody reads what is said")
         console.warn(f"cannot write to standard output: {problem.strerror or problem}")
         with Path(os.devnull).open("wb") as nowhere:
             os.dup2(nowhere.fileno(), sys.__stdout__.fileno() if sys.__stdout__ else 1)
@@ -213,48 +172,23 @@ def _nothing_printed(
     return USAGE if all(one.rule == UNKNOWN for one in errors) else PROBLEMS
 
 
-def _list(options: argparse.Namespace, given: Given, words: list[str], console: Console) -> int:
+def _list(run: Run) -> int:
     """List the outputs of a robot."""
+    from rosorin_compile import api
+
+    options, words, console = run.options, run.words, run.console
     if len(words) > 1 or options.output or options.depfile:
         raise WrongUsage(f"a list is of one robot: {_CALL} --list ROBOT")
     description = one("".join(words), f"{_CALL} --list ROBOT")
-    understood = _understood(given, description, console)
-    outputs = _listed(understood)
+    found = api.outputs(run.request(description))
+    outputs = found.outputs
     if outputs is None:
-        console.show([one for one in understood.diagnostics if one.severity == "error"])
+        console.show([one for one in found.diagnostics if one.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no outputs")
         return PROBLEMS
     rows = [{"name": output.name, "format": output.backend, "file": output.file} for output in outputs]
     give_result(options, rows, lambda: "\n".join(_lines(description.name, outputs)))
     return FINE
-
-
-def _understood(given: Given, description: Description, console: Console) -> Understood:
-    """Return what a robot in any format says, with the outputs that it lists."""
-    from rosorin_compile.language.expand import Expanded
-    from rosorin_compile.output.pipeline import Understood, understand
-    from rosorin_compile.source.load import LoadError
-
-    try:
-        arguments = given.values()
-    except LoadError as problem:
-        return Understood(Expanded(None, [], ()), None, [problem.diagnostic])
-    tell = warn_before(given, console)
-    if is_foreign(description.path):
-        from .foreign import listed_foreign
-
-        return listed_foreign(description.path, texts(arguments), given.packages, tell, given.trust)
-    return understand(description.path, arguments, tell, given.packages)
-
-
-def _listed(understood: Understood) -> tuple[Output, ...] | None:
-    """Return the outputs of a robot; None of one with errors."""
-    from rosorin_compile.source.diagnostics import has_errors
-
-    lowered = understood.lowered
-    if lowered is None or lowered.robot is None or has_errors(understood.diagnostics):
-        return None
-    return lowered.robot.outputs
 
 
 def _lines(name: str, outputs: tuple[Output, ...]) -> list[str]:
@@ -271,13 +205,15 @@ def _written() -> list[str]:
     return [format.name for format in FORMATS.values() if format.write is not None]
 
 
-def _outputs_here(given: Given) -> str:
-    """Return the outputs of the one robot here, as the end of a sentence; nothing if that cannot be said."""
+def _outputs_here(run: Run) -> str:
+    """Return the outputs of the only robot here, as the end of a sentence."""
+    from rosorin_compile import api
+
     try:
         description = one("", "")
     except WrongUsage:
         return "; --list ROBOT shows what there is"
-    outputs = _listed(_understood(given, description, Console("json")))
+    outputs = api.outputs(replace(run.request(description), warn=None)).outputs
     if not outputs:
         return "; --list ROBOT shows what there is"
     return f"; the outputs of {description.name}: {first_of([output.name for output in outputs], _MOST_NAMED)}"

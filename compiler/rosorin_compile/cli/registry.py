@@ -1,204 +1,183 @@
-"""The records that there are, found by their names: those of the program's own packages, and those of plug-ins.
+"""The registry of commands and checks: a table for the help, and modules that are imported when a name is called.
 
-Own packages say theirs in the modules of ``SHIPPED``: ``COMMANDS``, ``CHECKS``, and in ``SERVICES`` what they do for
-others: for commands of the core, and for each other. Those of others are entry points; the name of one is that of its
-record, so nothing of a plug-in is imported that is not called.
+Plug-ins bring more by entry points, whose names are those of their commands; nothing of a plug-in is imported that is
+not called. ``GROUPS`` is the order of the groups in the help; groups of plug-ins follow.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING
 
-from rosorin_compile.source.plugins import Plugin, PluginFailed, broken, clash, failed, importing, installed, load
-from rosorin_compile.source.world import spoil
-
-from .record import Check, Command
-from .usage import WrongUsage
+from rosorin_compile.source.plugins import PluginFailed, broken, clash, installed, load
 
 if TYPE_CHECKING:
-    import argparse
-    from types import ModuleType
+    import click
 
     from rosorin_compile.source.diagnostics import Diagnostic
 
-    from .parser import Parser
+    from .command import Command
 
-# By what people want to do; the help lists the groups in this order, and those of plug-ins behind them.
-GROUPS = ("describe and compile", "import and compare", "inspect", "build systems", "deploy and verify", "set up")
+CHECK = "check"  # the command that has checks
+_COMPILE, _IMPORT, _INSPECT = "describe and compile", "import and compare", "inspect"
+_BUILD, _DEPLOY, _SET_UP = "build systems", "deploy and verify", "set up"
+GROUPS = (_COMPILE, _IMPORT, _INSPECT, _BUILD, _DEPLOY, _SET_UP)
 
-Kind = TypeVar("Kind", bound="Command | Check")
 
+@dataclass(frozen=True)
+class Entry:
+    """A line of the help: a command or check, and the module whose ``run`` it is."""
 
-class Registered(Generic[Kind]):
-    """A record, the folder of modules from which it names its functions, and the plug-in that it is of."""
-
-    def __init__(self, record: Kind, home: str, plugin: Plugin | None = None) -> None:
-        self.record = record
-        self.home = home
-        self.plugin = plugin
+    name: str
+    module: str
+    group: str
+    help: str
+    order: int = 100
+    also: tuple[str, ...] = ()
+    hidden: bool = False
 
     @property
-    def is_check(self) -> bool:
-        """Whether it is a check, which ``check`` does, and no command."""
-        return isinstance(self.record, Check)
-
-    def function(self, name: str) -> Callable[..., Any]:
-        """Return a function that the record names, imported at this moment."""
-        return _function(name, self.home)
-
-    def add_options(self, parser: Parser) -> None:
-        """Add what it takes to a parser. Raises PluginFailed."""
-        if self.plugin is None:
-            self.function(self.record.options)(parser)
-            return
-        with self.guarded(SystemExit), importing(self.plugin):
-            self.function(self.record.options)(parser)
-            self.function(self.record.run)
-
-    def run(self, options: argparse.Namespace) -> int:
-        """Do it, and return the exit code. Raises WrongUsage, PluginFailed."""
-        if self.is_check:
-            spoil("what a check reads is not noted yet")
-        with self.guarded(SystemExit):
-            code: int = self.function(self.record.run)(options)
-        if self.plugin is not None and type(code) is not int:
-            raise PluginFailed(broken(self.plugin, f"gives no exit code, but {str(code)[:60]!r}"))
-        return code
-
-    @contextmanager
-    def guarded(self, *more: type[BaseException]) -> Iterator[None]:
-        """Let whatever a plug-in raises in the block, that nobody expects, be a word about it. Raises PluginFailed."""
-        try:
-            yield
-        except (WrongUsage, PluginFailed, BrokenPipeError):
-            raise
-        except BaseException as problem:
-            if self.plugin is None or not isinstance(problem, (Exception, *more)):
-                raise
-            raise PluginFailed(failed(self.plugin, problem)) from None
+    def names(self) -> tuple[str, ...]:
+        """The name and the alternative names."""
+        return (self.name, *self.also)
 
 
-def _function(name: str, home: str) -> Callable[..., Any]:
-    module, _, function = name.partition(":")
-    found: Callable[..., Any] = getattr(import_module(f".{module}", home) if home else import_module(module), function)
-    return found
+COMMANDS = (
+    Entry("init", "init", _COMPILE, "create a new robot description", 10),
+    Entry("all", "all", _COMPILE, "compile robots and write all artifacts", 20, ("compile",)),
+    Entry("print", "print", _COMPILE, "compile a robot and print one artifact to standard output", 30),
+    Entry("check", "check", _COMPILE, "compile robots and compare them with the committed artifacts", 40),
+    Entry("watch", "watch", _COMPILE, "compile on every change of a file and print the changes of the robot", 50),
+    Entry("sweep", "sweep", _COMPILE, "compile many variants of one robot, each to a separate folder", 60),
+    Entry("collisions", "collisions", _COMPILE, "compute the pairs of links that MoveIt does not need to check", 70),
+    Entry("schema", "schema", _COMPILE, "print the JSON Schema of descriptions or of an output", 80),
+    Entry("rule", "rule", _COMPILE, "explain a rule: the cause of the message and the fix", 90),
+    Entry("import", "import_robot", _IMPORT, "convert a URDF, xacro, SDF or MJCF to a description", 10),
+    Entry("extract", "extract", _IMPORT, "compute boxes and height maps from meshes", 20),
+    Entry("diff", "diff", _IMPORT, "compare two robots by meaning, in any supported formats", 30),
+    Entry("explain", "explain", _INSPECT, "print the pose of a frame and the lines of YAML that define it", 10),
+    Entry("tf", "tf", _INSPECT, "print the transform between two frames, in the format of tf2_echo", 20),
+    Entry("frames", "frames", _INSPECT, "show the tree of frames with their publishers", 30),
+    Entry("view", "view", _INSPECT, "show the robot in the browser and update it when files change", 40),
+    Entry("picture", "picture", _INSPECT, "draw the robot to a PNG file, without a browser", 50),
+    Entry("simulate", "simulate", _INSPECT, "test the robot in MuJoCo: at rest, in its poses and driving", 60),
+    Entry("pulses", "pulses", _INSPECT, "convert servo pulses to joint positions and back", 70, hidden=True),
+    Entry("args", "args", _INSPECT, "list the arguments of a robot", 80),
+    Entry("cmake-dir", "cmake_dir", _BUILD, "print the folder of the CMake package", 10, hidden=True),
+    Entry("bazel-dir", "bazel_dir", _BUILD, "print the folder of the Bazel rule", 20, hidden=True),
+    Entry("package", "package", _DEPLOY, "write a ROS 2 package with the artifacts of a robot", 10),
+    Entry("deploy", "deploy", _DEPLOY, "copy the artifacts to an existing ROS 2 package", 20),
+    Entry("verify", "verify", _DEPLOY, "compare a recording of the robot with its description", 30),
+    Entry("completion", "completion", _SET_UP, "print the completion script for bash, zsh or fish", 10),
+    Entry("help", "help", _SET_UP, "show the help of a command", 20),
+)
+CHECKS = (
+    Entry("parameters", "check_parameters", CHECK, "check parameter files of ROS nodes: frames and publishers"),
+    Entry(
+        "deployed",
+        "check_deployed",
+        CHECK,
+        "compare with copies in a package, an install space or another folder",
+    ),
+    Entry(
+        "physics",
+        "check_physics",
+        CHECK,
+        "find links that collide with each other at rest or while joints move, with MuJoCo",
+    ),
+)
+_OWN = {"commands": COMMANDS, "checks": CHECKS}
 
 
-def _modules() -> Iterator[ModuleType]:
-    return iter([import_module("rosorin_compile.cli.records")])
+def entry(name: str, group: str = "commands") -> Entry:
+    """Return the built-in entry of a name. Raises StopIteration."""
+    return next(one for one in _OWN[group] if name in one.names)
 
 
-def _own(group: str) -> Iterator[tuple[Any, str]]:
-    """Yield the records of our own packages, each with the folder of its module."""
-    for module in _modules():
-        yield from ((record, module.__package__ or "") for record in getattr(module, group, ()))
+def is_own(name: str, group: str = "commands") -> bool:
+    """Return True if a command or check of this name is built in."""
+    return any(name in one.names for one in _OWN[group])
 
 
-def _own_commands() -> Iterator[Registered[Command]]:
-    return (Registered(record, home) for record, home in _own("COMMANDS"))
+def command(name: str) -> click.Command | None:
+    """Return the command of a name or an alternative name; built-in commands come first. Raises PluginFailed."""
+    return _find(name, "commands", name)
 
 
-def own_checks() -> dict[str, Registered[Check]]:
-    """Return the checks of our own packages by name."""
-    return {record.name: Registered(record, home) for record, home in _own("CHECKS")}
-
-
-def command(name: str) -> Registered[Command] | None:
-    """Return the command of a name, or of one of its other names; ours before one of a plug-in."""
-    found = next((one for one in _own_commands() if name in _names(one.record)), None)
-    return _first(found, "commands", Command, name)
-
-
-def check(name: str) -> Registered[Check] | None:
-    """Return the check of a name; ours before one of a plug-in, which may also be called DISTRIBUTION:NAME."""
+def check(name: str) -> click.Command | None:
+    """Return the check of a name; one of a plug-in may also be called DISTRIBUTION:NAME. Raises PluginFailed."""
     distribution, _, inner = name.rpartition(":")
-    if distribution and distribution == whose("checks", inner):
-        return _first(None, "checks", Check, inner)
-    return _first(own_checks().get(name), "checks", Check, name)
+    return _find(inner if distribution and distribution == whose("checks", inner) else name, "checks", name)
+
+
+def _find(name: str, group: str, typed: str) -> click.Command | None:
+    if typed == name and is_own(name, group):
+        warn_of_plugins(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
+        found: click.Command = import_module(f"rosorin_compile.cli.{entry(name, group).module}").run
+        return found
+    if not whose(group, name):
+        return None
+    commands, wrong = _of_plugins(group, (), name)
+    if wrong and not commands:
+        raise PluginFailed(wrong[0])
+    warn_of_plugins(wrong)
+    return next(iter(commands), None)
 
 
 def whose(group: str, name: str) -> str:
-    """Return the distribution that brings a plug-in of a name; empty if none does. Nothing is imported."""
+    """Return the distribution that brings a plug-in of a name, or an empty string. Nothing is imported."""
     return next((one.distribution for one in installed() if (one.group, one.name) == (group, name)), "")
 
 
-def _first(own: Registered[Kind] | None, group: str, kind: type[Kind], name: str) -> Registered[Kind] | None:
-    """Return what is our own, or else of a plug-in, and say what is wrong with that or with others of the name."""
-    if own is not None:
-        warn_of_plugins(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
-        return own
-    found, wrong = _of_plugins(group, kind, (), name)
-    if wrong and not found:
-        raise PluginFailed(wrong[0])
-    warn_of_plugins(wrong)
-    return next(iter(found), None)
+def _of_plugins(group: str, taken: Iterable[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
+    """Return the commands of plug-ins, of one name or all, and diagnostics about invalid ones."""
+    from .command import Check, Command
 
-
-def _of_plugins(
-    group: str, kind: type[Kind], taken: Iterable[str], called: str | None = None
-) -> tuple[list[Registered[Kind]], list[Diagnostic]]:
-    """Return the records of plug-ins, of one name or all, and what is wrong with others."""
-    found, said = load(group, kind, _names, set(taken).__contains__, called)
+    kind = Check if group == "checks" else Command
+    found, said = load(group, kind, lambda one: (one.name or "", *one.also), set(taken).__contains__, called)
     good, wrong = [], list(said)
-    for plugin, record in found:
-        if record.name != plugin.name:
-            wrong.append(broken(plugin, f'is called "{record.name}", and its entry point "{plugin.name}"'))
-            continue
-        module = sys.modules[plugin.value.partition(":")[0].strip()]
-        good.append(Registered(record, module.__package__ or "", plugin))
+    for plugin, one in found:
+        if one.name != plugin.name:
+            wrong.append(broken(plugin, f'is called "{one.name}", and its entry point "{plugin.name}"'))
+        else:
+            one.plugin = plugin
+            good.append(one)
     return good, wrong
 
 
-def _names(record: Command | Check) -> tuple[str, ...]:
-    return (record.name, *getattr(record, "also", ()))
-
-
 def warn_of_plugins(diagnostics: Iterable[Diagnostic]) -> None:
-    """Say what is wrong with plug-ins that nothing depends on."""
+    """Report what is wrong with plug-ins that this run does not need."""
     from rosorin_compile.source.console import Console
     from rosorin_compile.source.diagnostics import WARNING
 
     Console("text").show([replace(one, severity=WARNING) for one in diagnostics])
 
 
-def commands(of_plugins: bool = True) -> dict[str, Command]:
+def commands(of_plugins: bool = True) -> dict[str, Entry]:
     """Return all commands by name, as the help lists them: group by group, each in its order."""
-    found = [one.record for one in _own_commands()]
-    found += _more("commands", Command, found) if of_plugins else []
+    found = _all("commands", of_plugins)
     groups = list(dict.fromkeys([*GROUPS, *(one.group for one in found)]))
     found.sort(key=lambda one: (groups.index(one.group), one.order))
     return {one.name: one for one in found}
 
 
-def checks(of_plugins: bool = True) -> dict[str, Check]:
+def checks(of_plugins: bool = True) -> dict[str, Entry]:
     """Return all checks by name, as the help of ``check`` lists them."""
-    found = [one.record for one in own_checks().values()]
-    found += _more("checks", Check, found) if of_plugins else []
-    return {one.name: one for one in found}
+    return {one.name: one for one in _all("checks", of_plugins)}
 
 
-def _more(group: str, kind: type[Kind], own: Iterable[Kind]) -> list[Kind]:
-    """Return the records of plug-ins, and say what is wrong with others."""
-    found, wrong = _of_plugins(group, kind, [name for record in own for name in _names(record)])
-    warn_of_plugins(wrong)
-    return [one.record for one in found]
+def _all(group: str, of_plugins: bool) -> list[Entry]:
+    found = [*_OWN[group]]
+    if of_plugins and any(one.group == group for one in installed()):
+        more, wrong = _of_plugins(group, [name for one in found for name in one.names])
+        warn_of_plugins(wrong)
+        found += [Entry(one.name or "", "", one.group, one.help or "", one.order, one.also, one.hidden) for one in more]
+    return found
 
 
 def names(group: str) -> dict[str, str]:
-    """Return the names of all "commands" or "checks" with their helps; of a plug-in, which is not imported, whose."""
-    own = commands(of_plugins=False) if group == "commands" else checks(of_plugins=False)
-    of_plugins = {one.name: f"of {one.distribution} {one.version}" for one in installed() if one.group == group}
-    return {**of_plugins, **{name: record.help for name, record in own.items()}}
-
-
-def service(name: str) -> Callable[..., Any]:
-    """Return what a package of ours does for others, who ask by name and know no package. Raises LookupError."""
-    for module in _modules():
-        if name in getattr(module, "SERVICES", {}):
-            return _function(module.SERVICES[name], "")
-    raise LookupError(name)
+    """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
+    own = {one.name: one.help for one in _OWN[group] if not one.hidden}
+    return {**{one.name: f"of {one.distribution} {one.version}" for one in installed() if one.group == group}, **own}

@@ -2,31 +2,41 @@
 
 from __future__ import annotations
 
-import codecs
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source import world
+from rosorin_compile.output.request import is_foreign as is_foreign
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
-    ENDINGS,
     STDIN,
     Description,
     NoDescription,
     first_file,
     give_stdin,
     here,
-    stdin_of,
+    without_first_file,
 )
+from rosorin_compile.source.rule_registry import FILES, Rule
 
 from .given import given_arguments, no_half_mark
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
+    from .command import Options
+
+RULES = (
+    Rule(
+        "no-robot-file",
+        "A warning: a folder of `descriptions` has no file `robot.yaml`, so it is not compiled.",
+        "Rename the file that the message names, or move the folder out of `descriptions`.",
+        FILES,
+    ),
+)
 
 _MAX_STDIN = 100_000_001  # bytes; more than any reader takes
 _taken: list[Any] = []  # standard input, once it was read
@@ -45,7 +55,6 @@ def take_stdin(names: Sequence[str]) -> None:
     if sys.stdin.isatty():
         sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
         sys.stderr.flush()
-    world.spoil("standard input is read")
     give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _taken[:] = [sys.stdin]
     Progress.begin()  # who typed it did not wait for us
@@ -65,6 +74,13 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
     except NoDescription as problem:
         no_half_mark(names)
         raise WrongUsage(str(problem)) from None
+
+
+def warn_of_no_robots(console: Console) -> None:
+    """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
+    wrong = without_first_file(Description.around())
+    if wrong:
+        console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
 def descriptions_of(names: list[str]) -> list[Description]:
@@ -97,7 +113,7 @@ def one(name: str, how: str) -> Description:
     return found[0]
 
 
-def described(options: argparse.Namespace, names: list[str]) -> list[Description]:
+def described(options: Options, names: list[str]) -> list[Description]:
     """Return the descriptions that are asked for, with the folders of their artifacts where -o says. Raises WrongUsage.
 
     That is the folder of one robot itself; several get a folder each in it, as all robots of a project with --hook.
@@ -109,7 +125,7 @@ def described(options: argparse.Namespace, names: list[str]) -> list[Description
     return found
 
 
-def check_depfile(options: argparse.Namespace) -> None:
+def check_depfile(options: Options) -> None:
     """Raise WrongUsage for a depfile of several robots, and for a target without one."""
     if options.depfile_target is not None and options.depfile is None:
         raise WrongUsage("--depfile-target goes with --depfile FILE")
@@ -121,15 +137,3 @@ def check_depfile(options: argparse.Namespace) -> None:
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"a depfile is about one robot, and there are several: {robots}; name one")
-
-
-def is_foreign(path: Path) -> bool:
-    """Say whether a file is a robot in another format than ours, by its name; on standard input by its text."""
-    given = stdin_of(path)
-    if given is not None:
-        return given[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")
-    if path.suffix.lower() in ("", *ENDINGS):
-        return False
-    from rosorin_compile.formats import FORMATS
-
-    return path.suffix.lower() in FORMATS.endings()

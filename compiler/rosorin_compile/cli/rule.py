@@ -2,65 +2,42 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
-from typing import TYPE_CHECKING
 
 from rosorin_compile.language.accepting import STAYS
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, has_errors
-from rosorin_compile.source.rule_registry import OF_PLUGINS, PLUGINS, Rule, every_rule, find
+from rosorin_compile.source.diagnostics import has_errors
+from rosorin_compile.source.rule_registry import PLUGINS, Rule
 
 from .answer import answer_of, give_result
-from .usage import FINE, PROBLEMS, WrongUsage
-
-if TYPE_CHECKING:
-    from .parser import Parser
-
+from .command import Options, command
+from .options import words_argument
+from .usage import FINE, PROBLEMS
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _WIDTH = 100
 _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import --lenient writes that entry.", "": ""}
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    what = "id in the brackets of a message, such as axis-zero; default: list all rules"
-    command.add_argument("words", nargs="*", metavar="ID", help=what)
-    command.add_result_form()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("rule", exits="0 printed, 1 a plug-in is broken")
+@words_argument(
+    "[ID ...]",
+    "id in the brackets of a message, such as axis-zero; default: list all rules",
+    offers=("rule",),
+)
+def run(options: Options) -> int:
     """Print the entries of rules."""
-    of_plugins, diagnostics = _of_plugins()
-    rules = {**of_plugins, **(find(options.words) if options.words else every_rule())}
-    for id in options.words:
-        if id not in rules:
-            raise WrongUsage(f'there is no rule "{id}"; {did_you_mean(id, {**every_rule(), **of_plugins})}')
-    chosen = [rules[id] for id in dict.fromkeys(options.words or sorted(rules))]
-    give_result(options, [asdict(rule) for rule in chosen], lambda: _text(chosen, bool(options.words)))
-    answer_of(options).console().show(diagnostics)
-    return PROBLEMS if has_errors(diagnostics) else FINE
+    from rosorin_compile import api
+
+    found = api.explain_rules(options.words)
+    give_result(options, found.rules, lambda: _text(found.rules, bool(options.words)))
+    answer_of(options).console().show(found.diagnostics)
+    return PROBLEMS if has_errors(found.diagnostics) else FINE
 
 
 def _text(rules: Sequence[Rule], in_full: bool) -> str:
     return "\n\n".join("\n".join(entry(rule)) for rule in rules) if in_full else "\n".join(_listed(rules))
-
-
-def every() -> dict[str, Rule]:
-    """Return all rules by id: those of plug-ins, and the tool's own."""
-    return {**_of_plugins()[0], **every_rule()}
-
-
-def _of_plugins() -> tuple[dict[str, Rule], tuple[Diagnostic, ...]]:
-    """Return the rules of plug-ins by id, and what is wrong with plug-ins."""
-    from rosorin_compile.formats import plugged_diagnostics
-    from rosorin_compile.rules.check import plugged
-
-    diagnostics = (*plugged().diagnostics, *plugged_diagnostics())
-    return dict(OF_PLUGINS), diagnostics
 
 
 def entry(rule: Rule) -> list[str]:

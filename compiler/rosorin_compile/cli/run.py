@@ -5,39 +5,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source import world
+from rosorin_compile.cli.robots import warn_of_no_robots
+from rosorin_compile.source import files
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, all_with
-from rosorin_compile.source.world import memory
+from rosorin_compile.source.wording import counted, listed
 
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments
 from .robots import described, descriptions_of, no_stdin, one, take_stdin
-from .usage import FINE, WrongUsage
+from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
-
     from rosorin_compile.model.kinematics.quaternions import Position
     from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.output.request import Request
     from rosorin_compile.rules.case import Case
+    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.viewer.changed import Pictures
 
-_NOT_ASKED = ("words", "run", "known", "called", "answer")  # of the options
+    from .command import Options
 
 
 @dataclass(frozen=True)
 class Run:
     """One run of a command: its options, where it prints, what the descriptions are given, and the other words."""
 
-    options: argparse.Namespace
+    options: Options
     console: Console
     given: Given
     words: list[str] = field(default_factory=list)
@@ -53,13 +56,13 @@ class Run:
         no_stdin(words, help)
 
     @classmethod
-    def of(cls, options: argparse.Namespace) -> Run:
+    def of(cls, options: Options) -> Run:
         """Return the run that options ask for; its words are those that set no argument. Raises WrongUsage."""
         given, words = given_arguments(options, options.words)
         return cls(options, console_of(options), given, words)
 
     @classmethod
-    def alone(cls, options: argparse.Namespace, several: str, how: str, stdin: str = "") -> tuple[Run, Description]:
+    def alone(cls, options: Options, several: str, how: str, stdin: str = "") -> tuple[Run, Description]:
         """Return the run of a command about one robot, and that robot: the one that is named, or the only one here.
 
         ``several`` says why it is one, ``how`` how it is named; ``stdin`` is the way out where none is taken from
@@ -72,17 +75,21 @@ class Run:
             raise WrongUsage(f"{several}: {how}")
         return run, one(run.words[0] if run.words else "", how)
 
+    def request(self, description: Description) -> Request:
+        """Return the request for a robot; warnings before code is executed are printed."""
+        return self.given.request(description, self.console)
+
     def robots(self, names: list[str]) -> list[Description]:
         """Return the robots of these names; without one that of this folder, else all here. Raises WrongUsage."""
         return descriptions_of(names)
 
     def compiled(self, description: Description) -> Compiled | None:
-        """Return what a robot is compiled to, its meshes found and all of it proven; None, once said, with errors."""
+        """Compile a robot with its meshes and print its diagnostics; return None with errors."""
         from rosorin_compile.source.diagnostics import has_errors
 
-        from .compiling import compile_proven, nothing_written
-
-        compiled = compile_proven(self.given, description, self.console)
+        request = self.request(description)
+        compiled = request.compile()
+        self.console.tell_read(request.inputs(compiled))
         self.console.show(compiled.diagnostics)
         if compiled.robot is not None and not has_errors(compiled.diagnostics):
             return compiled
@@ -90,23 +97,35 @@ class Run:
         return None
 
     def understood(self, description: Description, quietly: bool = False) -> Case | None:
-        """Return a robot and where it was written, also in another format; None, once said, with errors.
+        """Return a robot in any format with its positions in files; None, after printing its errors, with errors."""
+        request = self.request(description)
+        found = (replace(request, warn=None) if quietly else request).understand()
+        if found.case is None and not quietly:
+            self.console.show([one for one in found.diagnostics if one.severity == "error"])
+            self.no_robot(description)
+        return found.case
 
-        ``quietly``: what is wrong with it was said before.
-        """
-        from .understanding import understood
-
-        known = understood(self.given, description, Console("json") if quietly else self.console)
-        return None if known is None else known.case
+    def no_robot(self, description: Description) -> None:
+        """Print that a robot has errors, after its errors."""
+        self.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
 
     def positions(self, case: Case) -> dict[str, Position] | None:
-        """Return where --pose, --pulse and --joint put the joints of a robot; None, once said, with a wrong pulse.
+        """Return the positions that --pose, --pulse and --joint set; None, after printing why, with a wrong pulse.
 
-        What is beyond a limit is told. Raises WrongUsage.
+        Positions beyond a limit are printed. Raises WrongUsage.
         """
-        from .joint_states import asked_for
+        from rosorin_compile.model.servos import NoPulse
+        from rosorin_compile.rules.joint_states import beyond, beyond_limit, positions
 
-        return asked_for(case, self.options, self.console)
+        joints = assignments(self.options.joints, "JOINT=POSITION")
+        pulses = assignments(self.options.pulses, "JOINT=PULSE")
+        try:
+            state = positions(case.robot, self.options.pose, joints, pulses)
+        except NoPulse as problem:
+            self.console.warn(f"rosorin-compile: {problem}")
+            return None
+        self.console.show([beyond_limit(case, one) for one in beyond(case.robot, state)])
+        return state
 
     def tell_of_robot(self, more: Mapping[str, object]) -> None:
         """Add to what the answer says of the robot at hand, in a command that goes through robots."""
@@ -120,7 +139,30 @@ class Run:
             append_summary(Path(summary), self.console.summary())
 
 
-def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int], alone: str = "") -> int:
+def assignments(texts: Iterable[str], example: str) -> dict[str, str]:
+    """Return NAME=VALUE texts by name. Raises WrongUsage, which shows the example."""
+    from rosorin_compile.rules.joint_states import split
+
+    return dict(split(text, example) for text in texts)
+
+
+def mode_states(texts: Iterable[str]) -> dict[str, bool]:
+    """Return the modes that --mode sets: slam, "not slam", slam=on, slam=off. Raises WrongUsage."""
+    found: dict[str, bool] = {}
+    for text in texts:
+        name, equals, state = text.partition("=")
+        words = name.split()
+        negated = len(words) == 2 and words[0] == "not"
+        name = words[-1] if negated else name.strip()
+        if (equals and state not in ("on", "off")) or (equals and negated):
+            raise WrongUsage(f'"{text}" is not a mode: write {name}, "not {name}", {name}=on or {name}=off')
+        on = state == "on" if equals else not negated
+        if found.setdefault(name, on) != on:
+            raise WrongUsage(f'the mode "{name}" cannot be on and off')
+    return found
+
+
+def for_each(options: Options, work: Callable[[Run, Description], int], alone: str = "") -> int:
     """Do something with each description that is asked for; return the worst exit code.
 
     Where no robot is named, all there are; or, if ``alone`` says how to name one, the only one. Raises WrongUsage.
@@ -128,6 +170,8 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
     hook = getattr(options, "hook", False)
     given, found = _of_changed(options) if hook and options.words else _asked_for(options, alone)
     run = Run(options, console_of(options), given)
+    if not options.words and not alone:
+        warn_of_no_robots(run.console)
     plugin = getattr(options, "plugin", None)
     code = FINE
     if not found:
@@ -148,44 +192,17 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
     return code
 
 
-def once(run: Run, description: Description, work: Callable[[], int]) -> int:
-    """Do with a robot what a run before has done, if that would only be the same again; return the exit code.
-
-    Where the messages are one document for a program, each run is made.
-    """
-    console = run.console
-    if not console.for_people or console.keeps:
-        return work()
-    before = console.unlisted.copy()
-    done, was_known = memory.once(
-        _key(run, description), work, [description.outputs], lambda: dict(console.unlisted - before)
-    )
-    if was_known:
-        console.repeat(done.said)
-        console.unlisted.update(done.numbers)
-    return done.code
-
-
-def _key(run: Run, description: Description) -> list[str]:
-    """Return what tells one call from another: the options, the arguments, what is seen and how it is shown."""
-    options = {name: value for name, value in vars(run.options).items() if name not in _NOT_ASKED}
-    told = [options, sorted(run.given.texts.items()), list(map(str, run.given.files))]
-    told += [[description.name, str(description.path), str(description.outputs)]]
-    told += [sorted((n, str(f)) for n, f in run.given.packages.items())]
-    return ["robot", run.options.called, *map(repr, told), *memory.surroundings()]
-
-
-def _asked_for(options: argparse.Namespace, alone: str) -> tuple[Given, list[Description]]:
+def _asked_for(options: Options, alone: str) -> tuple[Given, list[Description]]:
     """Return the arguments that the command line sets, and the descriptions that it names. Raises WrongUsage."""
     given, names = given_arguments(options, options.words)
     names = names or ([str(one("", alone).path)] if alone else [])
     return given, described(options, names)
 
 
-def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
+def _of_changed(options: Options) -> tuple[Given, list[Description]]:
     """Return the same of a command line that names files that changed; there may be none. Raises WrongUsage."""
     # What is a file sets no argument, whatever its name.
-    files = [word for word in options.words if world.stands(word)]
+    files = [word for word in options.words if os.path.lexists(word)]
     given, names = given_arguments(options, [word for word in options.words if word not in files])
     if names:
         raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
@@ -193,15 +210,14 @@ def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
     return given, described(options, paths) if paths else []
 
 
-def console_of(options: argparse.Namespace) -> Console:
+def console_of(options: Options) -> Console:
     """Return where a command prints what it has to say, in the form that the options choose. Raises WrongUsage."""
     summary = getattr(options, "summary", None)
     if summary is not None:
         check_summary(Path(summary))
-    diagnostics = answer_of(options).diagnostics
-    form, verbose = getattr(options, "format", "text"), getattr(options, "verbose", False)
-    console = Console(form, options.quiet, verbose, summary is not None, diagnostics)
-    if hasattr(options, "notes") and not options.notes:
+    verbose = getattr(options, "verbose", False)
+    console = answer_of(options).console(options.quiet, verbose, summary is not None)
+    if hasattr(options, "notes") and not options.notes and not verbose:
         console.counts, console.listing = True, "--notes lists them"
     return console
 
@@ -214,10 +230,10 @@ def check_summary(file: Path) -> None:
     from rosorin_compile.source.markdown import HEAD
 
     try:
-        whose = world.variable(_SUMMARY)
-        if world.kind(file) != world.FILE or (whose and world.is_same(file, whose)):
+        whose = os.environ.get(_SUMMARY, "")
+        if not files.is_file(file) or (whose and files.same_file(file, whose)):
             return
-        begins = world.head(file, len(HEAD.encode())).decode("utf-8", "replace")
+        begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
     except (OSError, ValueError):
         return  # writing says why not
     if begins.strip() and begins != HEAD:
@@ -227,10 +243,68 @@ def check_summary(file: Path) -> None:
 def append_summary(file: Path, text: str) -> None:
     """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
     check_summary(file)
-    world.spoil(f"{file} is written")
     try:
         with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
             opened.write(text)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise WrongUsage(f'cannot write the summary "{file}": {reason}') from None
+
+
+def write_depfile(
+    run: Run, target: str, inputs: Sequence[Path], made: Sequence[Path] = (), newer: Sequence[Path] = ()
+) -> int:
+    """Write the requested depfile, make the files ``newer`` than it, and return the exit code.
+
+    ``inputs`` are what the target is made of, ``made`` the artifacts.
+    """
+    from rosorin_compile.output import OutputError
+
+    from . import depfile
+
+    try:
+        depfile.write_depfile(Path(run.options.depfile), target, inputs, made)
+        depfile.touch(newer)
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    return FINE
+
+
+def write_page(page: Pictures, console: Console) -> None:
+    """Write a page of changes. Raises WrongUsage."""
+    from rosorin_compile.output import OutputError
+
+    try:
+        done = page.write()
+    except OutputError as problem:
+        raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None
+    if not done.robots:
+        removed = "; the old one is removed" if done.removed else ""
+        console.warn(f"{done.file}: no page, because no robot compiles{removed}")
+        return
+    if done.left_out:
+        console.warn(f"{done.file}: without {done.left_out}")
+    console.say(f"{done.file}: a page with {counted(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
+
+
+def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:
+    """Print how many errors keep a robot from being compiled; a robot without outputs has none."""
+    errors = sum(diagnostic.severity == "error" for diagnostic in diagnostics)
+    if not errors:
+        console.say(f"{name}: nothing to emit; say under outputs: what you want")
+        return FINE
+    console.warn(f"{name}: {counted(errors, 'error')}, nothing written")
+    return PROBLEMS
+
+
+def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
+    """Return the number of artifacts in words, and that of the meshes and textures with them."""
+    return listed([counted(len(artifacts), "artifact"), *counted_files(meshes)])
+
+
+def counted_files(names: Collection[str]) -> list[str]:
+    """Return the numbers of meshes and of textures in words, without those that are zero."""
+    textures = sum(name.lower().endswith(".png") for name in names)
+    counts = {"mesh file": len(names) - textures, "texture": textures}
+    return [counted(number, word) for word, number in counts.items() if number]

@@ -2,105 +2,62 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source.console import Console
-from rosorin_compile.source.progress import Progress
+import click
+
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import ASKING, Rule
-from rosorin_compile.source.wording import listed
 
 from .answer import give_result
+from .command import Options, command, option
+from .options import POSITIONS, mode_option, position_options, robot_options, words_argument
 from .robots import one
-from .run import Run
-from .understanding import RobotCase, mode_states, understood
+from .run import Run, assignments, mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from rosorin_compile.model import Edge, Robot
-    from rosorin_compile.model.kinematics.graph import NoWay
-    from rosorin_compile.model.kinematics.lookup import Answer
-    from rosorin_compile.model.kinematics.quaternions import Position
-    from rosorin_compile.source.console import Console
-    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.results import FrameTransform, Transforms
 
-    from .parser import Parser
 
-RULES = (
-    Rule(
-        "transform-not-known",
-        "On the way between two frames there is a transform whose numbers another node alone knows, or one that "
-        "depends on the mode; or the frames are in trees that do not meet.",
-        "Ask the running robot; give the edge `xyz` and `rpy`; `--mode NAME`.",
-        ASKING,
-    ),
-    Rule(
-        "transform-unpublished",
-        "A note: nobody publishes a transform of the way.",
-        "The answer is that of the description; tf2 has none there.",
-        ASKING,
-    ),
-    Rule(
-        "transform-sometimes",
-        "A note: a transform of the way is published in some modes only.",
-        "`--mode NAME` asks about one of them.",
-        ASKING,
-    ),
-)
-
+DIGITS = 3  # std::cout.precision(3), std::ios::fixed
+_WIDTH = 6  # std::setw(6)
+_ORDERS = {"humble": "", "jazzy": " (xyzw)"}  # of the quaternion, as tf2_echo prints it
+_COLUMNS = ("x", "y", "z", "roll", "pitch", "yaw")
 _HOW = "rosorin-compile tf ROBOT SOURCE TARGET"
 _MOST_DIGITS = 17
-# Options that may come several times: option, destination, form, help.
-_STATE = (
-    ("--pulse", "pulses", "JOINT=PULSE", "pulse sent to the servo; overrides --pose"),
-    ("--joint", "joints", "JOINT=VALUE", "position, such as 30deg, 5cm or 1,2,30deg; overrides --pose and --pulse"),
-    ("--sweep", "sweeps", "JOINT=FROM:TO:COUNT", "use COUNT positions in turn; repeatable: all combinations"),
+
+
+@command("tf", exits="0 printed, 1 errors, no transform or, with --strict, a position beyond a limit")
+@words_argument(
+    "[ROBOT] SOURCE TARGET",
+    "the robot, required if there are several, and the frames: prints the pose of TARGET in SOURCE",
+    offers=("robot", "frame"),
 )
+@position_options(sweep=True)
+@option("--strict", is_flag=True, help="treat positions beyond a limit as errors", section=POSITIONS)
+@mode_option("off; without --mode all are on")
+@option(
+    "--table",
+    is_flag=True,
+    help="print one line per state: x y z in m, roll pitch yaw in degrees",
+    excludes=("format", "csv"),
+)
+@option("--csv", is_flag=True, help="print one line per state: all digits, in m and rad", excludes=("format",))
+@option(
+    "--distro",
+    type=click.Choice(("humble", "jazzy")),
+    default="humble",
+    help="ROS distribution whose tf2_echo format is used; default: humble",
+)
+@option("--digits", type=int, metavar="N", help="decimals; default: 3")
+@robot_options
+def run(options: Options) -> int:
+    """Print the pose of a frame in another."""
+    from rosorin_compile import api
+    from rosorin_compile.model.servos import NoPulse
+    from rosorin_compile.rules.transform import NotPublished
 
-
-class Asked(NamedTuple):
-    """The states of the joints that are asked for, and the joints that differ in them, with their units."""
-
-    states: list[dict[str, Position]]
-    swept: dict[str, str]
-
-
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_argument(
-        "words",
-        nargs="*",
-        metavar="[ROBOT] SOURCE TARGET",
-        completes="[ROBOT] FRAME FRAME",
-        help="the robot, required if there are several, and the frames: prints the pose of TARGET in SOURCE",
-    )
-    state = command.add_argument_group("joint positions (default: zero)")
-    state.add_argument("--pose", default="", metavar="POSE", help="named pose of the description")
-    for option, dest, form, help in _STATE:
-        state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
-    state.add_argument("--strict", action="store_true", help="treat positions beyond a limit as errors")
-    command.add_modes("off; without --mode all are on")
-    answer = command.add_mutually_exclusive_group()
-    command.add_result_form(answer)
-    answer.add_argument(
-        "--table", action="store_true", help="print one line per state: x y z in m, roll pitch yaw in degrees"
-    )
-    answer.add_argument("--csv", action="store_true", help="print one line per state: all digits, in m and rad")
-    command.add_argument(
-        "--distro",
-        choices=("humble", "jazzy"),
-        default="humble",
-        help="ROS distribution whose tf2_echo format is used; default: humble",
-    )
-    command.add_argument("--digits", type=int, metavar="N", help="decimals; default: 3")
-    command.add_quiet()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
-    """Print where a frame sits in another."""
     run = Run.of(options)
     words, console = run.words, run.console
     value = next((word for word in words if "=" in word), None)
@@ -111,175 +68,92 @@ def run(options: argparse.Namespace) -> int:
     if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
         raise WrongUsage(f"--digits takes 0 to {_MOST_DIGITS}")
     *robot, source, target = words
-    known = understood(run.given, _robot("".join(robot)), console)
-    if known is None:
-        return PROBLEMS
-    from rosorin_compile.model.servos import NoPulse
-
+    description = _robot("".join(robot))
+    request = run.request(description)
     try:
-        asked = _asked(known, options)
-    except NoPulse as problem:
+        found = api.transform(
+            request,
+            source,
+            target,
+            pose=options.pose,
+            joints=assignments(options.joints, "JOINT=POSITION"),
+            pulses=assignments(options.pulses, "JOINT=PULSE"),
+            sweeps=assignments(options.sweeps, "JOINT=FROM:TO:COUNT"),
+            modes=mode_states(options.modes),
+            strict=options.strict,
+        )
+    except (NoPulse, NotPublished) as problem:
         console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS
-    code = _limits(known, asked, options.strict, console)
-    return code or _answer(known, source, target, asked, options, console)
+    console.show(found.diagnostics)
+    if found.robot is None:
+        run.no_robot(description)
+    if not found.transforms:
+        return PROBLEMS
+    result = found.transforms if found.swept else found.transforms[0]
+    give_result(options, result, lambda: _text(found, options))
+    return FINE
 
 
 def _robot(name: str) -> Description:
-    """Return the robot that is asked for. Raises WrongUsage, which says where it stands."""
+    """Return the requested robot. Raises WrongUsage with the usage of the command."""
     try:
         return one(name, _HOW)
     except WrongUsage as problem:
         raise WrongUsage(f"{problem}; {_HOW}" if name else str(problem)) from None
 
 
-def _asked(known: RobotCase, options: argparse.Namespace) -> Asked:
-    """Return the states that the options ask for. Raises WrongUsage, NoPulse."""
-    from rosorin_compile.model.servos import NoServo
-
-    from .joint_states import NoState, given, states, sweep_of
-
-    try:
-        start = given(known.robot, options.pose, options.joints, options.pulses)
-        sweeps = [sweep_of(known.robot, text) for text in options.sweeps]
-        slides = {sweep.joint: known.robot.joint[sweep.joint].type == "prismatic" for sweep in sweeps}
-        return Asked(list(states(start, sweeps)), {name: "m" if slide else "rad" for name, slide in slides.items()})
-    except (NoState, NoServo) as problem:
-        raise WrongUsage(str(problem.args[0])) from None
-
-
-def _limits(known: RobotCase, asked: Asked, strict: bool, console: Console) -> int:
-    """Say which positions are beyond a limit, each joint and side once; PROBLEMS if they are refused."""
-    from rosorin_compile.source.diagnostics import ERROR, WARNING
-
-    from .joint_states import beyond, beyond_limit
-
-    found: dict[tuple[str, str], Diagnostic] = {}
-    for state in asked.states:
-        for one_beyond in beyond(known.robot, state):
-            key = (one_beyond.joint.name, one_beyond.side)
-            if key not in found:
-                found[key] = beyond_limit(known, one_beyond, ERROR if strict else WARNING)
-    console.show(list(found.values()))
-    return PROBLEMS if found and strict else FINE
-
-
-def _answer(
-    known: RobotCase, source: str, target: str, asked: Asked, options: argparse.Namespace, console: Console
-) -> int:
-    """Print the answer for each state."""
-    from rosorin_compile.model.kinematics.graph import Graph, NoWay
-    from rosorin_compile.model.kinematics.lookup import lookup
-
-    every, graph = Graph(known.robot), Graph(_in_modes(known, options.modes))
-    for frame in (source, target):
-        if frame not in every.moves:
-            from rosorin_compile.source.diagnostics import did_you_mean
-
-            raise WrongUsage(f'there is no frame "{frame}"; {did_you_mean(frame, every.frames)}')
-        if frame not in graph.moves:
-            console.warn(f'rosorin-compile: in these modes nobody publishes the frame "{frame}"')
-            return PROBLEMS
-    try:
-        answers = []
-        for number, state in enumerate(asked.states):
-            Progress.step("looking up", number, len(asked.states))
-            answers.append(lookup(graph, source, target, state))
-    except NoWay as problem:
-        console.show([_no_way(known, problem)])
-        return PROBLEMS
-    console.show(_remarks(known, answers[0]))
-    from .tf_echo import as_json
-
-    made = [as_json(answer, state) for answer, state in zip(answers, asked.states, strict=True)]
-    give_result(options, made if asked.swept else made[0], lambda: _form(answers, asked, options))
-    return FINE
-
-
-def _form(answers: Sequence[Answer], asked: Asked, options: argparse.Namespace) -> str:
-    """Return the answers in the form for people that is asked for."""
-    from . import tf_echo as echo
-
-    digits = echo.DIGITS if options.digits is None else options.digits
+def _text(found: Transforms, options: Options) -> str:
+    """Return the transforms in the requested form."""
+    digits = DIGITS if options.digits is None else options.digits
     if options.csv:
-        return echo.csv(list(asked.swept), asked.states, answers)
+        return _csv(found)
     if options.table:
-        return echo.table(asked.swept, asked.states, answers, digits)
+        return _table(found, digits)
     blocks = []
-    for answer, state in zip(answers, asked.states, strict=True):
-        head = [f"# {', '.join(f'{joint} = {state[joint]:.6g}' for joint in asked.swept)}"] if asked.swept else []
-        blocks.append("\n".join([*head, *echo.text(answer, digits, options.distro)]))
+    for one_of in found.transforms:
+        head = [f"# {', '.join(f'{joint} = {one_of.positions[joint]:.6g}' for joint in found.swept)}"]
+        blocks.append("\n".join([*(head if found.swept else []), *_echo(one_of, digits, options.distro)]))
     return "\n".join(blocks)
 
 
-def _in_modes(known: RobotCase, modes: list[str]) -> Robot:
-    """Return the robot with the edges of some modes only; of all if none are named. Raises WrongUsage."""
-    from dataclasses import replace
+def _echo(found: FrameTransform, digits: int, distro: str) -> list[str]:
+    """Return what tf2_echo prints (ROS 2 Humble, ``tf2_ros/src/tf2_echo.cpp``); the time is that of static transforms.
 
-    from rosorin_compile.rules import conditions
-
-    robot = known.robot
-    if not modes:
-        return robot
-    combination = {**dict.fromkeys(robot.modes, False), **mode_states(robot, modes)}
-    return replace(robot, edges=tuple(edge for edge in robot.edges if conditions.holds(edge.when, combination)))
-
-
-def _no_way(known: RobotCase, problem: NoWay) -> Diagnostic:
-    """Return why the description has no answer: which edges are missing, who publishes them, and when."""
-    from rosorin_compile.source.diagnostics import error
-
-    from .tf_echo import who
-
-    source, target = problem.source, problem.target
-    if not problem.missing:
-        help = "declare the transform that joins them under edges, with who publishes it"
-        return error("transform-not-known", f"{source} and {target} are in trees that do not meet", None, help)
-    related = []
-    for step in problem.missing:
-        for edge in step.edges:
-            words = "a pose of its own" if edge.pose is not None else "known to that node alone"
-            said = f"{edge.parent} -> {edge.child}: {who(edge.publisher)} publishes it {_when(edge.when)}, {words}"
-            related.append(known.case.related(said, ("edges", edge_index(known.robot, edge))))
-    edges = listed(f"{step.parent} -> {step.child}" for step in problem.missing)
-    message = f"the description has no numbers for {edges}, on the way from {source} to {target}"
-    help = f"ask the running robot, ros2 run tf2_ros tf2_echo {source} {target}; or give the edge xyz and rpy"
-    if all(edge.pose is not None for step in problem.missing for edge in step.edges):
-        message = f"{edges}, on the way from {source} to {target}, depends on the mode"
-        help = "say which mode is on: --mode NAME"
-    first = problem.missing[0].edges[0]
-    path = ("edges", edge_index(known.robot, first))
-    return known.case.problem("transform-not-known", message, path, help, related=related)
+    Newer distributions print the order of the quaternion.
+    """
+    return [
+        "At time 0.0",
+        f"- Translation: {_vector(found.translation, digits)}",
+        f"- Rotation: in Quaternion{_ORDERS[distro]} {_vector(found.quaternion, digits)}",
+        f"- Rotation: in RPY (radian) {_vector(found.rpy, digits)}",
+        f"- Rotation: in RPY (degree) {_vector(found.rpy_degrees, digits)}",
+        "- Matrix:",
+        *("".join(f" {value:{_WIDTH + digits - DIGITS}.{digits}f}" for value in row) for row in found.matrix),
+    ]
 
 
-def _when(when: str) -> str:
-    return f"when {when}" if when else "always"
+def _vector(values: Iterable[float], digits: int) -> str:
+    return f"[{', '.join(f'{value:.{digits}f}' for value in values)}]"
 
 
-def _remarks(known: RobotCase, answer: Answer) -> list[Diagnostic]:
-    """Return notes on transforms of the way that the running robot has only sometimes, or not at all."""
-    from rosorin_compile.source.diagnostics import NOTE
-
-    notes = []
-    for move in answer.way:
-        step = move.step
-        path: tuple[str | int, ...]
-        if step.joint is not None:
-            path = known.case.joint(step.joint)
-        else:
-            path = ("edges", edge_index(known.robot, step.edges[0]))
-        if not step.publishers:
-            why = step.joint.publisher.about if step.joint is not None else ""
-            said = f"nobody publishes {step.parent} -> {step.child}{f': {why}' if why else ''}"
-            help = "the answer is that of the description; tf2 on the robot may have none, or another one"
-            notes.append(known.case.problem("transform-unpublished", said, path, help, severity=NOTE))
-        elif all(when for _, when in step.publishers):
-            whens = " or ".join(dict.fromkeys(when for _, when in step.publishers))
-            said = f"{step.parent} -> {step.child} is published when {whens}"
-            notes.append(known.case.problem("transform-sometimes", said, path, "", severity=NOTE))
-    return notes
+def _table(found: Transforms, digits: int) -> str:
+    """Return one line a state: the joints that are varied, with their units, then x y z (m), roll pitch yaw (deg)."""
+    units = {**found.swept, **dict.fromkeys(_COLUMNS[:3], "m"), **dict.fromkeys(_COLUMNS[3:], "deg")}
+    rows = [[f"{name} ({unit})" for name, unit in units.items()]]
+    for one_of in found.transforms:
+        numbers = (*(one_of.positions[joint] for joint in found.swept), *one_of.translation, *one_of.rpy_degrees)
+        rows.append([f"{number:.{digits}f}" for number in numbers])
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
 
 
-def edge_index(robot: Robot, edge: Edge) -> int:
-    """Return the place of an edge in the list of the description."""
-    return next(index for index, one in enumerate(robot.edges) if one is edge)
+def _csv(found: Transforms) -> str:
+    """Return one line a state for a spreadsheet: numbers in full, x y z in metres, angles in radians."""
+    heads = [*found.swept, *_COLUMNS, "qx", "qy", "qz", "qw"]
+    lines = [",".join(f'"{head}"' if "," in head or '"' in head else head for head in heads)]
+    for one_of in found.transforms:
+        positions: list[Any] = [one_of.positions[joint] for joint in found.swept]
+        numbers = (*positions, *one_of.translation, *one_of.rpy, *one_of.quaternion)
+        lines.append(",".join(repr(float(number)) for number in numbers))
+    return "\n".join(lines)

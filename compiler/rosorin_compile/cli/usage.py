@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rosorin_compile.source.cache import cache_refused
 from rosorin_compile.source.console import Console
-from rosorin_compile.source.project import no_file, tool_folders
+from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.system import missed
-from rosorin_compile.source.world import tool_is
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 RULES = (
     Rule(
         "wrong-usage",
         "The command line cannot be followed (in the forms for programs); the exit code is 2.",
         "As the message says; `rosorin-compile COMMAND --help` has what a command takes.",
+        WRITING,
+    ),
+    Rule(
+        "run-stopped",
+        "The run ended before its result: a file or folder cannot be used, memory ran out, or the input is too large.",
+        "As the message says.",
         WRITING,
     ),
     Rule(
@@ -38,18 +38,7 @@ RULES = (
 FINE, PROBLEMS, USAGE = 0, 1, 2
 
 
-class WrongUsage(Exception):
-    """The command line cannot be followed; the message says why."""
-
-    @classmethod
-    def no_file(cls, path: Path, of: str = "") -> WrongUsage:
-        """Return that a path is no file that can be read, such as one ``of`` arguments, and why."""
-        return cls(no_file(path, of))
-
-
-def tell_which_tool() -> None:
-    """Say in which folders the files of the tool are, for the notes of the run."""
-    tool_is(list(map(str, tool_folders().values())))
+WrongUsage = RequestError
 
 
 def tell_of_system(console: Console) -> None:

@@ -1,125 +1,88 @@
-"""rosorin-compile verify: hold a recording of the running robot against its description."""
+"""rosorin-compile verify: compare a recording of the running robot with its description."""
 
 from __future__ import annotations
 
-import argparse
 import errno
 import re
 import sys
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile import api
+from rosorin_compile.output.request import is_foreign
 from rosorin_compile.source.console import Console
-from rosorin_compile.source.installing import pip_install
-from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription
-from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 
+from . import complete
 from .answer import give_result
-from .given import Given
-from .robots import is_foreign
-from .run import Run
-from .understanding import mode_states
+from .command import Options, command, option
+from .options import mode_option, pose_option, robot_options, words_argument
+from .run import Run, mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from rosorin_compile.model import Robot
-    from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.recordings.expected import Options
+    from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.recordings.judge import Verdict
-    from rosorin_compile.source.diagnostics import Diagnostic
 
-    from .parser import Parser
-
-RULES = (
-    Rule(
-        "recording-unreadable",
-        "The source is no recording, or it is damaged, or its end is missing because the recorder was killed.",
-        "The message says why; `ros2 bag reindex` or `mcap recover` may help. End a recording with Ctrl-C.",
-        Heading.RECORDINGS,
-    ),
-)
 
 _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
 _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_argument(
-        "words",
-        nargs="+",
-        metavar="[ROBOT] SOURCE",
-        completes="[ROBOT] FILE",
-        help="the robot, required if there are several, and a rosbag2 folder, a .mcap or .db3 file, a text file, or - "
-        "for text on standard input",
-    )
-    command.add_modes("detected")
-    command.add_argument(
-        "--without", action="append", default=[], metavar="NODE", help="node that was not running; repeatable"
-    )
-    command.add_argument("--pose", default="", metavar="POSE", help="named pose of the joints while tf2_echo ran")
-    command.add_argument(
-        "--frames", nargs=2, metavar=("SOURCE", "TARGET"), completes="FRAME", help="frames of the tf2_echo output"
-    )
-    command.add_argument("--since", type=float, metavar="S", help="start S seconds after the start of the recording")
-    command.add_argument("--until", type=float, metavar="S", help="stop S seconds after the start of the recording")
-    command.add_argument(
-        "--stale", type=float, default=1.0, metavar="S", help="maximum age of a transform in seconds; default: 1"
-    )
-    command.add_argument("--namespace", default="", metavar="NS", help="namespace of the topics, such as robot1")
-    command.add_argument("--prefix", default="", metavar="TEXT", help="prefix of the recorded frames, such as robot1/")
-    command.add_argument("--strict", action="store_true", help="treat warnings as errors")
-    command.add_argument("--junit", metavar="FILE", help="also write the result as JUnit XML")
-    command.add_argument("--picture", metavar="FILE.svg", help="write a plot of rates and gaps over time")
-    command.add_result()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
-    """Hold one recording against one robot."""
+@command("verify", exits="0 it matches, 1 it does not match or cannot be read")
+@words_argument(
+    "[ROBOT] SOURCE",
+    "the robot, required if there are several, and a rosbag2 folder, a .mcap or .db3 file, a text file, or - for text "
+    "on standard input",
+    required=True,
+    offers=("robot", "file"),
+)
+@mode_option("detected")
+@option("--without", multiple=True, metavar="NODE", help="node that was not running; repeatable")
+@pose_option("named pose of the joints while tf2_echo ran")
+@option(
+    "--frames",
+    nargs=2,
+    metavar="SOURCE TARGET",
+    help="frames of the tf2_echo output",
+    shell_complete=complete.of("frame"),
+)
+@option("--since", type=float, metavar="S", help="start S seconds after the start of the recording")
+@option("--until", type=float, metavar="S", help="stop S seconds after the start of the recording")
+@option("--stale", type=float, default=1.0, metavar="S", help="maximum age of a transform in seconds; default: 1")
+@option("--namespace", default="", metavar="NS", help="namespace of the topics, such as robot1")
+@option("--prefix", default="", metavar="TEXT", help="prefix of the recorded frames, such as robot1/")
+@option("--strict", is_flag=True, help="treat warnings as errors")
+@option("--junit", metavar="FILE", help="also write the result as JUnit XML")
+@option("--picture", metavar="FILE.svg", help="write a plot of rates and gaps over time")
+@robot_options
+def run(options: Options) -> int:
+    """Compare one recording with one robot."""
     run = Run.of(options)
-    given, console = run.given, run.console
     source, description = _asked(run)
     if source != "-" and not _is_there(source):
         raise WrongUsage(f"there is no {source}; name {_SOURCES}")
-    compiled = _compiled(given, description, console)
-    if compiled.robot is None or any(d.severity == "error" for d in compiled.diagnostics):
-        console.show([diagnostic for diagnostic in compiled.diagnostics if diagnostic.severity == "error"])
-        console.warn(f"{description.name}: a description with errors is nothing to compare with")
+    result = api.verify(
+        run.request(description),
+        source,
+        modes=mode_states(options.modes),
+        without=options.without,
+        pose=options.pose,
+        frames=tuple(options.frames) if options.frames else None,
+        since=options.since,
+        until=options.until,
+        namespace=options.namespace,
+        prefix=options.prefix,
+        stale=options.stale,
+    )
+    if result.verdict is None:
+        run.console.show(result.diagnostics)
+        run.console.warn(f"{description.name}: not compared")
         return PROBLEMS
-    try:
-        from rosorin_compile.recordings.bags import Unreadable
-        from rosorin_compile.recordings.sources import verify
-    except ModuleNotFoundError as problem:
-        if problem.name != "numpy":
-            raise
-        needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
-        raise WrongUsage(f"{needs}: {pip_install('verify')}") from None
-    said = _options(options, compiled.robot)
-    told = partial(Progress.step, "reading messages")
-    try:
-        verdict = verify(compiled.robot, compiled.artifacts, source, said, told, sys.stdin.buffer.read)
-    except Unreadable as problem:
-        from rosorin_compile.source.diagnostics import error
-
-        console.show([error("recording-unreadable", str(problem), None, problem.help)])
-        return PROBLEMS
-    verdict = verdict._replace(findings=_placed(verdict, given, description, console))
-    _show(verdict, options, source, description.name, console)
-    _write(verdict, options)
-    return PROBLEMS if verdict.fails(options.strict) else FINE
-
-
-def _compiled(given: Given, description: Description, console: Console) -> Compiled:
-    """Return a description, or a robot in another format, with its artifacts."""
-    if not is_foreign(description.path):
-        return given.compile(description, console)
-    return given.compile_foreign(description, console)
+    _show(result, result.verdict, options, description.name, run.console)
+    _write(result.verdict, options)
+    return PROBLEMS if result.verdict.fails(options.strict) else FINE
 
 
 def _asked(run: Run) -> tuple[str, Description]:
@@ -147,15 +110,17 @@ def _asked(run: Run) -> tuple[str, Description]:
 def _may_be_robot(word: str) -> bool:
     """Return True if a word may be the robot: a description, or a YAML file or foreign robot file that exists."""
     named = Path(word).suffix.lower() in (".yaml", ".yml") or (word != Description.STDIN and is_foreign(Path(word)))
-    return _is_robot(word) or (named and world.kind(word) == world.FILE)
+    return _is_robot(word) or (named and is_file(word))
 
 
 def _is_there(source: str) -> bool:
     """Say whether there is a source; one that cannot be looked at is, and reading it says why."""
     try:
-        world.mode(source)
+        Path(source).stat()
     except OSError as problem:
         return problem.errno not in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)
+    except ValueError:  # a NUL in the name
+        return False
     return True
 
 
@@ -165,95 +130,24 @@ def _is_robot(source: str) -> bool:
 
     path = Path(source)
     try:
-        if world.kind(path) == world.FOLDER:
-            files = world.names(path)
-            return Description.ROOT_FILE in files and not any(_RECORDED.search(file) for file in files)
-        found = path if world.kind(path) == world.FILE else Description.find([source])[0].path
+        if is_folder(path):
+            names = [inner.name for inner in path.iterdir()]
+            return Description.ROOT_FILE in names and not any(map(_RECORDED.search, names))
+        found = path if is_file(path) else Description.find([source])[0].path
     except (NoDescription, OSError, ValueError):
         return False
     # Messages may be pasted as JSON or as YAML of any name.
     return found.name == Description.ROOT_FILE or found.suffix.lower() in FORMATS.endings(include=True)
 
 
-def _options(options: argparse.Namespace, robot: Robot) -> Options:
-    from rosorin_compile.recordings.expected import Options
-    from rosorin_compile.source.diagnostics import did_you_mean
-
-    modes = mode_states(robot, options.modes)
-    owners = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
-    for name in options.without:
-        if name not in owners:
-            raise WrongUsage(f'{robot.name} has no publisher "{name}"; {did_you_mean(name, owners - {""})}')
-    for name in ("since", "until", "stale"):
-        value = getattr(options, name)
-        if value is not None and not 0 <= value < 1e9:
-            raise WrongUsage(f"--{name} {value:g} is no time in seconds")
-    if options.since is not None and options.until is not None and options.since >= options.until:
-        raise WrongUsage("--since is not before --until")
-    frames = (options.frames[0], options.frames[1]) if options.frames else None
-    return Options(
-        modes,
-        frozenset(options.without),
-        _pose(options.pose, robot),
-        frames,
-        options.since,
-        options.until,
-        options.namespace,
-        options.prefix.removeprefix("/"),
-        options.stale,
-    )
-
-
-def _pose(name: str, robot: Robot) -> Mapping[str, float] | None:
-    from rosorin_compile.source.diagnostics import did_you_mean
-
-    if not name:
-        return None
-    pose = next((pose for pose in robot.poses if pose.name == name), None)
-    if pose is None:
-        known = [pose.name for pose in robot.poses]
-        raise WrongUsage(f'{robot.name} has no pose "{name}"; {did_you_mean(name, known) or "it has none"}')
-    return pose.positions
-
-
-def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Diagnostic]:
-    """Return the findings with the places in the description of the edges that they are about."""
-    from rosorin_compile.recordings.findings import with_place
-
-    edges = {edge.name: edge for edge in verdict.description.edges}
-    # What takes arguments may run code: once is enough.
-    if _takes_arguments(description.path) or not any(finding.of[0] in edges for finding in verdict.findings):
-        return verdict.findings
-    expanded, lowered, *_ = given.understand(description, console)
-    if expanded.tree is None or lowered is None:
-        return verdict.findings
-    found = []
-    for finding in verdict.findings:
-        edge = edges.get(finding.of[0])
-        if edge is not None:
-            path = edge.place if edge.joint is None else lowered.places.get(("joint", edge.joint.name), ())
-            finding = with_place(finding, expanded.tree.locate(path, key=True).span)
-        found.append(finding)
-    return found
-
-
-def _takes_arguments(path: Path) -> bool:
-    """Say whether a robot in another format than a description is told arguments."""
-    from rosorin_compile.formats import FORMATS
-
-    return any(one.reading.takes_arguments and path.suffix.lower() in one.endings for one in FORMATS.values())
-
-
-def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str, console: Console) -> None:
+def _show(result: Verified, verdict: Verdict, options: Options, name: str, console: Console) -> None:
     from rosorin_compile.recordings.lines import summary, table
     from rosorin_compile.source.diagnostics import ERROR, WARNING
 
     if options.format != "text":
-        from rosorin_compile.recordings.machine import as_object
-
         if options.format == "json":
             console.show(verdict.findings)
-        give_result(options, as_object(verdict, source), str)
+        give_result(options, result, str)
         return
     if options.quiet:
         failing = (ERROR, WARNING) if options.strict else (ERROR,)
@@ -267,7 +161,7 @@ def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str,
     print(summary(verdict, name, options.strict))
 
 
-def _write(verdict: Verdict, options: argparse.Namespace) -> None:
+def _write(verdict: Verdict, options: Options) -> None:
     if options.junit:
         from rosorin_compile.recordings.machine import as_junit
 
@@ -283,17 +177,16 @@ def _write(verdict: Verdict, options: argparse.Namespace) -> None:
 
 def _save(name: str, text: str, kind: str) -> None:
     """Write a file; what is there is replaced if it is of that kind, as the one of the last run. Raises WrongUsage."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import write_file
+    from rosorin_compile.output import OutputError, write_file
 
     try:
-        stands = world.kind(name)
-        if stands and stands != world.FILE:
+        there = exists(name)
+        if there and not is_file(name):
             raise WrongUsage(f"{name} cannot be written: it is no regular file")
-        there = world.head(name, 1000) if stands else b""
-        if there and kind.encode() not in there:
+        begins = read_bytes(name, 1000) if there else b""
+        if begins and kind.encode() not in begins:
             raise WrongUsage(f"{name} is there, and verify did not write it; name another file, or move it away")
-        write_file(Path(name), text.encode(), ours=None)
+        write_file(Path(name), text.encode(), may_replace=None)
     except OSError as problem:
         raise WrongUsage(f"{name} cannot be written: {problem.strerror}") from None
     except OutputError as problem:

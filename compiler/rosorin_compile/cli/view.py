@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import errno
 import secrets
 import sys
@@ -10,29 +9,30 @@ import threading
 import time
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Joint
-from rosorin_compile.output.watch import Inputs
+from rosorin_compile.source import files
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
-from rosorin_compile.viewer.page import MAX_MEGABYTES, Embedding, html, left_out
+from rosorin_compile.source.watched_files import WatchedFiles
+from rosorin_compile.viewer.page import html
 from rosorin_compile.viewer.server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
-from rosorin_compile.viewer.showing import Looked, Shown, look, on_disk, served
+from rosorin_compile.viewer.showing import Shown, look, served
 
 from .answer import give_result
-from .given import Given
-from .registry import service
+from .command import Options, command, option
+from .options import page_options, robot_argument, robot_options
 from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from .parser import Parser
+    from rosorin_compile.output.request import Request
 
 
 _LOOK = 0.15  # seconds between two looks at the files
@@ -40,87 +40,61 @@ _HOW = "rosorin-compile view ROBOT"
 _LAST_PORT = 65535
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robot()
-    command.add_page("write the page to a file instead of serving it")
-    command.add_argument("--no-open", action="store_true", help="do not open a browser")
-    command.add_argument(
-        "--port", type=int, metavar="NUMBER", help="port of the server; default: 8642, or another one if it is in use"
-    )
-    command.add_argument(
-        "--host",
-        default=LOOPBACK,
-        metavar="ADDRESS",
-        help="address of the server, to make the page accessible from other machines; default: this machine only",
-    )
-    command.add_result()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("view", exits="0 stopped with Ctrl-C or SIGTERM, or page written, 1 errors (with --html)")
+@robot_argument
+@page_options("write the page to a file instead of serving it")
+@option("--no-open", is_flag=True, help="do not open a browser")
+@option("--port", type=int, metavar="NUMBER", help="port of the server; default: 8642, or another one if it is in use")
+@option(
+    "--host",
+    default=LOOPBACK,
+    metavar="ADDRESS",
+    help="address of the server, to make the page accessible from other machines; default: this machine only",
+)
+@robot_options
+def run(options: Options) -> int:
     """Show a robot."""
     run, description = Run.alone(options, "a page shows one robot", _HOW)
-    if options.max_megabytes is not None and not options.max_megabytes >= 0:
-        raise WrongUsage("--max-megabytes wants a number from 0 on")
     if options.html is None and options.format != "text":
         raise WrongUsage("JSON goes with --html FILE: without a file there is a page to look at, and no answer")
     if options.html is None and (options.no_meshes or options.max_megabytes is not None):
         raise WrongUsage("--no-meshes and --max-megabytes go with --html FILE")
     if options.html is not None:
         return _write(run, description)
-    return _Followed(run.given, description, options.quiet).serve(options)
-
-
-def _looked(given: Given, description: Description, console: Console) -> Looked:
-    from rosorin_compile.source.load import LoadError
-
-    try:
-        return look(given, description, console)
-    except LoadError as problem:
-        return Looked(None, [problem.diagnostic], (description.path,))
+    return _Followed(run.request(description), options.quiet).serve(options)
 
 
 def _write(run: Run, description: Description) -> int:
     """Write the page of a robot into a file."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import write_file
+    from rosorin_compile import api
 
     options, console = run.options, run.console
-    looked = _looked(run.given, description, console)
-    console.show([one for one in looked.diagnostics if one.severity == "error"])
-    if looked.shown is None:
-        console.warn(f"{description.name}: a robot with errors is not shown")
+    request = run.request(description)
+    page = api.view(request, options.html, meshes=not options.no_meshes, max_megabytes=options.max_megabytes)
+    console.show(page.diagnostics)
+    if not page.written:
+        console.warn(f"{description.name}: no page was written")
         return PROBLEMS
-    megabytes = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
-    embedding = Embedding(int(megabytes * 1_000_000))
-    data = on_disk(looked.shown, None if options.no_meshes else embedding)
-    text = html({"robot": data})
-    try:
-        write_file(Path(options.html), text.encode(), looked.files)
-    except OutputError as problem:
-        console.show([problem.diagnostic])
-        return PROBLEMS
-    if embedding.left:
-        console.warn(f"not shown: {left_out(embedding.left)}")
-    console.say(f"{description.name}: {options.html}, {len(text.encode()) / 1e6:.1f} MB")
-    give_result(options, {"robot": description.name, "file": options.html, "bytes": len(text.encode())}, str)
+    if page.left_out:
+        console.warn(f"not shown: {page.left_out}")
+    console.say(f"{description.name}: {page.file}, {page.bytes / 1e6:.1f} MB")
+    give_result(options, page, str)
     return FINE
 
 
 class _Followed:
     """One robot that is shown while its files change."""
 
-    def __init__(self, given: Given, description: Description, quiet: bool) -> None:
-        self.given = given
-        self.description = description
+    def __init__(self, request: Request, quiet: bool) -> None:
         self.console = Console("text", quiet)
-        self.inputs = Inputs()
+        self.request = replace(request, warn=self.console.ahead)
+        self.description = request.description
+        self.inputs = WatchedFiles()
         self.page = Page()
         self.numbers: dict[Path, str] = {}  # of mesh files: a page that is older than a save finds its own ones
         self.compiled = threading.Lock()  # explanations and contacts are made of one robot at a time
 
-    def serve(self, options: argparse.Namespace) -> int:
+    def serve(self, options: Options) -> int:
         """Serve the page until Ctrl-C or SIGTERM; one with errors is waited for."""
         import gc
         import signal
@@ -139,7 +113,7 @@ class _Followed:
             server.socket.close()
         return FINE
 
-    def _tell(self, server: Server, options: argparse.Namespace) -> None:
+    def _tell(self, server: Server, options: Options) -> None:
         """Say where the page is, and to whom; open it."""
         address = _address(server)
         print(f"{self.description.name}: {address}  (Ctrl-C ends it)")
@@ -161,13 +135,13 @@ class _Followed:
     def _compile(self) -> None:
         """Read the robot, and tell the pages; after an error the last one stays."""
         Progress.begin()
-        looked = _looked(self.given, self.description, self.console)
+        looked = look(self.request)
         Progress.wipe()
         errors = [one for one in looked.diagnostics if one.severity == "error"]
         self.console.show(errors)
         for file in looked.files:
             with suppress(OSError):
-                world.read(file)  # what the page asks for later is followed, too
+                files.read_bytes(file)  # what the page asks for later is followed, too
         if looked.shown is None:
             self._failed(errors)
             return
@@ -214,8 +188,10 @@ class _Touching:
 
     def __call__(self, state: Mapping[str, Any]) -> list[list[str]]:
         """Return pairs of links at positions by joint (rad or m), neighbours left aside. Raises Unknown."""
+        from rosorin_compile.mujoco.physics.touching import Touching
+
         if self.engine is None:
-            self.engine = service("links inside each other")(self.shown.case, self.shown.meshes)
+            self.engine = Touching(self.shown.case, self.shown.meshes)
         missing = self.engine.lacking()
         if missing:
             raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
@@ -240,7 +216,7 @@ def _position(joint: Joint, at: object) -> float | list[float]:
     return numbers if isinstance(at, list) else numbers[0]
 
 
-def _bound(page: Page, options: argparse.Namespace) -> Server:
+def _bound(page: Page, options: Options) -> Server:
     """Return the server at the address and the port that are asked for. Raises WrongUsage."""
     port, host = options.port, options.host
     if port is not None and not 0 <= port <= _LAST_PORT:

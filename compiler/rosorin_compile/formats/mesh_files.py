@@ -33,7 +33,7 @@ from urllib.parse import unquote
 
 from rosorin_compile.language.accepting import EVERYTHING
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_here
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import ENDINGS, MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
@@ -294,8 +294,8 @@ class _Search:
         self.inputs.update({one: None, other: None})
         try:
             return not (
-                world.is_same(one, other)
-                or (world.size(one) == world.size(other) and world.read(one) == world.read(other))
+                files.same_file(one, other)
+                or (one.stat().st_size == other.stat().st_size and files.read_bytes(one) == files.read_bytes(other))
             )
         except OSError:
             return True
@@ -381,7 +381,7 @@ class _Search:
     def _is_known(self, folder: Path, name: str) -> bool:
         """Say whether there is a package as seen from a folder of the description."""
         said = self._written(folder).packages.get(name)
-        return self._package(folder, name) is not None or (said is not None and world.kind(said) == world.FOLDER)
+        return self._package(folder, name) is not None or (said is not None and files.is_folder(said))
 
     def _missing(self, one: Named, scheme: str, rest: str, odd: Path | None) -> None:
         """Say that a mesh is not found, or is no file."""
@@ -475,4 +475,4 @@ def opened_by(output: Output, name: str, kind: str = MESH) -> str:
 
 def _kind(path: Path) -> int:
     """Return whether a path leads to a regular file, to nothing, or to what is no file."""
-    return {world.FILE: _HERE, world.ABSENT: _NOT_THERE}.get(world.kind(path), _ODD)
+    return _HERE if files.is_file(path) else _ODD if files.exists(path) else _NOT_THERE

@@ -12,8 +12,8 @@ from dataclasses import fields, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source import world
 from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.files import exists
 from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, broken, diagnostic_of, failed, load
 from rosorin_compile.source.project import ENDINGS, data_folder
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, check_texts, find
@@ -59,7 +59,7 @@ def _marks(built_in: Collection[str], format: Format) -> list[str]:
         raise ValueError(f"{format.name} is neither written nor read")
     if format.reading.becomes and format.reading.becomes not in built_in:
         raise ValueError(f'becomes is "{format.reading.becomes}", which is no format')
-    if format.proving.schema and not world.kind(data_folder("schemas") / f"{format.proving.schema}.schema.json"):
+    if format.proving.schema and not exists(data_folder("schemas") / f"{format.proving.schema}.schema.json"):
         raise ValueError(f'schema is "{format.proving.schema}", which is none of those that ship with the tool')
     _check_options(format)
     files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)

@@ -20,7 +20,6 @@ from jinja2.compiler import CodeGenerator, Frame
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from rosorin_compile.source.cache import cache_folder, digest, keep, recalled
-from rosorin_compile.source.world import read
 
 MAX_SIZE = 10_000_000  # letters of a text, items of a list
 MAX_BITS = 1_000_000  # of a whole number
@@ -42,7 +41,7 @@ class _Bytecode(BytecodeCache):
 
     def __init__(self) -> None:
         self.folder = cache_folder("templates")
-        self.made_by = jinja_version, sys.version, digest(read(__file__))
+        self.made_by = jinja_version, sys.version, digest(Path(__file__).read_bytes())
 
     def get_cache_key(self, name: str, filename: str | None = None) -> str:
         return repr((name, filename))  # Jinja's has no answer to a name that is no UTF-8

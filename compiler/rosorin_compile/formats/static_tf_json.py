@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
+from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.world import read as read_file
-from rosorin_compile.source.world import size
 
 from .format import Facts, Format, InRos, Proving
 from .static_tf import NUMBER_FORMAT, check_numbers, frames, node_facts, static_transforms
@@ -66,10 +65,10 @@ _LARGEST = 1_000_000  # bytes
 
 def robot_of(path: Path) -> str:
     """Return the robot that a file was generated for; empty if it is no such file. Raises OSError."""
-    if size(path) > _LARGEST:
+    if path.stat().st_size > _LARGEST:
         return ""
     try:
-        content = json_of(read_file(path))
+        content = json_of(files.read_bytes(path))
     except ValueError:
         return ""
     robot = content.get("robot") if isinstance(content, dict) and "static_transform_publisher" in content else None

@@ -16,11 +16,11 @@ from typing import Any, ClassVar
 
 import jinja2
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.project import data_folder, homes
 from rosorin_compile.source.project import shown as as_shown
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
-from rosorin_compile.source.world import FILE, kind, real, size, text
 from rosorin_compile.source.xml.escaping import Markup, escape
 
 from .sandbox import Sandbox, options
@@ -53,7 +53,7 @@ _INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
 def _own() -> jinja2.Environment:
     """Return what renders the templates that ship with the tool, which need no sandbox."""
     folder = data_folder("templates")
-    loader = jinja2.FunctionLoader(lambda name: text(folder / name))
+    loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
     return jinja2.Environment(loader=loader, **options())  # noqa: S701 - what is XML is escaped
 
 
@@ -161,13 +161,13 @@ class Templates:
     def _load(self, name: str) -> tuple[str, None, Any] | None:
         try:
             path = self._path(name)
-            if path is None or kind(path) != FILE:
+            if path is None or not files.is_file(path):
                 return None
-            if size(path) > MAX_TEMPLATE:
+            if path.stat().st_size > MAX_TEMPLATE:
                 message = f"template {name} is larger than {MAX_TEMPLATE:,} bytes"
                 raise TemplateProblem(error("template-failed", message, self.asked, "name a template"))
             self.used.add(path)
-            return text(path), None, lambda: True
+            return files.read_text(path), None, lambda: True
         except (OSError, ValueError):  # a name that no file can have, or no UTF-8
             return None
 
@@ -177,10 +177,10 @@ class Templates:
         if anchor is None:
             return None
         try:
-            path = real(anchor / name.removeprefix(BUILTIN))
+            path = files.resolve(anchor / name.removeprefix(BUILTIN))
         except (OSError, RuntimeError):  # links that lead round
             return None
-        places = (real(anchor),) if name.startswith(BUILTIN) else (real(anchor), *self.homes)
+        places = (files.resolve(anchor),) if name.startswith(BUILTIN) else (files.resolve(anchor), *self.homes)
         return path if any(path.is_relative_to(place) for place in places) else None
 
 

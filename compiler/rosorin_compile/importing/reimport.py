@@ -19,12 +19,21 @@ from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.cli.usage import WrongUsage
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, counted, error, listed, printable
+from rosorin_compile.source.diagnostics import (
+    WARNING,
+    Diagnostic,
+    RequestError,
+    Source,
+    Span,
+    counted,
+    error,
+    listed,
+    printable,
+)
+from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 
 RULES = (
     Rule(
@@ -113,9 +122,9 @@ def read_record(folder: Path, others: Iterable[str] = ()) -> Record | None:
         first, end, root = text_of(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
         line = first.removeprefix(_PROGRAM)
         words = json.loads(line) if line.startswith("[") else shlex.split(line)
-        names = [path.relative_to(folder).as_posix() for path in world.matching(folder, f"**/*{ENDING}")]
+        names = [path.relative_to(folder).as_posix() for path in sorted(folder.glob(f"**/*{ENDING}"))]
         names += [f"{name}{ENDING}" for name in others if name.startswith("../")]
-        texts = {name: text_of(folder / name) for name in names if world.kind(folder / name) == world.FILE}
+        texts = {name: text_of(folder / name) for name in names if is_file(folder / name)}
     except (ValueError, FileNotFoundError, NotADirectoryError):
         return None
     if not first.startswith(_PROGRAM) or not end or not words:
@@ -126,25 +135,25 @@ def read_record(folder: Path, others: Iterable[str] = ()) -> Record | None:
 
 def text_of(path: Path) -> str:
     """Return the text of a file without converting line ends. Raises OSError, ValueError."""
-    return world.read(path).decode()
+    return read_bytes(path).decode()
 
 
 def recorded(folder: Path, words: Sequence[str], others: Iterable[str] = ()) -> Record | None:
-    """Return the record of the description in a folder, or None. Raises WrongUsage if it is of another import."""
+    """Return the record of the description in a folder, or None. Raises RequestError if it is of another import."""
     try:
         record = read_record(folder, others)
     except OSError as problem:
-        raise WrongUsage(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
-    if record is None or not world.stands(folder / Description.ROOT_FILE):
+        raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
+    if record is None or not os.path.lexists(folder / Description.ROOT_FILE):
         return None
     (before, old_options), (now, new_options) = (_source_and_options(one) for one in (record.words, words))
     if before != now:
         message = f"{folder} is of another import: rosorin-compile import {before}; this one is: {now}"
-        raise WrongUsage(f"{message}; name a folder with -o, or another robot with --name")
+        raise RequestError(f"{message}; name a folder with -o, or another robot with --name")
     missing = [option for option in old_options if option not in new_options]
     if missing:
         message = f"{folder} was imported with {listed(missing)}: rosorin-compile import {shlex.join(record.words)}"
-        raise WrongUsage(f"{message}; give the same options, or name a folder with -o")
+        raise RequestError(f"{message}; give the same options, or name a folder with -o")
     return record
 
 
@@ -157,7 +166,7 @@ def _source_and_options(words: Sequence[str]) -> tuple[str, list[str]]:
 def import_again(folder: Path, record: Record, theirs: Mapping[str, str], request: Request) -> Merged:
     """Merge the files that the importer now makes of a source with those of a description. Nothing is written here.
 
-    Raises WrongUsage for a file that cannot be read.
+    Raises RequestError for a file that cannot be read.
     """
     source = printable(request.words[0])
     ours = _read_files(folder, {**record.files, **theirs})
@@ -197,17 +206,17 @@ def import_again(folder: Path, record: Record, theirs: Mapping[str, str], reques
 
 
 def _read_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
-    """Return the files of a description that exist. Raises WrongUsage."""
+    """Return the files of a description that exist. Raises RequestError."""
     texts = {}
     for name in names:
         path = folder / name
         try:
-            if world.kind(path) == world.FILE:
+            if is_file(path):
                 texts[name] = text_of(path)
         except OSError as problem:
-            raise WrongUsage(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
+            raise RequestError(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
         except ValueError:
-            raise WrongUsage(f"{path} is not UTF-8 text: nothing is merged into it") from None
+            raise RequestError(f"{path} is not UTF-8 text: nothing is merged into it") from None
     return texts
 
 
@@ -286,7 +295,7 @@ def _free_name(folder: Path, name: str, text: str) -> str:
     while True:
         new = f"{name}{_NEW}" if number == 1 else f"{name}{_NEW}{number}"
         path = folder / new
-        if not world.stands(path) or (world.kind(path) == world.FILE and world.read(path) == text.encode()):
+        if not os.path.lexists(path) or (is_file(path) and read_bytes(path) == text.encode()):
             return new
         number += 1
 

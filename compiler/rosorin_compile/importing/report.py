@@ -20,11 +20,11 @@ from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, counted, first_of
+from rosorin_compile.source.files import is_file, resolve
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.world import world
 
 from .layout import within_part
 
@@ -65,7 +65,7 @@ def renamed(
     folder. What is not found is told. Nothing is lost by that: it is no ``import-cannot-carry``.
     """
     place = tree.value_spans.get("robot", tree.span)
-    places = Places(source, source.parent, packages, world.environment())
+    places = Places(source, source.parent, packages, os.environ)
     searched = places.named(tree, relative=meshes is None)
     whole = Imported(tree, [])
     files, told, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
@@ -120,14 +120,14 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
 
 def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path]]:
     """Yield the packages that files were found in, with their folders, but for those that are found from ``here``."""
-    near, seen = Packages({}, world.environment(), here / Description.ROOT_FILE), set()
+    near, seen = Packages({}, os.environ, here / Description.ROOT_FILE), set()
     for name, file in files.items():
         package, _, path = name.partition("://")[2].lstrip("/").partition("/")
         if _is_of_package(name) and package not in seen:
             seen.add(package)
             folder = Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1]
             known = near.find(package)
-            if known is None or world.real(known) != world.real(folder):
+            if known is None or resolve(known) != resolve(folder):
                 yield package, folder
 
 
@@ -139,18 +139,14 @@ def _package_of(meshes: str, relative: Sequence[str], base: Path, here: Path) ->
     package, _, path = meshes.partition("://")[2].strip("/").partition("/")
     parts = Path(path).parts
     above = len(base.parts) - len(parts)
-    found = (
-        Packages({}, world.environment(), here / Description.ROOT_FILE).find(package)
-        if _is_of_package(meshes)
-        else base
-    )
+    found = Packages({}, os.environ, here / Description.ROOT_FILE).find(package) if _is_of_package(meshes) else base
     if base.parts[above:] != parts or (found is not None and _has_one(found / path, relative)):
         return {}
     return {package: _seen(Path(*base.parts[:above]), here)} if _has_one(base, relative) else {}
 
 
 def _has_one(folder: Path, relative: Sequence[str]) -> bool:
-    return any(world.kind(folder / name) == world.FILE for name in relative)
+    return any(is_file(folder / name) for name in relative)
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:

@@ -5,18 +5,18 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-from rosorin_compile.cli.given import Given
 from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.formats.reading import outputs_of
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.output.request import Request
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
     ERROR,
     Diagnostic,
@@ -33,7 +33,6 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.world import world
 
 from .description import write
 from .read_back import by_elements, read_back, without_words
@@ -133,7 +132,7 @@ def _round_trip(
 def schema_beside(folder: Path) -> str:
     """Return where editors find the schema of a description in a folder; empty if there is none."""
     schema = Description.SCHEMA
-    return (Path("..") / schema).as_posix() if world.kind(folder.parent / schema) == world.FILE else ""
+    return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:
@@ -197,7 +196,7 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
         compiled = compile_robot(
             Path(name, Description.ROOT_FILE),
             packages=packages,
-            search=partial(Given({}, (), packages).search_meshes, placed),
+            search=Request(placed, packages=packages).search_meshes,
             wanted=[format.name],
         )
     made = next((one.text for one in compiled.artifacts), None)

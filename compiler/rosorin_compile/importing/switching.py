@@ -11,10 +11,10 @@ from collections.abc import Iterator, Set
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.cli.registry import service
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import listed
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
+from rosorin_compile.source.ros_packages import files_below, is_launch_file
 
 PRINT = "rosorin-compile print"
 OUTPUT = "urdf"
@@ -60,9 +60,9 @@ def lines_to_change(package: Path, source: str, description: str, arguments: Set
     found: list[Line] = []
     for path in _files(package):
         try:
-            if world.size(path) > _LARGEST:
+            if path.stat().st_size > _LARGEST:
                 continue
-            text = world.text(path, errors="replace")
+            text = files.read_text(path, errors="replace")
         except OSError:
             continue
         if Path(source).name in text:
@@ -75,18 +75,17 @@ def _files(package: Path) -> Iterator[Path]:
     """Yield the launch files and CMakeLists.txt of a package, then those of the packages beside it."""
     others: list[Path] = []
     try:
-        own = world.real(package)
-        beside = [own.parent / name for name in world.names(own.parent)]
-        others = [one for one in beside if world.kind(one / "package.xml") == world.FILE and one != own]
+        own = files.resolve(package)
+        beside = files.list_folder(own.parent)
+        others = [one for one in beside if files.is_file(one / "package.xml") and one != own]
     except OSError:
         pass
-    is_launch = service("is a launch file")
     for folder in [package, *others[:_MOST_PACKAGES]]:
         try:
-            names = service("files below a folder")(folder, skip_built=True)
+            names = files_below(folder, skip_built=True)
         except OSError:
             continue
-        yield from (folder / name for name in names if is_launch(name) or name == "CMakeLists.txt")
+        yield from (folder / name for name in names if is_launch_file(name) or name == "CMakeLists.txt")
 
 
 def _lines(name: str, text: str, source: str, description: str, arguments: Set[str]) -> Iterator[Line]:

@@ -12,12 +12,12 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.load import MAX_DEPTH, MAX_NODES
 from rosorin_compile.source.project import ENDINGS, NoDescription, first_file
 from rosorin_compile.source.tree import Text
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.world import FOLDER, kind
 
 from .expression.functions import FUNCTIONS, kind_of
 
@@ -84,7 +84,7 @@ def _folders(packages: object) -> tuple[dict[str, Path], list[Diagnostic]]:
     diagnostics: list[Diagnostic] = []
     for name, folder in packages.items():
         is_path = isinstance(name, str) and isinstance(folder, (str, os.PathLike))
-        if is_path and kind(folder) == FOLDER:
+        if is_path and files.is_folder(folder):
             folders[name] = Path(os.fsdecode(folder))
         else:
             message = f'there is no folder "{folder!s:.200}" for the package {name!s:.60}'

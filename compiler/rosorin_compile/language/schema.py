@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.source import files
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.world import text
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -60,7 +60,7 @@ def own_schema(name: str = "description") -> dict[str, Any]:
     """Return one of the schemas that ship with the tool."""
     import json
 
-    made: dict[str, Any] = json.loads(text(data_folder("schemas") / f"{name}.schema.json"))
+    made: dict[str, Any] = json.loads(files.read_text(data_folder("schemas") / f"{name}.schema.json"))
     return made
 
 

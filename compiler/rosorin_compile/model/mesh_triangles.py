@@ -16,7 +16,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.rule_registry import MESHES, Rule
@@ -180,12 +180,12 @@ def _format(path: Path) -> str:
 
 def _read(path: Path) -> bytes:
     try:
-        if world.kind(path) == world.OTHER:
+        if files.is_special(path):
             raise ExtractProblem.of("mesh-unreadable", f"{path} is no regular file", "name a mesh file")
-        if world.kind(path) == world.FILE and world.size(path) > MAX_BYTES:
+        if files.is_file(path) and path.stat().st_size > MAX_BYTES:
             help = "reduce the number of triangles"
             raise ExtractProblem.of("mesh-unreadable", f"{path} is larger than {MAX_BYTES:,} bytes", help)
-        data = world.read(path)
+        data = files.read_bytes(path)
     except (FileNotFoundError, NotADirectoryError):
         raise NotThere.of("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
     except (OSError, ValueError) as problem:
@@ -333,9 +333,9 @@ class _Materials:
     def get(self, name: str) -> bytes:
         """Return a file of materials. Raises FileNotFoundError for what is none."""
         file = self.folder / name
-        if not name.lower().endswith(".mtl") or Path(name).is_absolute() or world.kind(file) != world.FILE:
+        if not name.lower().endswith(".mtl") or Path(name).is_absolute() or not files.is_file(file):
             raise FileNotFoundError(f"{name} is not beside it")
-        blocks = re.split(rb"(?mi)^(?=[ \t]*newmtl\b)", world.head(file, _MOST_MATERIALS))
+        blocks = re.split(rb"(?mi)^(?=[ \t]*newmtl\b)", files.read_bytes(file, _MOST_MATERIALS))
         return b"".join(_WHITE.sub(b"Kd 1 1 1", _MAP.sub(b"", one)) if _MAP.search(one) else one for one in blocks)
 
     def __getitem__(self, name: str) -> bytes:
@@ -350,10 +350,10 @@ class _Beside:
 
     def get(self, name: str) -> bytes:
         """Return the bytes of a side file. Raises FileNotFoundError for one that is elsewhere."""
-        inside = world.real(self.folder / name)
-        if not inside.is_relative_to(world.real(self.folder)) or world.kind(inside) != world.FILE:
+        inside = files.resolve(self.folder / name)
+        if not inside.is_relative_to(files.resolve(self.folder)) or not files.is_file(inside):
             raise FileNotFoundError(f'the buffer "{name}" is not beside it')
-        return world.read(inside)
+        return files.read_bytes(inside)
 
     def __getitem__(self, name: str) -> bytes:
         return self.get(name)

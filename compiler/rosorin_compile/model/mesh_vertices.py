@@ -12,7 +12,7 @@ import struct
 from array import array
 from sys import byteorder
 
-from rosorin_compile.source.world import FILE, kind, read, size
+from rosorin_compile.source import files
 
 from .robot import Robot
 from .shape import Mesh
@@ -72,12 +72,12 @@ def _read_cloud(robot: Robot, name: str, as_opened: bool) -> Cloud:
     else:
         path = robot.mesh_files.get(name)
         try:
-            if path is None or kind(path) != FILE:
+            if path is None or not files.is_file(path):
                 raise UnreadableMesh("the file is not found")
             check_readable(path.suffix.lower())
-            if size(path) > MAX_BYTES:
+            if path.stat().st_size > MAX_BYTES:
                 raise UnreadableMesh(f"the file is larger than {MAX_BYTES:,} bytes")
-            coordinates = read_vertices(read(path), path.suffix.lower())
+            coordinates = read_vertices(files.read_bytes(path), path.suffix.lower())
         except OSError as problem:
             raise UnreadableMesh(problem.strerror or "the file cannot be read") from None
     xs, ys, zs = coordinates[::3], coordinates[1::3], coordinates[2::3]

@@ -15,7 +15,7 @@ from numbers import Integral
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.source.bounded import json_of
-from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.diagnostics import UnknownName, did_you_mean
 
 from .link import NO_SOURCE, Source
 
@@ -46,7 +46,7 @@ class ServoGroup:
 ROUNDING = 1e-6
 
 
-class NoServo(LookupError):
+class NoServo(UnknownName):
     """There is no such joint, or it has no servo; the message says which have one."""
 
 

@@ -21,10 +21,10 @@ from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 from rosorin_compile.model import Link, Mesh, Output, Pose, Robot, Vector
 from rosorin_compile.model.geometry import unit
 from rosorin_compile.rules.case import Case
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, error, listed
 from rosorin_compile.source.numbers import six, vector
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.templating import Templates
@@ -201,7 +201,7 @@ def robot_of(path: Path) -> str:
     """Return the robot that a scene was generated for; empty if the file is no scene. Raises OSError."""
     from html import unescape  # that of xml.sax.saxutils would load http
 
-    found = _HEAD.match(world.head(path, _LOOKED_AT).decode("utf-8", "replace"))
+    found = _HEAD.match(files.read_bytes(path, _LOOKED_AT).decode("utf-8", "replace"))
     return unescape(found[1]) if found else ""
 
 

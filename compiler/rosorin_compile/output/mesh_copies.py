@@ -20,11 +20,10 @@ from rosorin_compile.formats.mesh_files import Found, Searched, files_diagnostic
 from rosorin_compile.formats.named_files import OF_ELEMENT, Named
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
-from rosorin_compile.source import world
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
+from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import FORMATS, Rule
-from rosorin_compile.source.world.listening import listening
 
 RULES = (
     Rule(
@@ -171,23 +170,23 @@ def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
 
 def _is_same_file(path: Path, file: Path) -> bool:
     try:
-        return world.is_same(path, file)
+        return path.samefile(file)
     except OSError:
         return False
 
 
 def _read(path: Path) -> bytes:
     try:
-        if world.size(path) > MAX_BYTES:
+        if path.stat().st_size > MAX_BYTES:
             raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
-        return world.read(path)
+        return read_bytes(path)
     except OSError as problem:
         raise UnreadableMesh(problem.strerror or type(problem).__name__, "check the permissions") from None
 
 
 def _existing(path: Path) -> bytes:
     try:
-        return world.read(path) if world.kind(path) == world.FILE else b""
+        return path.read_bytes() if path.is_file() else b""
     except (OSError, ValueError):
         return b""
 
@@ -218,13 +217,11 @@ def _obj(path: Path, mark: str, existing: bytes) -> bytes:
         raise UnreadableMesh(message, f"{reason.help}; or export it as STL or OBJ", reason.rule) from None
 
 
-@world.asked_again
 def _converted(path: Path, mark: str) -> bytes:
     """Return a mesh as OBJ: each vertex once, with as many digits as MuJoCo keeps."""
     import numpy as np
 
-    with listening():  # trimesh opens what belongs to the file
-        triangles = load_mesh(path).triangles
+    triangles = load_mesh(path).triangles
     corners, faces = np.unique(triangles.reshape(-1, 3).astype(np.float32), axis=0, return_inverse=True)
     lines = [f"# {mark}", *("v " + " ".join(f"{value + 0.0:.9g}" for value in corner) for corner in corners.tolist())]
     lines += ["f " + " ".join(map(str, face)) for face in (faces.reshape(-1, 3) + 1).tolist()]

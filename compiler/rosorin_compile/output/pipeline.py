@@ -23,9 +23,13 @@ from rosorin_compile.language.validate import validate
 from rosorin_compile.language.wanted import with_wanted
 from rosorin_compile.model import Link, Mesh, Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
+from rosorin_compile.source.files import recording
+from rosorin_compile.source.load import unreadable
 from rosorin_compile.source.load import unsaved as held_in_memory
+from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.project import of_tool
 from rosorin_compile.source.tree import Map, locate
 from rosorin_compile.source.wording import and_more, counted
 
@@ -63,8 +67,10 @@ class Variant:
 class Compiled:
     """What became of a description: the model and the artifacts (both only without errors), and all that is to say.
 
-    ``inputs`` are the files that were read, templates of the description included; ``resolved`` says where the names of
-    packages and of mesh files led. ``meshes`` are the mesh files that were looked for; None if none were.
+    ``inputs`` are the files that were read, or looked for and not found: another content of one may change the result;
+    ``missing`` are those of them that were not found. A package.xml, which only
+    says what a package is called, is no input. ``resolved`` says where the names of packages and of mesh files
+    led. ``meshes`` are the mesh files that were looked for; None if none were.
     ``variant`` is which of many robots it is, if ``sweep`` made it.
     """
 
@@ -75,6 +81,12 @@ class Compiled:
     resolved: tuple[Resolved, ...] = ()
     meshes: Searched | None = None
     variant: Variant | None = None
+    missing: tuple[Path, ...] = ()
+
+    @property
+    def files_read(self) -> tuple[Path, ...]:
+        """The files that were read."""
+        return tuple(path for path in self.inputs if path not in self.missing)
 
     @property
     def mesh_files(self) -> Mapping[str, bytes]:
@@ -347,6 +359,34 @@ def compile_robot(
     are ``exact`` where an output does not say how it prints them. ``unsaved`` are bytes that are read in the place of
     files.
     """
+    with recording() as recorded:
+        try:
+            compiled = _compiled(path, arguments, tell, packages, search, wanted, kept, exact, unsaved)
+        except OSError as problem:
+            if problem.filename is None:
+                raise
+            compiled = Compiled(None, (), [unreadable(problem)], (path,))
+    known = {*map(os.path.abspath, compiled.inputs)}
+    new = {
+        path: found
+        for path, found in recorded.items()
+        if path.name != PACKAGE_XML and os.path.abspath(path) not in known and not of_tool(path)
+    }
+    missing = tuple(path for path, found in new.items() if not found)
+    return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
+
+
+def _compiled(
+    path: Path,
+    arguments: Mapping[str, Any] | None,
+    tell: Tell | None,
+    packages: Mapping[str, Path] | None,
+    search: Search | None,
+    wanted: Sequence[str],
+    kept: dict[Path, Kept] | None,
+    exact: bool,
+    unsaved: Mapping[Path, bytes],
+) -> Compiled:
     with held_in_memory(unsaved):
         understood = understand(path, arguments, tell, packages, wanted, kept)
     if exact and understood.lowered is not None and understood.lowered.robot is not None:

@@ -1,19 +1,21 @@
-"""What verify answers as JSON: the type of its result, of which the schema is made.
-
-Nothing imports this module at run time.
-"""
+"""The result of verify."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypedDict
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
+
+from rosorin_compile.source.diagnostics import Diagnostic
 
 
-class RecordedEdge(TypedDict):
+@dataclass(frozen=True)
+class RecordedEdge:
     """One edge on one topic."""
 
     parent: Annotated[str, "The frame above."]
     child: Annotated[str, "The frame below."]
-    topic: Annotated[Literal["/tf", "/tf_static"], "The topic that it came on."]
+    topic: Annotated[str, "The topic that it came on: /tf or /tf_static."]
     described: Annotated[bool, "Whether the description has an edge into this frame."]
     described_parent: Annotated[str | None, "The frame above in the description."]
     publisher: Annotated[str | None, "Who should publish it. A recording does not say who did."]
@@ -38,7 +40,8 @@ class RecordedEdge(TypedDict):
     leaps_back: Annotated[int, "How often the edge leaped to where it had been shortly before."]
 
 
-class SeenFrame(TypedDict):
+@dataclass(frozen=True)
+class SeenFrame:
     """One frame of view_frames."""
 
     parent: Annotated[str, "The frame above."]
@@ -50,7 +53,8 @@ class SeenFrame(TypedDict):
     ]
 
 
-class RecordedJoint(TypedDict):
+@dataclass(frozen=True)
+class RecordedJoint:
     """A joint of /joint_states."""
 
     name: Annotated[str, "Its name."]
@@ -61,7 +65,8 @@ class RecordedJoint(TypedDict):
     beyond_limits: Annotated[int, "How often it was beyond its limits."]
 
 
-class Lookup(TypedDict):
+@dataclass(frozen=True)
+class Lookup:
     """Lookups at the exact stamps of the messages, when they came."""
 
     target: Annotated[str, "The frame that was asked for."]
@@ -71,7 +76,8 @@ class Lookup(TypedDict):
     largest_lag: Annotated[float, "How far it was behind at most, in seconds."]
 
 
-class RecordedSensor(TypedDict):
+@dataclass(frozen=True)
+class RecordedSensor:
     """The messages of a topic that name one frame."""
 
     topic: Annotated[str, "The topic."]
@@ -88,7 +94,8 @@ class RecordedSensor(TypedDict):
     lookups: Annotated[list[Lookup], "Lookups by target."]
 
 
-class EchoAnswer(TypedDict):
+@dataclass(frozen=True)
+class EchoAnswer:
     """An answer of tf2_echo."""
 
     source: Annotated[str, "The frame in which."]
@@ -96,41 +103,43 @@ class EchoAnswer(TypedDict):
     line: Annotated[int, "The line of the text where it begins."]
 
 
-class _FindingMore(TypedDict, total=False):
-    file: Annotated[str, "The file of the description where this is described."]
-    line: Annotated[int, "The line in that file."]
-
-
-class Finding(_FindingMore):
+@dataclass(frozen=True)
+class Finding:
     """Something that is not as described."""
 
     rule: Annotated[str, "The id of the rule; docs/rules.md has them all."]
-    severity: Annotated[Literal["error", "warning", "note"], "How serious it is."]
+    severity: Annotated[str, "How serious it is: error, warning or note."]
     subject: Annotated[str, "The edge, topic or joint that it is about."]
     message: Annotated[str, "What is wrong."]
     help: Annotated[str, "The way out."]
     evidence: Annotated[list[str], "What it is concluded from."]
     numbers: Annotated[dict[str, Any], "The numbers of the message, in SI units."]
+    file: Annotated[str | None, "The file of the description where this is described."] = None
+    line: Annotated[int | None, "The line in that file."] = None
 
 
-class Verdict(TypedDict):
-    """A recording held against a description."""
+@dataclass(frozen=True)
+class Verified:
+    """A recording compared with a description.
 
-    recording: Annotated[Literal[1], "The version of this format."]
+    ``verdict`` is the ``judge.Verdict`` with all statistics. Without it the comparison was not possible, and
+    ``diagnostics`` has the reason.
+    """
+
     robot: Annotated[str, "The name of the robot."]
     source: Annotated[str, "What was read."]
-    form: Annotated[str, "What it is, in words."]
-    as_described: Annotated[bool, "Whether there is no error."]
-    messages: Annotated[int, "How many messages were read."]
-    seconds: Annotated[float | None, "How long the recording is; null for text, in seconds."]
-    modes: Annotated[dict[str, bool], "The modes that fit best, or that were given."]
-    edges: Annotated[list[RecordedEdge], "The edges that were recorded."]
-    missing: Annotated[list[str], "The edges that should be there and are not."]
-    frames: Annotated[list[SeenFrame], "What view_frames saw."]
-    joints: Annotated[list[RecordedJoint], "What /joint_states named."]
-    sensors: Annotated[list[RecordedSensor], "Stamped messages."]
-    answers: Annotated[list[EchoAnswer], "What tf2_echo answered."]
-    findings: Annotated[list[Finding], "What is not as described, the most serious first."]
-
-
-ANSWERS: dict[str, Any] = {"verify": Verdict}
+    recording: Annotated[Literal[1], "The version of this format."] = 1
+    form: Annotated[str, "What it is, in words."] = ""
+    as_described: Annotated[bool, "Whether there is no error."] = False
+    messages: Annotated[int, "How many messages were read."] = 0
+    seconds: Annotated[float | None, "How long the recording is; null for text, in seconds."] = None
+    modes: Annotated[Mapping[str, bool], "The modes that fit best, or that were given."] = field(default_factory=dict)
+    edges: Annotated[tuple[RecordedEdge, ...], "The edges that were recorded."] = ()
+    missing: Annotated[tuple[str, ...], "The edges that should be there and are not."] = ()
+    frames: Annotated[tuple[SeenFrame, ...], "What view_frames saw."] = ()
+    joints: Annotated[tuple[RecordedJoint, ...], "What /joint_states named."] = ()
+    sensors: Annotated[tuple[RecordedSensor, ...], "Stamped messages."] = ()
+    answers: Annotated[tuple[EchoAnswer, ...], "What tf2_echo answered."] = ()
+    findings: Annotated[tuple[Finding, ...], "What is not as described, the most serious first."] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
+    verdict: Any = field(default=None, repr=False, compare=False)

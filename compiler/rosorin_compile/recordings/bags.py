@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rosorin_compile.source.diagnostics import NOTE, WARNING
+from rosorin_compile.source.files import is_file, is_folder
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 
 from .arrays import SECOND, Times
 from .findings import YEAR, problem, seconds
@@ -59,7 +59,7 @@ def _damaged(path: Path, wrong: Exception, where: str = "") -> Unreadable:
     """Return the error for whatever rosbags raised: damaged files make it fail in many ways."""
     reason = " ".join(str(wrong).split())[:300].rstrip(".") or type(wrong).__name__
     help = "if the recorder was killed or a copy is incomplete, ros2 bag reindex FOLDER may help; else record again"
-    if path.suffix == ".mcap" or world.matching(path, "*.mcap"):
+    if path.suffix == ".mcap" or sorted(path.glob("*.mcap")):
         help = "if the recorder was killed or a copy is incomplete, mcap recover FILE may help; else record again"
     return Unreadable(f"{path} cannot be read: {where}{reason}", help)
 
@@ -92,7 +92,6 @@ def _open(path: Path, recording: Recording, stack: ExitStack) -> list[Part]:
     except ImportError:
         help = pip_install("verify")
         raise Unreadable("reading a recording needs the package rosbags, which is not installed", help) from None
-    world.spoil(f"rosbags reads {path}")
     try:
         reader: Any = stack.enter_context(Reader(path))
         files = getattr(reader.storage, "storages", None) or [reader.storage]
@@ -102,10 +101,10 @@ def _open(path: Path, recording: Recording, stack: ExitStack) -> list[Part]:
         # Otherwise file by file: of a folder rosbags skips the topics about which metadata.yaml contradicts the files.
         return [_part(file, path if reader.compression_mode else file.path, recording) for file in files]
     except Exception as wrong:
-        if world.kind(path) == world.FOLDER:  # rosbags does not name the file of a folder that it cannot read
-            for name in sorted(world.names(path)):
-                if Path(name).suffix in BAGS and world.kind(path / name) == world.FILE:
-                    _open(path / name, recording, stack)
+        if is_folder(path):  # rosbags does not name the file of a folder that it cannot read
+            for inner in sorted(path.iterdir()):
+                if inner.suffix in BAGS and is_file(inner):
+                    _open(inner, recording, stack)
         raise _damaged(path, wrong) from None
 
 

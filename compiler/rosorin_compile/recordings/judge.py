@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats import FORMATS
@@ -178,8 +177,9 @@ def _foreign(recording: Recording) -> Diagnostic:
     return problem("recording-foreign", "the recording", f"the recording has no transforms{shown}", help)
 
 
-class Verdict(NamedTuple):
-    """A recording, what it was held against, and the findings, the most serious first."""
+@dataclass(frozen=True)
+class Verdict:
+    """A recording, the description that it was compared with, and the findings, the most serious first."""
 
     recording: Recording
     description: Description

@@ -1,4 +1,4 @@
-"""Machine: a verdict as JSON (schemas/recording.schema.json) and as JUnit XML for CI."""
+"""A verdict as a result of plain values (schemas/recording.schema.json), and as JUnit XML for CI."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, masked
 
+from .answers import EchoAnswer, Finding, Lookup, RecordedEdge, RecordedJoint, RecordedSensor, SeenFrame, Verified
 from .arrays import SECOND
 from .judge import Verdict
 from .judge_tree import best_way
@@ -16,34 +17,30 @@ from .pace import Pace
 from .recording import FrameUse, Recording, SensorLog
 from .series import Series
 
-VERSION = 1
 
-
-def as_object(verdict: Verdict, source: str) -> dict[str, Any]:
-    """Return a verdict as JSON has it."""
+def as_result(verdict: Verdict, source: str) -> Verified:
+    """Return a verdict as a result of plain values."""
     recording = verdict.recording
     span = (recording.end - recording.start) / SECOND if recording.timed and recording.start is not None else None
     way = best_way(recording)
-    return {
-        "recording": VERSION,
-        "robot": verdict.description.robot.name,
-        "source": source,
-        "form": recording.form,
-        "as_described": not verdict.fails(),
-        "messages": recording.messages,
-        "seconds": span,
-        "modes": dict(way.modes),
-        "edges": [_edge(recording, series) for series in recording.series.values()],
-        "missing": [edge.name for edge in way.edges] if recording.whole else [],
-        "frames": [
-            {"parent": row.parent, "child": row.child, "static": row.still, "rate": _finite(row.rate), "age": row.age}
-            for row in recording.rows
-        ],
-        "joints": _joints(recording),
-        "sensors": [_sensor(log, use) for log in recording.sensors.values() for use in log.frames.values()],
-        "answers": [{"source": a.source, "target": a.target, "line": a.line} for a in recording.asked],
-        "findings": [_finding(finding) for finding in verdict.findings],
-    }
+    return Verified(
+        robot=verdict.description.robot.name,
+        source=source,
+        form=recording.form,
+        as_described=not verdict.fails(),
+        messages=recording.messages,
+        seconds=span,
+        modes=dict(way.modes),
+        edges=tuple(_edge(recording, series) for series in recording.series.values()),
+        missing=tuple(edge.name for edge in way.edges) if recording.whole else (),
+        frames=tuple(SeenFrame(row.parent, row.child, row.still, _finite(row.rate), row.age) for row in recording.rows),
+        joints=tuple(_joints(recording)),
+        sensors=tuple(_sensor(log, use) for log in recording.sensors.values() for use in log.frames.values()),
+        answers=tuple(EchoAnswer(one.source, one.target, one.line) for one in recording.asked),
+        findings=tuple(map(_finding, verdict.findings)),
+        diagnostics=tuple(verdict.findings),
+        verdict=verdict,
+    )
 
 
 def _finite(value: float) -> float | None:
@@ -63,65 +60,61 @@ def _pace(pace: Pace) -> dict[str, Any]:
     }
 
 
-def _edge(recording: Recording, series: Series) -> dict[str, Any]:
+def _edge(recording: Recording, series: Series) -> RecordedEdge:
     values = series.values
     oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.still else None
-    return {
-        "parent": series.parent,
-        "child": series.child,
-        "topic": series.topic,
-        "described": series.edge is not None,
-        "described_parent": series.edge.parent if series.edge is not None else None,
-        "publisher": series.edge.publisher.name if series.edge is not None else None,
+    return RecordedEdge(
+        parent=series.parent,
+        child=series.child,
+        topic=series.topic,
+        described=series.edge is not None,
+        described_parent=series.edge.parent if series.edge is not None else None,
+        publisher=series.edge.publisher.name if series.edge is not None else None,
         **_pace(series.pace),
-        "oldest": oldest,
-        "compared": values.compared,
-        "by_joint_state": values.by_state if series.edge is not None and series.edge.moving else 0,
-        "wrong": values.wrong,
-        "farthest_metres": _finite(values.farthest[0]),
-        "farthest_radians": _finite(values.farthest[1]),
-        "values": len(values.seen) + (1 if values.others else 0),
-        "two_values_at_one_stamp": series.leaps.twice_different,
-        "leaps_back": series.leaps.returns,
-    }
+        oldest=oldest,
+        compared=values.compared,
+        by_joint_state=values.by_state if series.edge is not None and series.edge.moving else 0,
+        wrong=values.wrong,
+        farthest_metres=_finite(values.farthest[0]),
+        farthest_radians=_finite(values.farthest[1]),
+        values=len(values.seen) + (1 if values.others else 0),
+        two_values_at_one_stamp=series.leaps.twice_different,
+        leaps_back=series.leaps.returns,
+    )
 
 
-def _joints(recording: Recording) -> list[dict[str, Any]]:
-    return [
-        {
-            "name": name,
-            "described": name in recording.description.robot.joint,
-            "lowest": _finite(seen.lowest),
-            "highest": _finite(seen.highest),
-            "seen": seen.seen,
-            "beyond_limits": seen.beyond,
-        }
-        for name, seen in recording.joints.ranges.items()
-    ]
+def _joints(recording: Recording) -> Iterator[RecordedJoint]:
+    for name, seen in recording.joints.ranges.items():
+        described = name in recording.description.robot.joint
+        lowest, highest = _finite(seen.lowest), _finite(seen.highest)
+        yield RecordedJoint(name, described, lowest, highest, seen.seen, seen.beyond)
 
 
-def _sensor(log: SensorLog, use: FrameUse) -> dict[str, Any]:
-    lookups = [
-        {"target": one.target, "asked": one.asked, "failed": one.failed, "mean_lag": one.mean_lag}
-        | {"largest_lag": one.lag_most}
-        for one in use.lookups.values()
-    ]
-    row = {"topic": log.topic, "type": log.kind, "frame": use.frame, **_pace(use.pace)}
-    return row | {"before_the_frame": use.early, "lookups": lookups}
+def _sensor(log: SensorLog, use: FrameUse) -> RecordedSensor:
+    lookups = [Lookup(one.target, one.asked, one.failed, one.mean_lag, one.lag_most) for one in use.lookups.values()]
+    return RecordedSensor(
+        topic=log.topic,
+        type=log.kind,
+        frame=use.frame,
+        **_pace(use.pace),
+        before_the_frame=use.early,
+        lookups=lookups,
+    )
 
 
-def _finding(finding: Diagnostic) -> dict[str, Any]:
-    places = [related.span for related in finding.related if related.span is not None]
-    return {
-        "rule": finding.rule,
-        "severity": finding.severity,
-        "subject": finding.of[0],
-        "message": finding.message,
-        "help": finding.help,
-        "evidence": [related.message for related in finding.related if related.span is None],
-        "numbers": {key: _plain(value) for key, value in finding.numbers},
-        **({"file": places[0].source.path, "line": places[0].line} if places else {}),
-    }
+def _finding(finding: Diagnostic) -> Finding:
+    place = next((related.span for related in finding.related if related.span is not None), None)
+    return Finding(
+        finding.rule,
+        finding.severity,
+        finding.of[0],
+        finding.message,
+        finding.help,
+        [related.message for related in finding.related if related.span is None],
+        {key: _plain(value) for key, value in finding.numbers},
+        place.source.path if place else None,
+        place.line if place else None,
+    )
 
 
 def as_junit(verdict: Verdict, strict: bool = False) -> str:

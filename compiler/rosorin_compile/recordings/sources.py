@@ -10,7 +10,7 @@ import numpy as np
 
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import Robot
-from rosorin_compile.source.world import world
+from rosorin_compile.source import files
 
 from .bags import BAGS, Progress, Unreadable, read
 from .expected import Description, Options
@@ -45,9 +45,9 @@ def verify(
 
 def _file_or_folder(description: Description, path: Path, progress: Progress) -> Recording:
     try:
-        if world.kind(path) == world.FOLDER:
+        if files.is_folder(path):
             return _bag(description, _parts(path), f"rosbag2 folder {path}", progress)
-        if world.kind(path) == world.OTHER and not path.is_relative_to("/dev/fd"):
+        if files.is_special(path) and not path.is_relative_to("/dev/fd"):
             raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
         if path.suffix in BAGS:
             return _bag(description, [path], str(path), progress)
@@ -64,21 +64,19 @@ def _file_or_folder(description: Description, path: Path, progress: Progress) ->
 
 def _opened(path: Path) -> BinaryIO:
     """Return a source to read from: a file, or a pipe of the shell as ``<(...)`` makes it. Raises OSError."""
-    if world.kind(path) == world.OTHER:
-        world.spoil(f"{path} can be read once only")
+    if files.is_special(path):
         return path.open("rb")
-    return world.stream(path)
+    return files.open_binary(path)
 
 
 def _parts(folder: Path) -> list[Path]:
     """Return what rosbags reads of a folder: itself, or its files if metadata.yaml is missing. Raises Unreadable."""
-    names = world.names(folder)
-    if names.get("metadata.yaml") == world.FILE:
+    if files.is_file(folder / "metadata.yaml"):
         return [folder]
-    files = [folder / name for name, kind in names.items() if kind == world.FILE and Path(name).suffix in BAGS]
-    if files:
-        return files
-    inner = [path.parent.name for path in world.matching(folder, "*/metadata.yaml")]
+    bags = [path for path in files.list_folder(folder) if path.suffix in BAGS and files.is_file(path)]
+    if bags:
+        return bags
+    inner = [path.parent.name for path in sorted(folder.glob("*/metadata.yaml"))]
     if inner:
         raise Unreadable(f"{folder} holds several recordings: {', '.join(inner[:5])}", "name one of them")
     raise Unreadable(

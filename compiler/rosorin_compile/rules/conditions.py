@@ -9,7 +9,7 @@ from itertools import product
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Edge, Robot
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, UnknownName, did_you_mean
 from rosorin_compile.source.rule_registry import FRAMES, rule
 from rosorin_compile.source.tree import Path, Text, at
 
@@ -126,3 +126,12 @@ def in_words(combination: Combination) -> str:
     """Return a combination as the end of a sentence: ' when "slam" is off'; empty if there is none to name."""
     states = [f'"{mode}" is {"on" if on else "off"}' for mode, on in combination.items()]
     return f" when {' and '.join(states)}" if states else ""
+
+
+def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
+    """Return modes by name if the robot has all of them. Raises UnknownName."""
+    for name in modes:
+        if name not in robot.modes:
+            known = did_you_mean(name, robot.modes) or "it has none"
+            raise UnknownName(f'{robot.name} has no mode "{name}"; {known}')
+    return modes

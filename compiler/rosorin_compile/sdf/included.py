@@ -14,8 +14,8 @@ from pathlib import Path
 
 from rosorin_compile.formats.urdf.reading import Reading
 from rosorin_compile.source.diagnostics import Span
+from rosorin_compile.source.files import exists, is_file, is_folder, resolve
 from rosorin_compile.source.packages import OF_GAZEBO, Packages
-from rosorin_compile.source.world import world
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
@@ -34,12 +34,12 @@ class Included:
         self.reading = reading
         self.files: list[Path] = [file]
         given = reading.options.environment
-        self.environment = world.environment() if given is None else given
+        self.environment = os.environ if given is None else given
         self.packages = Packages(reading.options.packages, self.environment, file)
         self._said = [Path(os.path.abspath(folder)) for folder in reading.options.packages.values()]
         self._said += [Path(os.path.abspath(entry)) for entry in self._entries((*OF_GAZEBO, *_ROS_PATHS))]
-        own = (Path(os.path.abspath(file)).parent, world.real(file).parent)
-        self._homes = [world.real(folder) for folder in (*own, *self._said)]
+        own = (Path(os.path.abspath(file)).parent, resolve(file).parent)
+        self._homes = [resolve(folder) for folder in (*own, *self._said)]
         self._elements = 0
         self._is_full = False
 
@@ -73,8 +73,8 @@ class Included:
         scheme, _, rest = uri.partition("://")
         name = (rest or scheme).partition("/")[0]
         for path in self._places(uri, beside):
-            found = _of_folder(path) if world.kind(path) == world.FOLDER else path
-            if found is None or not world.kind(found):
+            found = _of_folder(path) if is_folder(path) else path
+            if found is None or not exists(found):
                 continue
             if self._is_allowed(found):
                 return found, "", ""
@@ -86,7 +86,7 @@ class Included:
 
     def _is_allowed(self, file: Path) -> bool:
         """Say whether a file is where files may be read; links are followed, but in folders that the user names."""
-        plain, led = Path(os.path.abspath(file)), world.real(file)
+        plain, led = Path(os.path.abspath(file)), resolve(file)
         return any(plain.is_relative_to(one) for one in self._said) or any(led.is_relative_to(o) for o in self._homes)
 
     def _places(self, uri: str, beside: Path) -> Iterator[Path]:
@@ -113,14 +113,14 @@ class Included:
 
     def _may_be_read(self, folder: Path) -> None:
         """Let files of a folder be read that was found by its name: a model, a package, or what the robot is in."""
-        is_around = world.real(self.files[0]).is_relative_to(world.real(folder)) and not _is_of_a_person(folder)
-        if is_around or any(world.kind(folder / name) == world.FILE for name in _OF_A_MODEL):
-            self._homes.append(world.real(folder))
+        is_around = resolve(self.files[0]).is_relative_to(resolve(folder)) and not _is_of_a_person(folder)
+        if is_around or any(is_file(folder / name) for name in _OF_A_MODEL):
+            self._homes.append(resolve(folder))
 
 
 def _is_of_a_person(folder: Path) -> bool:
     """Say whether a folder is one in which all that a person has may be, which is no model: /home, /tmp, ~."""
-    led, home = world.real(folder), world.real(world.variable("HOME") or os.path.expanduser("~"))
+    led, home = resolve(folder), resolve(os.environ.get("HOME", "") or os.path.expanduser("~"))
     return len(led.parts) <= 2 or home.is_relative_to(led)
 
 
@@ -133,7 +133,7 @@ def _of_folder(folder: Path) -> Path | None:
     except (MarkupError, OSError):
         named_there = []
     files = [folder / one.text for one in sorted(named_there, key=_age, reverse=True)]
-    return next((file for file in (*files, folder / "model.sdf") if world.kind(file) == world.FILE), None)
+    return next((file for file in (*files, folder / "model.sdf") if is_file(file)), None)
 
 
 def _age(sdf: Element) -> list[int]:

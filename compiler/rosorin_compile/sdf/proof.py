@@ -14,7 +14,7 @@ from rosorin_compile.compare.proof import Found, Proof, Tolerance
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import counted
-from rosorin_compile.source.world import world
+from rosorin_compile.source.installing import is_installed
 
 STATES = 20
 SECONDS = 300
@@ -27,7 +27,7 @@ def prove(imported: Imported, text: str, files: Mapping[str, str], python: str =
 
     ``python`` has Drake; default: this one, if it has. Meshes are not opened.
     """
-    if not python and not world.package("pydrake"):
+    if not python and not is_installed("pydrake"):
         return Proof()
     return Proof.of(imported, (text, python), _by_drake)
 

@@ -20,8 +20,6 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
 from .progress import Progress
 from .wording import and_more, counted, inert, printable
-from .world import is_set, variable
-from .world.memory import ERR, OUT, RAW, hear, otherwise
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
@@ -41,9 +39,8 @@ _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the mids
 class _Guard:
     """A stream that makes control characters, and those that turn the order of letters round, visible."""
 
-    def __init__(self, stream: TextIO, kind: str) -> None:
+    def __init__(self, stream: TextIO) -> None:
         self.stream = stream
-        self.kind = kind
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.stream, name)
@@ -51,9 +48,7 @@ class _Guard:
     def write(self, text: str) -> int:
         """Write a text; lines and tabs stay."""
         Progress.wipe()
-        shown = printable(text, _LAYOUT)
-        self.stream.write(shown)
-        hear(self.kind, shown)
+        self.stream.write(printable(text, _LAYOUT))
         return len(text)
 
     def writelines(self, lines: Iterable[str]) -> None:
@@ -69,7 +64,7 @@ def guarded() -> Iterator[None]:
         if getattr(sys, name) is None:  # whoever called has closed it
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
     before = sys.stdout, sys.stderr
-    guards: tuple[Any, Any] = _Guard(sys.stdout, OUT), _Guard(sys.stderr, ERR)
+    guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
     sys.stdout, sys.stderr = guards
     try:
         yield
@@ -81,17 +76,15 @@ def _unguarded(stream: TextIO) -> TextIO:
     return stream.stream if isinstance(stream, _Guard) else stream
 
 
-def show_progress(in_logs: bool = True) -> None:
-    """Show what takes long on standard error: to a person at a terminal on its last line, else in lines of a log.
-
-    A machine that builds has no person at its terminal. ``in_logs``: whether there may be such lines.
-    """
-    if variable(PROGRESS) == "off":
-        return
-    if sys.stderr.isatty() and not is_set("CI") and variable("TERM") != "dumb":
+def show_progress() -> None:
+    """Show what takes long on the last line of standard error if it is the terminal of a person."""
+    if (
+        os.environ.get(PROGRESS, "") != "off"
+        and sys.stderr.isatty()
+        and "CI" not in os.environ
+        and os.environ.get("TERM", "") != "dumb"
+    ):
         Progress.show(_unguarded(sys.stderr))
-    elif in_logs:
-        Progress.log(_unguarded(sys.stderr))
 
 
 def paint(text: str, stream: TextIO) -> None:
@@ -100,7 +93,6 @@ def paint(text: str, stream: TextIO) -> None:
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
     Progress.wipe()
     _unguarded(stream).write("".join(pieces))
-    hear(ERR if stream is sys.stderr else OUT, "".join(pieces))
 
 
 def give(text: str) -> None:
@@ -117,7 +109,6 @@ def give(text: str) -> None:
     rest = memoryview(text.encode())
     while rest:  # unbuffered, as PYTHONUNBUFFERED has it, a write may end early
         rest = rest[raw.write(rest) or 0 :]
-    hear(RAW, text)
 
 
 class Console:
@@ -139,6 +130,7 @@ class Console:
         verbose: bool = False,
         summary: bool = False,
         collected: list[Diagnostic] | None = None,
+        severities: Counter[str] | None = None,
     ) -> None:
         self.form = form
         self.quiet = quiet
@@ -146,6 +138,7 @@ class Console:
         self.keeps = summary or form == MARKDOWN
         self.sections: list[Section] = []
         self.collected: list[Diagnostic] = [] if collected is None else collected
+        self.severities: Counter[str] = Counter() if severities is None else severities
         self.unlisted: Counter[str] = Counter()  # the notes that were counted, and not printed; stand-ins apart
         self.counts = False  # whether notes are counted for people, and not listed
         self.listing = "without -q they are listed"
@@ -182,6 +175,7 @@ class Console:
         ``what`` says it in some words.
         """
         self.differing += lines
+        self.severities[told.severity] += 1
         if self.for_people:
             for line in lines:
                 print(line)
@@ -207,6 +201,7 @@ class Console:
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
         """Print diagnostics, or keep them for the end; for people notes may only be counted, unless ``listed``."""
+        self.severities.update(one.severity for one in diagnostics)
         if self.quiet:
             stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
             diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
@@ -229,14 +224,6 @@ class Console:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
         self._show(text)
 
-    def repeat(self, said: Iterable[tuple[str, str]]) -> None:
-        """Print what a run printed before."""
-        for kind, shown in said:
-            if kind == ERR:
-                self._show(shown)
-            else:
-                sys.stdout.write(shown)
-
     def _show(self, shown: str) -> None:
         if colour():
             paint(shown, sys.stderr)
@@ -248,16 +235,11 @@ class Console:
         if diagnostic.numbers != TRUSTED:
             self.show([diagnostic])
 
-    def say(self, line: str, next_time: str = "", needed: bool = False) -> None:
-        """Print a line about the run as a whole; ``next_time`` is what it would be if nothing changes.
-
-        One that is ``needed`` says what is left to be done: a quiet run prints it, too.
-        """
+    def say(self, line: str, needed: bool = False) -> None:
+        """Print a line about the run as a whole; a quiet run prints only one that is ``needed``."""
         if self.quiet and not needed:
             return
-        kind, stream = (OUT, sys.stdout) if self.for_people else (ERR, sys.stderr)
-        with otherwise(kind, printable(f"{self._inert(next_time or line)}\n", _LAYOUT)):
-            print(self._inert(line), file=stream)
+        print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
         if self.keeps:
             self.section.said.append(line.removeprefix(f"{self.section.name}: "))
 
@@ -289,20 +271,25 @@ class Console:
         return document(self.sections)
 
     def finish(self) -> None:
-        """Print the document of a run that is read by a program; of a quiet one, what has to stay visible.
-
-        The envelope is printed at the end of the run, by the command line.
-        """
+        """Print how many notes were not listed. Documents for programs are printed at the end of the run."""
         if self.for_people and self.unlisted.total():
             self.warn(self._unlisted())
-        if self.form == MARKDOWN:
-            sys.stdout.write(self.summary())
-        elif not self.for_people and self.form != ENVELOPE:
-            from . import report
 
-            sys.stdout.write(report.FORMATS[self.form](self.collected))
+
+def print_document(form: str, consoles: Iterable[Console], collected: Sequence[Diagnostic]) -> None:
+    """Print the diagnostics of a run in a form for programs."""
+    if form == MARKDOWN:
+        from .markdown import document
+
+        sys.stdout.write(document([section for console in consoles for section in console.sections]))
+        return
+    from . import report
+
+    sys.stdout.write(report.FORMATS[form](collected))
 
 
 def colour() -> bool:
-    """Whether diagnostics are printed in colour: to a terminal, unless NO_COLOR is set (https://no-color.org)."""
-    return sys.stderr.isatty() and not is_set("NO_COLOR")
+    """Return True if diagnostics are printed in colour: NO_COLOR and FORCE_COLOR come before a terminal."""
+    if "NO_COLOR" in os.environ:
+        return False
+    return ("FORCE_COLOR" in os.environ) or sys.stderr.isatty()

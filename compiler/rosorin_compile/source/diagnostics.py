@@ -28,7 +28,9 @@ __all__ = [
     "NOTE",
     "WARNING",
     "Diagnostic",
+    "MissingPackages",
     "Related",
+    "RequestError",
     "Source",
     "Span",
     "and_more",
@@ -44,6 +46,20 @@ __all__ = [
     "printable",
     "quoted",
 ]
+
+
+class RequestError(ValueError):
+    """An argument of the API, or an option of a command, is invalid; the message has the reason."""
+
+
+class MissingPackages(RequestError, ImportError):
+    """Python packages that an extra brings are not installed; the message has the command that installs them."""
+
+
+class UnknownName(RequestError, KeyError):
+    """An argument names something that the robot does not have; the message has a suggestion."""
+
+    __str__ = Exception.__str__
 
 
 ERROR = "error"

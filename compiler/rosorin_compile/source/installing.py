@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import world
+from . import files
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -24,6 +24,22 @@ _OF_EXTRA = re.compile(r"""(?:^|\band\s+)extra\s*==\s*["']([^"']+)["']\s*$""")
 def pip_install(extra: str) -> str:
     """Return the command that installs an extra: what this installation came from with it, or its requirements."""
     return f"pip install {' '.join(shlex.quote(word) for word in _words(extra))}"
+
+
+def package_folders(name: str) -> list[str]:
+    """Return the folders of an installed package, which is not imported; of a module its file; nothing without one."""
+    from importlib.util import find_spec
+
+    try:
+        spec = find_spec(name)
+    except (ImportError, ValueError, AttributeError):
+        return []
+    return [] if spec is None else list(spec.submodule_search_locations or ()) or [spec.origin or name]
+
+
+def is_installed(name: str) -> bool:
+    """Whether a package or module can be imported, by its name; it is not imported."""
+    return bool(package_folders(name))
 
 
 def _words(extra: str) -> Sequence[str]:
@@ -56,7 +72,7 @@ def _of_origin(installed: Distribution, extra: str) -> Sequence[str]:
         return [f"{NAME}[{extra}] @ {address}"]
     path = _path(address)
     if "dir_info" not in origin:
-        return [f"{path}[{extra}]"] if world.kind(path) == world.FILE else []
+        return [f"{path}[{extra}]"] if files.is_file(path) else []
     return _of_folder(path, extra, bool(origin["dir_info"].get("editable")))
 
 
@@ -68,7 +84,7 @@ def _path(address: str) -> Path:
 
 
 def _of_folder(folder: Path, extra: str, editable: bool = False) -> Sequence[str]:
-    if world.kind(folder / "pyproject.toml") != world.FILE:
+    if not files.is_file(folder / "pyproject.toml"):
         return []
     return [*(["-e"] if editable else []), f"{folder}[{extra}]"]
 

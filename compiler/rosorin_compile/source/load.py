@@ -22,12 +22,12 @@ from typing import Any, NamedTuple
 import yaml
 from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 
+from . import files
 from .diagnostics import Diagnostic, Related, Source, Span, error, nearest
 from .project import stdin_of
 from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
 from .units import Quantity
-from .world import FILE, OTHER, kind, read, size, spoil
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -124,6 +124,12 @@ def unsaved(files: Mapping[Path, bytes]) -> Iterator[None]:
         _unsaved.clear()
 
 
+def unreadable(problem: OSError) -> Diagnostic:
+    """Return the error about a file or folder that cannot be looked at."""
+    message = f"cannot read {files.shown(os.fsdecode(problem.filename))}: {problem.strerror}"
+    return error("file-unreadable", message, None, "check the permissions")
+
+
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     """Read a UTF-8 file; ``asked`` is the place that names it.
 
@@ -133,13 +139,12 @@ def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     data = stdin_of(path)
     if _unsaved and data is None:
         data = _unsaved.get(os.path.abspath(path))
-        spoil("what was read may be in no file")
     try:
-        if data is None and kind(path) == OTHER:  # a pipe or a device would be waited for
+        if data is None and files.is_special(path):  # a pipe or a device would be waited for
             raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
-        if (size(path) if data is None and kind(path) == FILE else len(data or b"")) > MAX_BYTES:
+        if (path.stat().st_size if data is None and files.is_file(path) else len(data or b"")) > MAX_BYTES:
             raise LoadError(error("file-too-large", f"{shown} is larger than {MAX_BYTES:,} bytes", asked, help))
-        data = read(path) if data is None else data
+        data = files.read_bytes(path) if data is None else data
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise LoadError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None

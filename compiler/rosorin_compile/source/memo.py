@@ -21,13 +21,8 @@ _functions: list[Callable[[], None]] = []
 def remembered(work: Callable[Given, Found]) -> Callable[Given, Found]:
     """Return a function that works out each of its results once, as long as there are not too many."""
     remembering = lru_cache(maxsize=_MOST)(work)
-    forget_too(remembering.cache_clear)
+    _functions.append(remembering.cache_clear)
     return remembering  # type: ignore[return-value]  # its signature is lost on the way
-
-
-def forget_too(clear: Callable[[], None]) -> None:
-    """Have something else cleared whenever all results are forgotten."""
-    _functions.append(clear)
 
 
 def forget() -> None:

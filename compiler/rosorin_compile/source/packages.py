@@ -12,9 +12,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from urllib.parse import unquote
 
-from .world import FILE, FOLDER, kind, names, real
+from . import files
 
 # The variables of the environment that say where models of Gazebo are, the first asked first.
+PACKAGE_XML = "package.xml"
 OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
 
 # How deep a workspace nests its packages, and how many folders are looked into: enough for ROS, not for a whole disk.
@@ -73,10 +74,10 @@ class Packages:
                 return package
         for prefix in self._entries("AMENT_PREFIX_PATH"):
             share = prefix / "share" / name
-            if kind(share) == FOLDER:
+            if files.is_folder(share):
                 return share
         for folder in (entry for variable in OF_GAZEBO for entry in self._entries(variable)):
-            if kind(folder / name) == FOLDER:
+            if files.is_folder(folder / name):
                 return folder / name
         return self._around(name)
 
@@ -102,7 +103,7 @@ class Packages:
         for folder in above[:-1]:  # packages are often handed on without their package.xml
             if folder.name == name:
                 return folder
-        return next((folder / name for folder in above[:-1] if kind(folder / name) == FOLDER), None)
+        return next((folder / name for folder in above[:-1] if files.is_folder(folder / name)), None)
 
     def _below(self, top: Path) -> dict[str, Path]:
         """Return the packages in a folder by name; a package holds no further ones."""
@@ -112,11 +113,14 @@ class Packages:
             waiting = [(top, 0)]
             while waiting and len(seen) < _FOLDERS:
                 folder, depth = waiting.pop(0)
-                where = str(real(folder))
+                where = str(files.resolve(folder))
                 if where in seen:  # links that lead round
                     continue
                 seen.add(where)
-                name = package_name(folder)
+                try:
+                    name = package_name(folder)
+                except PermissionError:  # a folder that nobody may read is searched no further
+                    continue
                 if name:
                     folders.setdefault(name, folder)
                 elif depth < _DEPTH:
@@ -127,8 +131,8 @@ class Packages:
 
 def package_name(folder: Path) -> str:
     """Return what the package.xml of a folder calls the package; empty if there is none."""
-    path = folder / "package.xml"
-    if kind(path) != FILE:
+    path = folder / PACKAGE_XML
+    if not files.is_file(path):
         return ""
     from .xml.files import read_source
     from .xml.markup import MarkupError, parse
@@ -147,8 +151,7 @@ def _is_name(name: str) -> bool:
 def _folders(folder: Path) -> list[Path]:
     """Return the folders in a folder, in order; links are followed, as rospack does."""
     try:
-        inside = names(folder)
+        inside = files.list_folder(folder)
     except OSError:
         return []
-    found = (name for name, what in inside.items() if what == FOLDER and not name.startswith("."))
-    return [folder / name for name in found if name not in _SKIPPED]
+    return [path for path in inside if path.is_dir() and not path.name.startswith(".") and path.name not in _SKIPPED]

@@ -16,14 +16,12 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, redirect_stdout, suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TextIO, TypeVar, cast
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
-from .memo import forget_too
 from .rule_registry import PLUGINS, Rule
-from .world import asked_again, ending, read, variable
-from .world.memory import ERR, otherwise
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -139,7 +137,6 @@ def aside(plugin: Plugin) -> redirect_stdout[TextIO]:
 
 
 _named: set[Plugin] = set()  # those that were said to print
-forget_too(_named.clear)
 
 
 class _Named:
@@ -168,8 +165,7 @@ def importing(plugin: Plugin) -> Iterator[None]:
     took = time.monotonic() - began
     if took > SLOW:
         note = Diagnostic("plugin-slow", NOTE, f"{plugin} takes {took:.1f} s to be imported")
-        with otherwise(ERR, ""):  # what is remembered takes no time
-            sys.stderr.write(note.as_text())
+        sys.stderr.write(note.as_text())
 
 
 def diagnostic_of(value: object) -> Diagnostic:
@@ -222,18 +218,13 @@ def are_installed(group: str) -> bool:
 
 
 def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
-    if variable(SWITCH) == "off":
+    if os.environ.get(SWITCH, "") == "off":
         return ()
     folders = _metadata_folders(tuple(sys.path))
-    if not folders:
-        return ()
-    from .world.listening import listen
-
-    listen()  # a plug-in may open anything from now on
-    return _read(folders)
+    return _read(folders) if folders else ()
 
 
-@asked_again
+@lru_cache(maxsize=8)
 def _read(folders: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
     """Return the entry points that the metadata in these folders have for the tool; of a distribution the first."""
     from importlib.metadata import Distribution
@@ -241,7 +232,6 @@ def _read(folders: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
     seen: set[str] = set()
     found: list[tuple[Plugin, EntryPoint]] = []
     for folder in folders:
-        _note(folder)
         name, version, points = _distribution(folder, Distribution.at(Path(folder)))
         key = name.lower().replace("_", "-").replace(".", "-")
         if key not in seen:
@@ -249,13 +239,6 @@ def _read(folders: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
             ours = [point for point in points if point.group.startswith(PREFIX)]
             found += [(Plugin(name, version, p.group.removeprefix(PREFIX), p.name, p.value), p) for p in ours]
     return tuple(sorted(found, key=lambda pair: pair[0]))
-
-
-def _note(folder: str) -> None:
-    """Note the metadata of a distribution, which ``importlib`` reads in its own way."""
-    for name in ("METADATA", "PKG-INFO"):
-        with suppress(OSError):
-            read(Path(folder, name))
 
 
 def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryPoint]]:
@@ -268,19 +251,25 @@ def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryP
     return name, version or "?", []
 
 
-@asked_again
 def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
     """Return the folders of metadata, along a module search path, that name an entry point of the tool."""
     found: list[str] = []
     for entry in dict.fromkeys(path):
         with suppress(OSError):
-            found += [os.path.join(entry, name) for name in ending(entry, _METADATA) if _names_us(entry, name)]
+            found += _metadata_in(entry, Path(entry).stat().st_ctime_ns)
     return tuple(found)
 
 
-def _names_us(folder: str, name: str) -> bool:
+@lru_cache(maxsize=256)
+def _metadata_in(entry: str, _changed: int) -> tuple[str, ...]:
+    """Return the same for one folder, as long as nothing comes into it or goes. Raises OSError."""
+    inside = sorted(path for path in Path(entry).iterdir() if path.suffix in _METADATA)
+    return tuple(str(path) for path in inside if _names_us(path))
+
+
+def _names_us(metadata: Path) -> bool:
     """Say whether what stands in a folder of packages are metadata with an entry point of the tool."""
     try:
-        return b"[" + PREFIX.encode() in read(Path(folder, name, "entry_points.txt"))
+        return b"[" + PREFIX.encode() in (metadata / "entry_points.txt").read_bytes()
     except OSError:
         return False

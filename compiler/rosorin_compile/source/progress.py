@@ -1,8 +1,8 @@
 """Progress: what is being done and how far it is, once that takes longer than a while.
 
 Whoever does something that may take long says so with ``Progress.step``; that costs next to nothing, and nothing is
-shown unless the command line asked for it: with ``show`` for a person at a terminal, on whose last line it stands until
-something else is printed, or with ``log`` for whoever reads a log, a line now and then.
+shown unless the command line asked for it with ``show``: for a person at a terminal, on whose last line it stands until
+something else is printed.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import ClassVar, TextIO
 
-from .wording import inert, printable
+from .wording import printable
 
 AFTER = 2.0  # seconds
-LOGGED_EVERY = 10.0  # seconds between two lines of a log
 _EVERY = 0.1
 _WIDTH = 30
 _COLUMNS = 80
@@ -76,22 +75,6 @@ class _Line:
             return _COLUMNS
 
 
-class _Log(_Line):
-    """Lines of a log: one after a while, and then one now and then."""
-
-    def step(self, what: str, done: int, total: int, counted: bool, more: str = "") -> None:
-        """Write a step when it is time."""
-        now = self.clock()
-        if now < self.next:
-            return
-        self.next = now + LOGGED_EVERY
-        share = f" {int(100 * done / total)}%" if total and not counted else ""
-        self._write(f"{inert(self._said(what, done, total, counted))}{share}{printable(more)}\n")
-
-    def wipe(self) -> None:
-        """Leave the lines as they are."""
-
-
 class Progress:
     """What takes long in this process: there is one line on which it is shown, and whoever does something says so.
 
@@ -105,11 +88,6 @@ class Progress:
     def show(cls, stream: TextIO, clock: Callable[[], float] | None = None) -> None:
         """Show from now on what takes long, on a stream that is a terminal; ``clock`` gives seconds."""
         cls._line = _Line(stream, clock or (lambda: time.monotonic()))
-
-    @classmethod
-    def log(cls, stream: TextIO, clock: Callable[[], float] | None = None) -> None:
-        """Write from now on a line of what takes long now and then, on a stream that goes into a log."""
-        cls._line = _Log(stream, clock or (lambda: time.monotonic()))
 
     @classmethod
     def hide(cls) -> None:

@@ -1,21 +1,23 @@
 """The project: where descriptions and outputs stand on disk.
 
-The data that ships with the tool and paths as people read them stand here too; the user's cache is ``cache``.
+The data that ships with the tool and paths as people read them stand here too;
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import re
 import stat
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
-from . import cache, world
-from .tool import folders
+from . import files
+from .installing import package_folders
 
 ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")
@@ -38,7 +40,6 @@ def stdin_of(path: Path) -> bytes | None:
     """Return what was given on standard input, if that is what a path stands for; else None."""
     if not _on_stdin or path != ON_STDIN:
         return None
-    world.spoil("the robot is given on standard input")
     return _on_stdin[0]
 
 
@@ -77,6 +78,8 @@ class Description:
             where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
             imported = "rosorin-compile import FILE makes one of a URDF, xacro, SDF or MJCF"
             new = f"rosorin-compile init NAME begins one, {imported}"
+            for message, help in (one for folder in _upwards() for one in without_first_file(folder)):
+                raise NoDescription(f"{where}: {message}; {help}")
             raise NoDescription(f"{where}; name a description, or go to its project; {new}")
         return [cls.at(path, outputs) for path in paths]
 
@@ -105,8 +108,7 @@ class Description:
 
         try:
             # Files of one kind end alike: that is no likeness.
-            inside = world.names(path.parent)
-            stems = {Path(name).stem: path.parent / name for name, kind in inside.items() if kind == world.FILE}
+            stems = {one.stem: one for one in files.list_folder(path.parent) if files.is_file(one)}
         except (OSError, ValueError):  # no folder, or a name that no file can have
             return None
         close = nearest(path.stem, stems)
@@ -131,8 +133,67 @@ def all_here() -> list[Path]:
 
 
 def all_in(project: Path) -> list[Path]:
-    """Return the first files of all descriptions of a project, sorted by name."""
-    return world.matching(Path(project, DESCRIPTIONS), f"*/{ROOT_FILE}")
+    """Return the first files of all descriptions of a project, sorted by name. Raises OSError."""
+    return [folder / ROOT_FILE for folder in _description_folders(project) if _has_first_file(folder)]
+
+
+def without_first_file(project: Path) -> list[tuple[str, str]]:
+    """Return why folders of ``descriptions/`` are no descriptions, each with the way out. Raises OSError.
+
+    A folder that a file of another one names has files that several descriptions share.
+    """
+    folders = [one for one in _description_folders(project) if one.is_dir() and not one.name.startswith(".")]
+    wanting = [one for one in folders if not _has_first_file(one)]
+    texts = [_beginning(file) for one in folders for file in one.rglob("*.y*ml")] if wanting else []
+    found = []
+    for folder in wanting:
+        misnamed = _misnamed(folder)
+        if misnamed or not any(f"{folder.name}/".encode() in text for text in texts):
+            found.append(_no_first_file(folder, misnamed))
+    return found
+
+
+def _description_folders(project: Path) -> list[Path]:
+    """Return what is in the folder of descriptions of a project. Raises OSError."""
+    try:
+        return files.list_folder(Path(project, DESCRIPTIONS))
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+
+
+def _has_first_file(folder: Path) -> bool:
+    """Whether a folder has the first file of a description, if only as a link, or nobody may look."""
+    try:
+        (folder / ROOT_FILE).lstat()
+    except PermissionError:  # reading the description says why
+        return not folder.name.startswith(".")
+    except OSError:
+        return False
+    return True
+
+
+def _misnamed(folder: Path) -> Path | None:
+    """Return the file in a folder that is to be its first file, by its name, or as it names the robot."""
+    inside = [one for one in files.list_folder(folder) if one.suffix.lower() in ENDINGS]
+    called = [one for one in inside if one.stem.lower() == Path(ROOT_FILE).stem]
+    return next(
+        iter([*called, *(one for one in inside if re.search(rb"^robot:", _beginning(one), re.MULTILINE))]), None
+    )
+
+
+def _beginning(file: Path) -> bytes:
+    """Return the first megabyte of a file; nothing if it cannot be read."""
+    try:
+        return files.read_bytes(file, 1_000_000)
+    except OSError:
+        return b""
+
+
+def _no_first_file(folder: Path, misnamed: Path | None) -> tuple[str, str]:
+    """Return that a folder is no description, and the way out."""
+    if misnamed is not None:
+        return f"{shown(misnamed)} is not compiled: it has to be called {ROOT_FILE}", f"rename it to {ROOT_FILE}"
+    return f"{shown(folder)} has no {ROOT_FILE}", f"add {ROOT_FILE}, or move the folder out of {DESCRIPTIONS}"
 
 
 def all_with(files: Iterable[str]) -> list[Path]:
@@ -155,17 +216,18 @@ def all_with(files: Iterable[str]) -> list[Path]:
 def _upwards() -> Iterator[Path]:
     """Yield this folder and those above it, as seen from here.
 
-    A folder above that everybody can write into, such as /tmp, is nobody's project.
+    A folder above that everybody can write into, such as /tmp, is nobody's project. Raises OSError if this folder was
+    removed.
     """
     above = Path()
+    here = Path.cwd()
     try:
-        here = world.here()
         for folder in (here, *here.parents):
-            if folder != here and world.mode(folder) & stat.S_IWOTH:
+            if folder != here and folder.stat().st_mode & stat.S_IWOTH:
                 return
             yield above
             above = above / os.pardir
-    except OSError:  # the folder of this process is gone, or one above may not be read
+    except OSError:  # a folder above may not be read
         return
 
 
@@ -181,17 +243,9 @@ def here() -> list[Description]:
     for folder in _upwards():
         if _is_project(folder):
             break
-        if world.kind(folder / ROOT_FILE) == world.FILE:
+        if files.is_file(folder / ROOT_FILE):
             return [Description.at(folder / ROOT_FILE)]
     return Description.find([])
-
-
-def looked_in() -> list[Path]:
-    """Return the folders that decide which descriptions there are, seen from here."""
-    top = Description.around()
-    above = [Path(*[os.pardir] * number) for number in range(len(top.parts) + 1)]
-    inside = Path(top, DESCRIPTIONS)
-    return [*above, inside, *(path for path in world.matching(inside, "*") if world.kind(path) == world.FOLDER)]
 
 
 def homes(path: Path) -> tuple[Path, ...]:
@@ -199,9 +253,9 @@ def homes(path: Path) -> tuple[Path, ...]:
 
     ``colcon build --symlink-install`` installs a folder as one of links, each to a file of the source.
     """
-    here = world.real(path.parent)
+    here = files.resolve(path.parent)
     try:
-        there = world.real(path).parent if world.link(path) else here
+        there = files.resolve(path).parent if path.is_symlink() else here
     except (OSError, RuntimeError):  # links that lead round
         there = here
     return (here,) if here == there else (here, there)
@@ -211,13 +265,17 @@ def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
     if name == STDIN and _on_stdin:
         return ON_STDIN
-    if Path(name).suffix in ENDINGS and world.kind(name) == world.FILE:  # no folder above is looked at
+    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # no folder above is looked at
         return Path(name)
-    for path in (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name)):
-        if world.kind(path / ROOT_FILE) == world.FILE:
+    places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name))
+    for path in places:
+        if _may_be_file(path / ROOT_FILE):
             return path / ROOT_FILE
-    if world.kind(name) == world.FILE:
+    if _may_be_file(Path(name)):
         return Path(name)
+    for path in filter(files.is_folder, places):
+        if (misnamed := _misnamed(path)) or path.parent.name == DESCRIPTIONS:
+            raise NoDescription(f'no description "{name}": {"; ".join(_no_first_file(path, misnamed))}')
     if no_name := too_long(Path(name)):
         raise NoDescription(no_name)
     known = [path.parent.name for path in all_here()]
@@ -227,13 +285,20 @@ def first_file(name: str) -> Path:
     raise NoDescription(f'no description "{name}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
 
 
+def _may_be_file(path: Path) -> bool:
+    """Whether there is a file, or nobody may look: then reading it says why."""
+    try:
+        return files.is_file(path)
+    except PermissionError:
+        return True
+
+
 def no_file(path: Path, of: str = "") -> str:
     """Return why a path is no file that can be read, such as one ``of`` arguments."""
     what = f" of {of}" if of else ""
-    there = world.kind(path)
-    if there == world.FOLDER:
+    if files.is_folder(path):
         return f'"{path}" is a folder, not a file{what}'
-    if there:
+    if files.exists(path):
         return f'"{path}" is no regular file{what}: a pipe can be read once only; write it to a file first'
     return too_long(path) or f'there is no file "{path}"{what}'
 
@@ -241,7 +306,7 @@ def no_file(path: Path, of: str = "") -> str:
 def too_long(path: Path) -> str:
     """Return why nothing can have a path, for a name in it is too long; "" for all others."""
     try:
-        world.size(path)
+        path.stat()
     except OSError as problem:
         if problem.errno == errno.ENAMETOOLONG:
             return f"no file can have so long a name: {str(path)[:60]}..."
@@ -252,7 +317,7 @@ def too_long(path: Path) -> str:
 
 def is_file(path: Path) -> bool:
     """Say whether there is a file; there is none of a name that no file can have."""
-    return world.kind(path) == world.FILE
+    return files.is_file(path)
 
 
 def _from_here(path: Path, absolute: bool) -> Path:
@@ -263,7 +328,7 @@ def _from_here(path: Path, absolute: bool) -> Path:
 
 def shown(path: Path) -> str:
     """Return a path as a person would name it: relative to here if it is below."""
-    return cache.shown(path)
+    return files.shown(path)
 
 
 ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"
@@ -299,8 +364,8 @@ def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resol
 
 def python_folder(package: str) -> Path | None:
     """Return the folder of an installed package of Python, without importing it."""
-    places = world.package(package) if package.isidentifier() else ()
-    return Path(places[0]) if places and world.kind(places[0]) == world.FOLDER else None
+    places = package_folders(package) if package.isidentifier() else ()
+    return Path(places[0]) if places and files.is_folder(places[0]) else None
 
 
 # The data packages, each with its folder at the top of a checkout.
@@ -326,6 +391,12 @@ def data_folder(name: str) -> Path:
     return Path(import_module(f"rosorin_compile.{package}").__path__[0])
 
 
+def of_tool(path: Path) -> bool:
+    """Whether a path is in one of the folders of the tool."""
+    return os.path.abspath(path).startswith(tuple(f"{folder}{os.sep}" for folder in tool_folders().values()))
+
+
+@cache
 def tool_folders() -> dict[str, Path]:
     """Return the folders of the tool by name: those of its packages, then those of what ships with it."""
-    return {**folders(), **{name: data_folder(name) for name in _DATA}}
+    return {"rosorin_compile": Path(__file__).parents[1], **{name: data_folder(name) for name in _DATA}}

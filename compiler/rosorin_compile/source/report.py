@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from . import world
+from . import files
 from .wording import printable
 
 if TYPE_CHECKING:
@@ -80,13 +81,11 @@ def github(diagnostics: Sequence[Diagnostic]) -> str:
 
 def from_workspace(path: str) -> str:
     """Return a path as the top of a checkout sees it, where a job on GitHub works in a folder below it."""
-    import os
-
-    top = world.variable("GITHUB_WORKSPACE")
+    top = os.environ.get("GITHUB_WORKSPACE", "")
     if not top:
         return path
     try:
-        relative = os.path.relpath(world.real(path), world.real(top))
+        relative = os.path.relpath(files.resolve(path), files.resolve(top))
     except (OSError, ValueError):  # the folder of this process is gone, or a name that no file can have
         return path
     return path if relative == os.pardir or relative.startswith(f"{os.pardir}{os.sep}") else relative
@@ -178,7 +177,6 @@ def _result(diagnostic: Diagnostic, rule: int) -> dict[str, object]:
 
 def _location(span: Span) -> dict[str, object]:
     """Return a place; its file is a URI reference, relative where the file was named so (SARIF 2.1.0, 3.4.3)."""
-    import os
     from pathlib import Path
     from urllib.parse import quote
 

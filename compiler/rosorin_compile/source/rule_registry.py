@@ -14,10 +14,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.tool import folders
-
-from . import world
-
 if TYPE_CHECKING:
     import ast
 
@@ -161,6 +157,8 @@ def checks_of(module: ModuleType) -> tuple[Check, ...]:
     return tuple(check for check in checks if check.function.__module__ == module.__name__)
 
 
+_PACKAGE = Path(__file__).parents[1]
+
 # The rules that plug-ins have brought into this run, by id.
 OF_PLUGINS: dict[str, Rule] = {}
 
@@ -185,8 +183,8 @@ def every_rule() -> dict[str, Rule]:
 
 def _declaring() -> Iterator[tuple[Path, bytes]]:
     """Yield the sources of the program in which rules may be declared, with their texts."""
-    for path in (path for folder in folders().values() for path in world.matching(folder, "**/*.py")):
-        text = world.read(path)
+    for path in sorted(_PACKAGE.glob("**/*.py")):
+        text = path.read_bytes()
         if any(mark in text for mark in _MARKS):
             yield path, text
 

@@ -6,24 +6,24 @@ import json
 import math
 import os
 import threading
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.cli.given import Given
-from rosorin_compile.output import OutputError
+from rosorin_compile.output import OutputError, digest
 from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, has_errors
+from rosorin_compile.source.files import read_bytes, read_text
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import Description, tool_folders
+from rosorin_compile.source.project import tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
-from rosorin_compile.source.world import world
 
 _lock = threading.Lock()  # a worker of Dask may have several threads
 _parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, by current folder
@@ -33,19 +33,18 @@ _parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, b
 class Job:
     """What all variants of a sweep have in common."""
 
-    description: Description  # with the output folder of the sweep
+    request: Request  # with the output folder of the sweep
     shared: dict[str, Any]
-    given: Given
     state: str = ""
-    current: Path = field(default_factory=world.here)
+    current: Path = field(default_factory=Path.cwd)
     version: str = __version__
 
     def key(self, variant: Variant) -> str:
         """Return a digest of all that a variant depends on, except the contents of its input files."""
-        packages = sorted((name, os.path.abspath(folder)) for name, folder in self.given.packages.items())
-        job = [self.state, str(self.description.path), str(self.current), self.given.trust, packages]
+        packages = sorted((name, os.path.abspath(folder)) for name, folder in self.request.packages.items())
+        job = [self.state, str(self.request.description.path), str(self.current), self.request.trust, packages]
         arguments = plain([self.shared, variant.arguments], typed=True)
-        return Holding.digest(json.dumps([*job, variant.name, arguments]).encode())
+        return digest(json.dumps([*job, variant.name, arguments]).encode())
 
 
 def state_digest() -> str:
@@ -53,8 +52,8 @@ def state_digest() -> str:
     files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
     parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
     parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
-    variables = [world.variable(name) for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
-    return Holding.digest(json.dumps([variables, sorted(parts)]).encode())
+    variables = [os.environ.get(name, "") for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
+    return digest(json.dumps([variables, sorted(parts)]).encode())
 
 
 @dataclass(frozen=True)
@@ -69,15 +68,16 @@ class Result:
 def compile_variant(job: Job, variant: Variant) -> Result:
     """Compile a variant; errors in it are part of the result. Raises ValueError in a worker of another version."""
     with _entered(job):
-        start = world.now()
-        placed = replace(job.description, outputs=job.description.outputs / variant.name)
-        compiled = _compiled(job, variant, partial(job.given.search_meshes, placed)).proven()
+        start = time.time_ns()
+        description = job.request.description
+        placed = replace(description, outputs=description.outputs / variant.name)
+        compiled = _compiled(job, variant, replace(job.request, description=placed).search_meshes).proven()
         found, files = compiled.diagnostics, dict[str, bytes]()
         try:
             files = {} if has_errors(found) else compiled.files()
         except OutputError as problem:
             found.append(problem.diagnostic)
-        entry = entry_of(variant, found, {name: Holding.digest(data) for name, data in files.items()})
+        entry = entry_of(variant, found, {name: digest(data) for name, data in files.items()})
         # A diagnostic with a place in the list is outdated when rows move.
         mentioned = {place.get("file") for one in entry["diagnostics"] for place in (one, *one["related"])}
         listed = mentioned & {span.source.path for span in variant.arguments.value_spans.values()}
@@ -100,9 +100,9 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
             arguments[name] = value
             if isinstance(source, Map) and name in source.value_spans:
                 arguments.put(name, value, source.key_spans[name], source.value_spans[name])
-    tell = (lambda _: None) if job.given.trust else None  # the warning before a xacro runs
-    path, packages = job.description.path, job.given.packages
-    compiled = compile_robot(path, arguments, tell, packages, search, kept=_parsed.setdefault(job.current, {}))
+    request, kept = job.request, _parsed.setdefault(job.current, {})
+    path, packages = request.description.path, request.packages
+    compiled = compile_robot(path, arguments, request.tell, packages, search, kept=kept)
     return replace(compiled, diagnostics=[*variant.diagnostics, *compiled.diagnostics])
 
 
@@ -112,7 +112,7 @@ def _entered(job: Job) -> Iterator[None]:
     if job.version != __version__:
         raise ValueError(f"the worker has rosorin-compile {__version__}, not {job.version}")
     with _lock, Progress.within():
-        before = world.here()
+        before = Path.cwd()
         try:
             os.chdir(job.current)
             yield
@@ -143,7 +143,7 @@ def _span(place: Mapping[str, Any]) -> Span | None:
     if "file" not in place:
         return None
     try:
-        source = Source(place["file"], world.text(place["file"]))
+        source = Source(place["file"], read_text(place["file"]))
     except (OSError, ValueError):
         source = Source(place["file"], "")
     return Span(source, place["line"], place["column"], place["length"])
@@ -175,4 +175,4 @@ def input_digest(path: str, start: float = math.inf) -> str:
 
 @lru_cache(maxsize=4096)
 def _content_digest(path: str, *_: int) -> str:
-    return Holding.digest(world.read(path))
+    return digest(read_bytes(path))

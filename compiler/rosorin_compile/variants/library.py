@@ -1,4 +1,4 @@
-"""``rosorin_compile.sweep``: the compiled variants as values. Nothing is written."""
+"""Compile the variants of a list as values. Nothing is written."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.cli.given import Given
 from rosorin_compile.language.arguments import Argument
+from rosorin_compile.language.asked import from_python
 from rosorin_compile.output.pipeline import Compiled, Variant
+from rosorin_compile.output.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, Source, error
 from rosorin_compile.source.tree import Map
 
@@ -20,24 +21,23 @@ from .pool import compile_in_order
 from .variants import NAME, Variants, wrong_name
 
 
-def sweep(path: Any, variants: Any, arguments: Any, packages: Any, client: Any) -> Iterator[Compiled]:
+def compile_variants(request: Request, variants: Any, client: Any = None) -> Iterator[Compiled]:
     """Yield each variant of a description, compiled. Raises OutputError if the client fails."""
-    description, given, wrong = Given.asked(path, arguments, packages)
+    values = request.values()
     listed: Iterable[Variant] = ()
-    if description is not None:
-        declared, wrong = Argument.declared(description.path, given.values(), given.packages)
-        wrong = [problem for problem in wrong if problem.severity == "error"]
-        if isinstance(variants, (str, os.PathLike)):
-            listed = Variants(Path(os.fsdecode(variants)), [argument.name for argument in declared])
-            wrong = wrong or listed.check()
-        elif isinstance(variants, Iterable):
-            listed = map(_variant, variants.items() if isinstance(variants, Mapping) else variants)
-        else:
-            wrong = [error("variants-list", f"variants are a file, a mapping or a list, not {variants!r}", None)]
-    if description is None or wrong:
+    declared, wrong = Argument.declared(request.description.path, values, request.packages)
+    wrong = [problem for problem in wrong if problem.severity == "error"]
+    if isinstance(variants, (str, os.PathLike)):
+        listed = file = Variants(Path(os.fsdecode(variants)), [argument.name for argument in declared])
+        wrong = wrong or file.check()
+    elif isinstance(variants, Iterable):
+        listed = map(_variant, variants.items() if isinstance(variants, Mapping) else variants)
+    else:
+        wrong = [error("variants-list", f"variants are a file, a mapping or a list, not {variants!r}", None)]
+    if wrong:
         yield Compiled(None, (), wrong, ())
         return
-    work = partial(compile_only, Job(description, given.values(), given))
+    work = partial(compile_only, Job(replace(request, warn=None), values))
     for variant, made in compile_in_order(listed, work, client=client):
         yield Compiled(None, (), [made], (), variant=variant) if isinstance(made, Diagnostic) else made
 
@@ -48,8 +48,8 @@ def _variant(entry: Any) -> Variant:
         name, arguments = entry.get(NAME, ""), {key: value for key, value in entry.items() if key != NAME}
     else:
         name, arguments = entry if isinstance(entry, (tuple, list)) and len(entry) == 2 else ("", entry)
-    given, wrong = Given.of(arguments)
-    values = Map(Source("variants", "").start())
-    values.update(given.values())
-    variant = Variant(name if isinstance(name, str) else "", values)
+    values, wrong = from_python({} if arguments is None else arguments)
+    tree = Map(Source("variants", "").start())
+    tree.update(values)
+    variant = Variant(name if isinstance(name, str) else "", tree)
     return replace(variant, diagnostics=(*wrong, *wrong_name(variant)))

@@ -17,14 +17,14 @@ from typing import Any
 
 from rosorin_compile.output import OutputError
 from rosorin_compile.output.pipeline import Variant
+from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import error
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.version import __version__
-from rosorin_compile.source.world import world
 
 _TIMEOUT = 10  # seconds in which a scheduler has to answer
-cores = world.cores
+cores = system.cores
 Work = Callable[[Variant], Any]
 
 
@@ -98,7 +98,7 @@ def _finished(variant: Variant, result: Any, work: Work, client: Any) -> tuple[V
 
 def _processes(jobs: int) -> ProcessPoolExecutor:
     # A forked process need not import anything, but forking is unsafe while other threads run.
-    forks = sys.platform == "linux" and world.can_fork and threading.active_count() == 1
+    forks = sys.platform == "linux" and system.HAS_FORK and threading.active_count() == 1
     context = multiprocessing.get_context("fork" if forks else "spawn")
     Progress.wipe()
     return ProcessPoolExecutor(jobs, context, _begin_worker, (os.getpid(),))

@@ -13,11 +13,11 @@ from functools import cached_property
 from pathlib import Path
 
 from rosorin_compile.output.pipeline import Variant
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, did_you_mean, error, nearest
 from rosorin_compile.source.load import LoadError, each_entry, parse_yaml, read_utf8
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Text
-from rosorin_compile.source.world import world
 
 NAME = "name"
 TABLES, TREES = (".csv", ".tsv"), (*Description.ENDINGS, ".json")
@@ -32,8 +32,8 @@ class Variants:
     """
 
     def __init__(self, path: Path, arguments: Collection[str], whole: str = "", home: Path | None = None) -> None:
-        self.path, self.shown, self.arguments, self.whole, self.home = path, world.shown(path), arguments, whole, home
-        self.is_folder = world.kind(path) == world.FOLDER
+        self.path, self.shown, self.arguments, self.whole, self.home = path, files.shown(path), arguments, whole, home
+        self.is_folder = files.is_folder(path)
         self.is_table = not self.is_folder and path.suffix.lower() in TABLES
         self._places: dict[str, Span | None] = {}  # by names as a file system that ignores case compares them
 
@@ -52,7 +52,7 @@ class Variants:
         """Return the errors that make the whole list unusable; those of one variant are part of that variant."""
         found: list[Diagnostic] = []
         try:
-            if not world.stands(self.path):
+            if not os.path.lexists(self.path):
                 raise _refused(f'there is no file or folder "{self.shown}" of variants', rule="file-unreadable")
             if not self.is_folder and not self.path.suffix.lower().endswith((*TABLES, *TREES)):
                 help = "name a file .csv, .yaml or .json, or a folder of .yaml or .json files"
@@ -81,8 +81,8 @@ class Variants:
     @cached_property
     def _files(self) -> list[Path]:
         """The files of a folder that are variants, ordered by name. Raises OSError."""
-        names = [name for name, kind in world.names(self.path).items() if kind == world.FILE and name[0] != "."]
-        return [self.path / name for name in names if name.lower().endswith(TREES)]
+        found = [path for path in files.list_folder(self.path) if path.name.lower().endswith(TREES)]
+        return [path for path in found if files.is_file(path) and not path.name.startswith(".")]
 
     def _rows(self) -> Iterator[tuple[list[str], list[Span]]]:
         """Yield the cells, and the place of each, of every row of a table that is not empty. Raises LoadError."""
@@ -153,7 +153,7 @@ class Variants:
         try:
             values = parse_yaml(_read(path))
             if not isinstance(values, Map):
-                raise _refused(f"{world.shown(path)} is not a table of values", arguments.span, rule="not-a-mapping")
+                raise _refused(f"{files.shown(path)} is not a table of values", arguments.span, rule="not-a-mapping")
         except LoadError as problem:
             return replace(variant, diagnostics=(problem.diagnostic,))
         if self.whole:
@@ -166,13 +166,13 @@ def _refused(message: str, place: Span | None = None, help: str = "", rule: str 
 
 
 def _read(path: Path) -> Source:
-    source = read_utf8(path, world.shown(path))
+    source = read_utf8(path, files.shown(path))
     # YAML does not allow tabs as indentation, JSON does, and JSON has no tabs inside strings.
     return source._replace(text=source.text.replace("\t", " ")) if path.suffix.lower() == ".json" else source
 
 
 def _unread(path: Path) -> Variant:
-    start = Source(world.shown(path), "").start()
+    start = Source(files.shown(path), "").start()
     return Variant(path.stem, Map(start), start)
 
 

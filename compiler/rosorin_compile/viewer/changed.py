@@ -6,17 +6,15 @@ several robots.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.cli.given import Given
-from rosorin_compile.cli.usage import WrongUsage
 from rosorin_compile.model import Robot
-from rosorin_compile.source.console import Console
+from rosorin_compile.output import write_file
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import counted
-from rosorin_compile.source.world import world
 
 from .page import MAX_MEGABYTES, Embedding, data_of, html, left_out
 from .page.data import Data, before_data
@@ -28,7 +26,7 @@ if TYPE_CHECKING:
     from rosorin_compile.compare.entities import Change
     from rosorin_compile.compare.overlay import Overlay
     from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.source.project import Description
+    from rosorin_compile.output.request import Request
 
 
 COMMITTED = "what is committed"
@@ -50,38 +48,50 @@ class Picture(NamedTuple):
     inputs: tuple[Path, ...] = ()
 
 
+@dataclass(frozen=True)
+class ChangesPage:
+    """A page that was written: how many robots it shows, and what is left out of it; no robot: nothing was written.
+
+    ``removed`` says that the page of an earlier run was removed.
+    """
+
+    file: Path
+    robots: int = 0
+    bytes: int = 0
+    left_out: str = ""
+    removed: bool = False
+
+
 class Pictures:
     """The robots of one page, as they come."""
 
-    def __init__(self, options: argparse.Namespace) -> None:
-        self.file = Path(options.html)
-        self.with_meshes = not options.no_meshes
-        limit = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
+    def __init__(self, file: Path, meshes: bool = True, max_megabytes: float | None = None) -> None:
+        self.file = file
+        self.with_meshes = meshes
+        limit = MAX_MEGABYTES if max_megabytes is None else max_megabytes
         self.embedding = Embedding(int(limit * 1_000_000))
         self.taken: list[Picture] = []
 
     def take(
         self,
-        given: Given,
-        description: Description,
+        request: Request,
         compiled: Compiled,
         comparison: Comparison,
         committed: Mapping[str, bytes],
         meshes: Sequence[tuple[str, str]],
     ) -> None:
-        """Take what changed in one robot since its artifacts were committed."""
-        picture = of_committed(given, description, compiled, comparison, committed, meshes)
+        """Add the changes of one robot since its artifacts were committed."""
+        picture = of_committed(request, compiled, comparison, committed, meshes)
         self.taken += [picture] if picture is not None else []
 
     def take_sides(
         self,
-        given: Sequence[tuple[Given, Description]],
+        requests: Sequence[Request],
         found: Difference,
         prefix: str | None,
     ) -> None:
-        """Take what is different in two robots, those that can be shown; ``prefix`` as ``of_sides``."""
-        console = Console("json")  # what is wrong was said before
-        first, second = (look(one, description, console).shown for one, description in given)
+        """Add the differences of two robots, if both can be shown; ``prefix`` as in ``of_sides``."""
+        first, second = (look(one).shown for one in requests)
         if first is not None and second is not None:
             self.taken.append(of_sides((first, second), found, prefix))
 
@@ -89,25 +99,16 @@ class Pictures:
         """Forget the robots that were taken."""
         self.taken.clear()
 
-    def write(self, console: Console) -> None:
-        """Write the page: robots that changed first. Raises WrongUsage if it cannot be written."""
-        from rosorin_compile.output import OutputError
-        from rosorin_compile.output.one_file import write_file
-
+    def write(self) -> ChangesPage:
+        """Write the page, robots that changed first. Raises OutputError."""
         if not self.taken:
-            gone = _removed(self.file)
-            console.warn(f"{self.file}: no page, because no robot compiles{'; the old one is removed' if gone else ''}")
-            return
+            return ChangesPage(self.file, removed=_removed(self.file))
         ordered = sorted(self.taken, key=lambda one: not (one.changes or one.notes))
         entries = [self._entry(one) for one in ordered]
         text = html({**entries[0], "others": entries[1:]} if entries[1:] else entries[0])
-        try:
-            write_file(self.file, text.encode(), [file for one in self.taken for file in one.inputs])
-        except OutputError as problem:
-            raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None
-        if self.embedding.left:
-            console.warn(f"{self.file}: without {left_out(self.embedding.left)}")
-        console.say(f"{self.file}: a page with {counted(len(entries), 'robot')}, {len(text.encode()) / 1e6:.1f} MB")
+        write_file(self.file, text.encode(), [file for one in self.taken for file in one.inputs])
+        left = left_out(self.embedding.left) if self.embedding.left else ""
+        return ChangesPage(self.file, len(entries), len(text.encode()), left)
 
     def _entry(self, one: Picture) -> Data:
         data = on_disk(one.shown, self.embedding if self.with_meshes else None)
@@ -127,7 +128,7 @@ class Pictures:
 def _removed(page: Path) -> bool:
     """Remove a page of changes that an earlier run has written: it shows what is no more. Say whether there was one."""
     try:
-        if world.kind(page) != world.FILE or "changes" not in data_of(world.text(page)):  # an artifact is not ours
+        if not files.is_file(page) or "changes" not in data_of(files.read_text(page)):  # an artifact is not ours
             return False
         page.unlink()
     except (OSError, ValueError):
@@ -136,8 +137,7 @@ def _removed(page: Path) -> bool:
 
 
 def of_committed(
-    given: Given,
-    description: Description,
+    request: Request,
     compiled: Compiled,
     comparison: Comparison,
     committed: Mapping[str, bytes],
@@ -147,7 +147,7 @@ def of_committed(
 
     None for a robot that cannot be shown.
     """
-    shown = look(given, description, Console("json")).shown  # a second time, for the places; said is nothing
+    shown, description = look(request).shown, request.description
     if shown is None:
         return None
     robot = shown.robot
@@ -207,10 +207,7 @@ def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
             return sensor.frame
         if plain in robot.link:
             return plain
-        groups = [(one.name, one.joints) for one in robot.servos] + [
-            (one.name, one.joints) for one in robot.controllers
-        ]
-        joints = next((joints for group, joints in groups if group == name), ())
+        joints = next((group.joints for group in robot.servos if group.name == name), ())
         if joints and joints[0] in robot.joint:
             return robot.joint[joints[0]].child
     return ""

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from rosorin_compile.source.world import world
+from rosorin_compile.source import files
 
 Data = dict[str, Any]
 
@@ -220,7 +220,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _mesh(self, number: str) -> None:
         file, kind = self.server.page.files.get(number, (None, ""))
         try:
-            content = None if file is None else world.read(file)
+            content = None if file is None else files.read_bytes(file)
         except OSError:
             content = None
         if content is None:

@@ -8,15 +8,12 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.cli.given import Given
-from rosorin_compile.cli.robots import is_foreign
-from rosorin_compile.cli.verbs import Explained
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.source.console import Console
+from rosorin_compile.language.explain.answer import NotThere, explain
+from rosorin_compile.language.explain.text import lines
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, printable
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 from .page import MESHES, Embedding
 from .page.data import Data, mesh_names, robot_data, texture_names
@@ -24,6 +21,7 @@ from .page.images import Side, companion_files, image_type
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
+    from rosorin_compile.output.request import Request
     from rosorin_compile.rules.case import Case
 
 _BYTES = "application/octet-stream"
@@ -61,13 +59,13 @@ class Looked(NamedTuple):
     files: tuple[Path, ...]
 
 
-def look(given: Given, description: Description, console: Console) -> Looked:
-    """Read a robot, in any format, for its page. Raises LoadError for a file of arguments that is no good."""
-    understood = given.understand(description, console)
+def look(request: Request) -> Looked:
+    """Read a robot, in any format, for its page."""
+    understood, description = request.understand(), request.description
     case, said_in, diagnostics = understood.case, understood.expanded.files, understood.diagnostics
     if case is None:
         return Looked(None, diagnostics, said_in)
-    places = Places(description.path, description.outputs, given.packages, world.environment())
+    places = Places(description.path, description.outputs, request.packages, os.environ)
     meshes, images = places.meshes(case.tree), places.textures(case.tree)
     data = robot_data(case.robot)
     for link in data["links"]:
@@ -77,12 +75,14 @@ def look(given: Given, description: Description, console: Console) -> Looked:
     warnings = [_warning(one) for one in diagnostics if one.severity == WARNING]
     if warnings:
         data["warnings"] = warnings
-    arguments = {} if is_foreign(description.path) else given.values()
+    arguments = {} if request.is_foreign else request.values()
 
     def explained(frame: str) -> list[str]:
-        if understood.expanded.scope is not None:
-            with suppress(KeyError):
-                return Explained.of(understood, arguments, [frame]).lines()
+        if understood.expanded.scope is None or understood.lowered is None:
+            return []
+        with suppress(NotThere):
+            answers = explain(understood.expanded, understood.lowered, arguments, [frame])
+            return [line for answer in answers for line in lines(answer)]
         return []
 
     beside_meshes = (side.file for name, file in meshes.items() for side in _sides(name, file))
@@ -95,7 +95,7 @@ def _sides(name: str, mesh: Path) -> list[Side]:
     if mesh.suffix.lower() not in (".obj", ".dae"):
         return []
     try:
-        return companion_files(mesh, world.read(mesh), name)[0]
+        return companion_files(mesh, files.read_bytes(mesh), name)[0]
     except OSError:
         return []
 
@@ -153,7 +153,10 @@ def served(shown: Shown, numbers: dict[Path, str]) -> tuple[Data, dict[str, tupl
 
 def _version(file: Path) -> str:
     try:
-        return "".join(f"{int(number):x}" for number in world.version(file).split())
+        status = file.stat()
+        return "".join(
+            f"{number:x}" for number in (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+        )
     except OSError:
         return "0"
 
@@ -189,7 +192,7 @@ def _said(path: Path) -> str:
     """Return how a page that is sent names a file: from here, or by its name alone."""
     if not path.is_absolute():
         return str(path)
-    here = world.here()
+    here = Path.cwd()
     return str(path.relative_to(here)) if path.is_relative_to(here) else path.name
 
 

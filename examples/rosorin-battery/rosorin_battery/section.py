@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 
-from rosorin_compile import Case, Diagnostic, Robot, Section, rule
-from rosorin_compile.model import Inertial, Pose, Vector
+from rosorin_compile.extend import Case, Diagnostic, Section, rule
+from rosorin_compile.model import Inertial, Pose, Robot, Vector
 
 
 @dataclass(frozen=True)

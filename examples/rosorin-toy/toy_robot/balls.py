@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from rosorin_compile import Case, Diagnostic, function, rule
+from rosorin_compile.extend import Case, Diagnostic, function, rule
 
 
 @rule("ball-too-heavy", "A ball is heavier than 5 kg.", "Use a smaller ball.", accept="link")

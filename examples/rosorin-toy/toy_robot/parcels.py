@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-import argparse
-
-from rosorin_compile.cli.answer import give_result
-from rosorin_compile.cli.parser import Parser
-from rosorin_compile.cli.run import Run, for_each
-from rosorin_compile.cli.usage import FINE, PROBLEMS
-from rosorin_compile.source.project import Description
+from rosorin_compile.extend import (
+    FINE,
+    PROBLEMS,
+    Description,
+    Options,
+    Run,
+    check,
+    check_options,
+    command,
+    for_each,
+    give_result,
+    option,
+    robot_argument,
+    robot_options,
+)
 
 from .toy import ball
 
 
-def options(command: Parser) -> None:
-    """Add the arguments of the command."""
-    command.add_robot()
-    command.add_result()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("balls", group="inspect", help="list the balls of a robot", exits="0 listed, 1 the robot has errors")
+@robot_argument
+@robot_options
+def balls(options: Options) -> int:
     """Print the balls of a robot; return the exit code."""
     run, description = Run.alone(options, "the balls of one robot are listed at a time", "rosorin-compile balls ROBOT")
     case = run.understood(description)
@@ -37,13 +41,10 @@ def run(options: argparse.Namespace) -> int:
     return FINE
 
 
-def check_options(command: Parser) -> None:
-    """Add the arguments of the check."""
-    command.add_check_options()
-    command.add_argument("--most", type=float, default=4.0, metavar="KG", help="maximum mass of a parcel; default: 4")
-
-
-def check(options: argparse.Namespace) -> int:
+@check("parcel", help="check that the mass of all balls fits into a parcel")
+@check_options()
+@option("--most", type=float, default=4.0, metavar="KG", help="maximum mass of a parcel; default: 4")
+def parcel(options: Options) -> int:
     """Check the robots of the command line; return the exit code."""
     return for_each(options, weigh)
 

@@ -6,8 +6,20 @@ import math
 import re
 from typing import Any
 
-from rosorin_compile import Diagnostic, Fact, Facts, Format, Opened, Rule, Templates, Value, frame_facts
-from rosorin_compile.formats.format import InRos, Proving, Writing
+from rosorin_compile.extend import (
+    Diagnostic,
+    Fact,
+    Facts,
+    Format,
+    InRos,
+    Opened,
+    Proving,
+    Rule,
+    Templates,
+    Value,
+    Writing,
+    frame_facts,
+)
 from rosorin_compile.model import Link, Output, Pose, Robot, Sphere
 
 CANNOT_SAY = Rule("toy-cannot-say", "A warning: the format toy cannot express a link that is not a ball.")

@@ -46,7 +46,6 @@ from pathlib import Path
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import pipeline
 from rosorin_compile.compare.proof import facts
-from rosorin_compile.cli import sweep as command
 
 def sweep(over, out, *words):
     return main(["sweep", "mast", "--over", over, "-o", out, "-q", *words])
@@ -90,8 +89,7 @@ print(killed)
 import os, signal, sys
 from pathlib import Path
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli import sweep as command
-from rosorin_compile.variants import compiling
+from rosorin_compile.variants import compiling, writing
 
 def dying(job, variant):
     if variant.name == "r5" or (variant.name == "r9" and not Path("died").exists()):
@@ -101,7 +99,7 @@ def dying(job, variant):
     return compiling.compile_variant(job, variant)
 
 if __name__ == "__main__":
-    command.compile_variant = dying
+    writing.compile_variant = dying
     sys.exit(main(["sweep", "mast", "--over", "a.csv", "-o", "out", "-j", "2"]))
 """,
 }

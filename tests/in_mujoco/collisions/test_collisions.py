@@ -11,7 +11,6 @@ import yaml
 from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.collisions import search as search_module
 from rosorin_compile.mujoco.collisions.search import Search
-from rosorin_compile.source import progress
 from rosorin_compile.source.progress import Progress
 from support.commands import Shown, ask, write_files
 
@@ -258,20 +257,6 @@ def test_a_terminal_shows_how_far_it_is(reach: Path, capsys: Shown) -> None:
     assert "trying states 5,0" in terminal.text
     assert "bringing links near each other" in terminal.text
     assert "trying" not in capsys.readouterr().out
-
-
-def test_without_a_terminal_there_are_lines_of_a_log(reach: Path, capsys: Shown, monkeypatch) -> None:
-    assert reach
-    monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
-    monkeypatch.setattr(progress, "AFTER", 0.0)
-    monkeypatch.setattr(progress, "LOGGED_EVERY", 0.0)
-    assert main(["collisions", "reach", "--quiet"]) == 0
-    assert capsys.readouterr().err == ""
-    assert main(["collisions", "reach", "--force"]) == 0
-    lines = capsys.readouterr().err.splitlines()
-    assert any(line.startswith("trying states 5,0") for line in lines), lines[:5]
-    assert any(line.startswith("bringing links near each other") for line in lines)
-    assert not any("\r" in line or "\x1b" in line for line in lines)
 
 
 @pytest.mark.tier("engines")

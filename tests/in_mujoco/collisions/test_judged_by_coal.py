@@ -9,15 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.cli.given import Given
-from rosorin_compile.cli.understanding import understood
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.mujoco.collisions.contacts import FAR, Contacts
 from rosorin_compile.mujoco.collisions.search import Search, bounds_of
 from rosorin_compile.mujoco.physics.files import Meshes, named_meshes
 from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.output.request import Request
 from rosorin_compile.ros.srdf.planning import Planning, urdf_of
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.project import Description
 from support.coal import Coal
 from support.paths import ROOT, ROSORIN
@@ -69,14 +67,14 @@ def described(folder: Path, seed: int) -> Path:
 def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[float, float]]]:
     """Return a robot as the two engines have it, and where its joints can be."""
     description = Description("judged", path, outputs)
-    known = understood(Given({}, ()), description, Console("json"))
+    known = Request(description).understand().case
     assert known is not None
     urdf = urdf_of(known.robot)
     assert urdf is not None
     planning = Planning(known.robot, urdf)
-    files = Places(path, outputs, {}, os.environ).meshes(known.case.tree, known.robot.outputs)
-    meshes = Meshes(known.case, files)
-    for named in named_meshes(known.case):
+    files = Places(path, outputs, {}, os.environ).meshes(known.tree, known.robot.outputs)
+    meshes = Meshes(known, files)
+    for named in named_meshes(known):
         assert meshes.read(named) is not None
     (text,) = (one.text for one in compile_robot(path).artifacts if one.output == urdf.name)
     for name, file in files.items():
@@ -137,7 +135,7 @@ def test_no_state_of_a_fine_grid_is_nearer_than_what_was_found(tmp_path: Path, s
     axes = [np.linspace(*bounds[name], 150) for name in ("shoulder", "elbow")]
     states = ({"shoulder": float(one), "elbow": float(other)} for one in axes[0] for other in axes[1])
     least = min(contacts.exact(pair, state, 1.0) for state in states)
-    search = Search(contacts.planning, contacts.meshes, lambda *_: None)
+    search = Search(contacts.planning, contacts.meshes)
     (found,) = (one for one in search.run() if one.links == pair)
     assert found.nearest == pytest.approx(0.0036, abs=1e-9)
     assert least == pytest.approx(found.nearest, abs=ROUNDING)

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.joint_states import NoState, place
 from rosorin_compile.model import Ellipsoid, Shape
 from rosorin_compile.model.mass import inertial_of
+from rosorin_compile.rules.joint_states import place
+from rosorin_compile.source.diagnostics import RequestError
 from support.robots import compiled_text
 
 mujoco = pytest.importorskip("mujoco")
@@ -86,7 +87,7 @@ def test_a_ball_is_placed_by_angles_or_a_quaternion(tmp_path: Path) -> None:
     assert robot is not None
     assert place(robot, "ball", "0,0,90deg") == pytest.approx((0, 0, 0.5**0.5, 0.5**0.5))
     assert place(robot, "ball", "0,0,0,2") == (0, 0, 0, 2)
-    with pytest.raises(NoState, match="write ball=roll,pitch,yaw or ball=qx,qy,qz,qw"):
+    with pytest.raises(RequestError, match="write ball=roll,pitch,yaw or ball=qx,qy,qz,qw"):
         place(robot, "ball", "1,2")
-    with pytest.raises(NoState, match="is zero"):
+    with pytest.raises(RequestError, match="is zero"):
         place(robot, "ball", "0,0,0,0")

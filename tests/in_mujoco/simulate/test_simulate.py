@@ -11,17 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import simulate as command
-from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.understanding import RobotCase, understood
-from rosorin_compile.mujoco.simulate.judging import LIMITS, Judge
-from rosorin_compile.mujoco.simulate.trials import all_trials
-from rosorin_compile.mujoco.simulate.world import FIXED, FREE, quiet
-from rosorin_compile.rules.check import settled
-from rosorin_compile.source import world
-from rosorin_compile.source.console import Console
-from rosorin_compile.source.diagnostics import Diagnostic, arrange
+from rosorin_compile.mujoco.simulate import simulation
+from rosorin_compile.output.request import Request
+from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
@@ -35,22 +28,9 @@ pytestmark = pytest.mark.slow  # MuJoCo, and seconds of simulation
 CASES = sorted((DATA / "simulation").glob("*.yaml"))
 
 
-def known(path: Path) -> tuple[RobotCase, Description]:
-    description = Description("bad", path, Path("outputs"))
-    found = understood(Given({}, ()), description, Console("json"))
-    assert found is not None
-    return found, description
-
-
 def simulated(path: Path) -> list[Diagnostic]:
     """Return what simulate says of a description."""
-    found, description = known(path)
-    with quiet() as mujoco:
-        base = FREE if found.robot.drive else FIXED
-        world = command._world(mujoco, found.case, description, Given({}, ()), base)
-        trials = all_trials(world, 2.0, lambda _done, _total: None)
-        limits = {name: one.value for name, one in LIMITS.items()}
-        return arrange(settled(found.case, Judge(found.case, world, limits).all(trials), "simulation"))
+    return list(simulation.simulate_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
@@ -178,7 +158,7 @@ def test_what_mujoco_refuses_is_told(home: Path, capsys: Shown) -> None:
 
 
 def test_without_mujoco_the_way_out_is_told(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
-    monkeypatch.setattr(world, "package", lambda name: () if name == "mujoco" else (name,))
+    monkeypatch.setattr(simulation, "is_installed", lambda name: name != "mujoco")
     assert main(["simulate", str(ARM)]) == 2
     said = f"rosorin-compile: simulate needs what is not installed (mujoco): {pip_install('simulate')}\n"
     assert capsys.readouterr().err == said
@@ -188,10 +168,10 @@ def test_without_mujoco_the_way_out_is_told(monkeypatch: pytest.MonkeyPatch, cap
     ("words", "said"),
     [
         (["--limit", "hodl=1"], 'there is no limit "hodl"; did you mean "hold"?'),
-        (["--limit", "hold"], "--limit takes a number that is not negative: --limit hold=0.01"),
-        (["--limit", "hold=nan"], "--limit takes a number that is not negative: --limit hold=0.01"),
-        (["--limit", "hold=-1"], "--limit takes a number that is not negative: --limit hold=0.01"),
-        (["--seconds", "0"], "--seconds takes 0.5 to 600"),
+        (["--limit", "hold"], "a limit is a number that is not negative, such as hold=0.01"),
+        (["--limit", "hold=nan"], "a limit is a number that is not negative, such as hold=0.01"),
+        (["--limit", "hold=-1"], "a limit is a number that is not negative, such as hold=0.01"),
+        (["--seconds", "0"], "seconds is 0.5 to 600, not 0"),
         (["other"], "one robot is simulated at a time: rosorin-compile simulate ROBOT"),
     ],
 )

@@ -12,16 +12,14 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.cli.given import Given
-from rosorin_compile.cli.main import parser
-from rosorin_compile.cli.understanding import understood
+from rosorin_compile.api import check_parameters
 from rosorin_compile.output.pipeline import Compiled, compile_robot
-from rosorin_compile.ros.check_parameters.checking import asked, look
+from rosorin_compile.output.request import Request
 from rosorin_compile.ros.check_parameters.files import read_file
 from rosorin_compile.ros.parameters.tables import DISTRIBUTIONS
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import NOTE, has_errors
 from rosorin_compile.source.project import Description
+from support.commands import parse
 from support.paths import DATA
 
 FOLDER = DATA / "controllers"
@@ -54,12 +52,11 @@ def parameters(path: Path, distribution: str = "jazzy") -> Mapping[str, Any]:
 
 def held(robot: Path, file: Path, *words: str) -> list[str]:
     """Return what check parameters --controllers says of a file."""
-    options = (
-        parser(["check", "parameters"]).within["check"].parse_args([str(robot), "--controllers", str(file), *words])
-    )
-    known = understood(Given({}, ()), Description("robot", robot, Path("outputs")), Console("json"))
-    assert known is not None
-    return [one.message for one in look(known.case, asked(options)).diagnostics]
+    options = parse(["check", "parameters", str(robot), "--controllers", str(file), *words])
+    request = Request(Description("robot", robot, Path("outputs")))
+    result = check_parameters(request, [], controllers=[file], remaps=options.remap, distribution=options.distribution)
+    assert result.robot
+    return [one.message for one in result.diagnostics]
 
 
 @pytest.mark.parametrize(("name", "distribution"), WRITTEN)

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.joint_states import NoState, free_joint, position, sweep_of
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.tf import _no_way
 from rosorin_compile.model.kinematics import NoWay
+from rosorin_compile.rules.joint_states import free_joint, position, sweep_of
+from rosorin_compile.rules.transform import _no_way
+from rosorin_compile.source.diagnostics import RequestError
 from support.commands import HANDY, Shown, ask, edit, write_files
 from support.paths import ROOT
 from support.robots import compiled
@@ -147,7 +148,7 @@ def test_positions_are_quantities_and_expressions() -> None:
     for text in ("30deg", "30 deg", "pi/6", "30*deg", "523.5987755982989 mrad"):
         assert position(turns, text) == pytest.approx(math.pi / 6, abs=1e-15)
     assert position(turns, "-1.5") == -1.5
-    with pytest.raises(NoState, match='joint "l_joint" follows "r_joint": set that one'):
+    with pytest.raises(RequestError, match='joint "l_joint" follows "r_joint": set that one'):
         free_joint(robot, "l_joint")
 
 

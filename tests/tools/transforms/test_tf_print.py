@@ -18,11 +18,12 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli.tf_echo import text
+from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.model.kinematics.lookup import Answer, lookup
 from rosorin_compile.model.kinematics.quaternions import of_rows, rows_of_rpy, rpy
+from rosorin_compile.rules.transform import _result
 from support.robots import compiled
 
 pytestmark = pytest.mark.slow
@@ -112,6 +113,10 @@ int main(int count, char **) {
   }
 }
 """
+
+
+def text(answer: Answer) -> list[str]:
+    return _echo(_result(answer, {}), 3, "humble")
 
 
 def built(folder: Path, source: str, *flags: str) -> Path:

@@ -18,7 +18,7 @@ import jsonschema
 import pytest
 
 from rosorin_compile.cli import view as command
-from rosorin_compile.cli.given import Given
+from rosorin_compile.output.request import Request
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.project import Description
 from rosorin_compile.viewer.page import data_of
@@ -284,7 +284,7 @@ def test_a_browser_that_goes_away_says_nothing_here(project: Path) -> None:
 @pytest.mark.usefixtures("project")
 def test_memory_stays_flat_over_many_saves() -> None:
     (description,) = Description.find([])
-    followed = command._Followed(Given({}, ()), description, quiet=False)
+    followed = command._Followed(Request(description), quiet=False)
     followed.console = Console("text")
     counts = []
     for save in range(60):

@@ -15,11 +15,11 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.files import is_file, is_folder, read_bytes, resolve
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.world import world
 
 from . import turning, writing
 from .fits import axis_aligned
@@ -77,10 +77,10 @@ def robot_file(package: Path, asked: str | None) -> Path:
     A file is that of a robot if its root names one, and no other file of the package includes it.
     Raises NotThere if there is no such package or file, else ExtractProblem.
     """
-    if world.kind(package) != world.FOLDER:
+    if not is_folder(package):
         raise NotThere.of("factory-robot", f"{package} is not a folder", "name the folder of a description package")
     if asked is not None:
-        path = next((path for path in (package / asked, Path(asked)) if world.kind(path) == world.FILE), None)
+        path = next((path for path in (package / asked, Path(asked)) if is_file(path)), None)
         if path is None:
             help = did_you_mean(asked, [str(path.relative_to(package)) for path in _candidates(package)])
             raise NotThere.of("factory-robot", f'{package} has no file "{asked}"', help)
@@ -98,16 +98,16 @@ def _candidates(package: Path) -> list[Path]:
     endings = [
         ending for one in FORMATS.values() if format.name in (one.name, one.reading.becomes) for ending in one.endings
     ]
-    for path in world.matching(package, "**/*"):
-        if path.suffix.lower() in endings and world.kind(path) == world.FILE:
-            texts[path] = world.head(path, 5_000_000).decode("utf-8", "replace")
+    for path in sorted(package.glob("**/*")):
+        if path.suffix.lower() in endings and is_file(path):
+            texts[path] = read_bytes(path, 5_000_000).decode("utf-8", "replace")
     included = {address.rpartition("/")[2] for text in texts.values() for address in _INCLUDES.findall(text)}
     return [path for path, text in texts.items() if _ROBOT.search(text) and path.name not in included]
 
 
 def name_of(package: Path) -> str:
     """Return the name of a package: what its package.xml says, else that of its folder."""
-    return Packages.name_of(package) or world.real(package).name
+    return Packages.name_of(package) or resolve(package).name
 
 
 def extract(source: RobotSource, package: str, asked: Asked) -> Factory:

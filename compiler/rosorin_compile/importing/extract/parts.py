@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,12 +14,12 @@ from rosorin_compile.model import Mesh as MeshShape
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
 from rosorin_compile.output.pipeline import read
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, did_you_mean
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.world import world
 
 if TYPE_CHECKING:
     import numpy as np
@@ -75,13 +76,13 @@ def read_source(word: str, options: ReadOptions) -> RobotSource:
     Raises NotThere if there is none, else ExtractProblem; other problems are among the diagnostics of what is returned.
     """
     path = Path(word)
-    if path.suffix.lower() in (".yaml", ".yml") or world.kind(path) != world.FILE:
+    if path.suffix.lower() in (".yaml", ".yml") or not files.is_file(path):
         return _described(word, options)
     imported = read_robot(path, options)
     lowered = None if imported.tree is None else imported.lowered()
     if imported.tree is None or lowered is None or lowered.robot is None:
         raise SourceProblem([*imported.diagnostics, *(lowered.diagnostics if lowered else [])])
-    environment = world.environment() if options.environment is None else options.environment
+    environment = os.environ if options.environment is None else options.environment
     packages = Packages(options.packages, environment, path)
     remarks = [one for one in imported.diagnostics if one.severity != NOTE and one.rule not in _NOT_FOR_NUMBERS]
     return RobotSource(lowered.robot, imported.tree, path.parent, packages, imported.files, remarks)
@@ -106,7 +107,7 @@ def _described(word: str, options: ReadOptions) -> RobotSource:
     if found.robot is None:
         raise SourceProblem(found.diagnostics)
     assert found.tree is not None  # a model is made of a tree  # noqa: S101
-    environment = world.environment() if options.environment is None else options.environment
+    environment = os.environ if options.environment is None else options.environment
     folder = description.path.parent
     packages = Packages(options.packages, environment, description.path)
     return RobotSource(found.robot, found.tree, folder, packages, found.inputs)
@@ -126,11 +127,11 @@ def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | 
         assert isinstance(geometry, MeshShape)  # noqa: S101
         span = source.tree.locate(("links", link, *place, "mesh", "file")).span
         path = source.packages.resolve(geometry.file, source.folder)
-        if path is None or world.kind(path) != world.FILE:
+        if path is None or not files.is_file(path):
             source.diagnostics.append(_missing(link, place[0], geometry.file, path, span))
             continue
         try:
-            mesh = TriangleMesh.load(Path(world.shown(path)), geometry.scale)
+            mesh = TriangleMesh.load(Path(files.shown(path)), geometry.scale)
         except ExtractProblem as problem:
             diagnostic = problem.diagnostic
             source.diagnostics.append(replace(diagnostic, severity=WARNING, span=span))

@@ -5,18 +5,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.source import files
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..layout import escaped
@@ -139,7 +140,7 @@ MARK = "# rosorin-compile extract"
 
 def save(path: Path, text: str, force: bool = False) -> None:
     """Write a file; one that extract did not make is overwritten only with ``force``. Raises ExtractProblem."""
-    if not force and world.stands(path) and not _is_ours(path):
+    if not force and os.path.lexists(path) and not _is_ours(path):
         message = f"{path} is there, and extract did not make it"
         raise ExtractProblem.of("extract-file", message, "name another file, or add --force")
     replace(path, text)
@@ -151,18 +152,18 @@ def replace(path: Path, text: str) -> None:
     A link stays a link, and permissions stay as they are.
     """
     try:
-        Holding.write_text(path, text, "extract-file")
+        write_file(path, text.encode(), may_replace=None)
     except OutputError as problem:
-        raise ExtractProblem(problem.diagnostic) from None
+        raise ExtractProblem(dataclasses.replace(problem.diagnostic, rule="extract-file")) from None
 
 
-def is_made(_: str, old: bytes) -> bool:
-    """Say whether extract made a file: no other is replaced."""
+def is_made(old: bytes) -> bool:
+    """Return True if extract made a file: no other is replaced."""
     return old.startswith(MARK.encode())
 
 
 def _is_ours(path: Path) -> bool:
     try:
-        return world.head(path, len(MARK)) == MARK.encode()
+        return files.read_bytes(path, len(MARK)) == MARK.encode()
     except OSError:
         return False

@@ -8,12 +8,13 @@ another one, or from beside the xacro, is copied into the folder of the descript
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
+from rosorin_compile.source import files
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 from .pieces import File
 from .program import Program
@@ -28,7 +29,7 @@ class Data:
 
     def __init__(self, program: Program, folder: Path) -> None:
         self.program = program
-        self.named = Packages({}, world.environment(), folder / "robot.yaml")
+        self.named = Packages({}, os.environ, folder / "robot.yaml")
         self.files: dict[str, str] = {}
         self.used: dict[str, Path] = {}
 
@@ -42,7 +43,7 @@ class Data:
     def finds(self, package: str) -> bool:
         """Say whether the description finds the package that the xacro finds by a name; then it is used."""
         folder, own = self.program.packages.find(package), self.named.find(package)
-        if folder is None or own is None or world.real(own) != world.real(folder):
+        if folder is None or own is None or files.resolve(own) != files.resolve(folder):
             return False
         self.used[package] = folder
         return True
@@ -53,7 +54,7 @@ class Data:
         if not folders or Path(self.program.root.path).is_relative_to(folders[0]):
             return ""
         package = Packages.name_of(folders[0])
-        there = world.matching(folders[0] / Description.FOLDER, f"**/{Path(file.name).name}")
+        there = sorted((folders[0] / Description.FOLDER).glob(f"**/{Path(file.name).name}"))
         same = next((one for one in there if is_text(one, text)), None)
         if same is None or not self.finds(package):
             return ""
@@ -73,7 +74,7 @@ class Data:
             raise Unsupported(f"{text} is a file of this machine")
         folders = [Path(path).parent for path in self.program.files]
         folder = next(
-            (one for one in folders if world.kind(one / text.rpartition("/")[0]) and self._has(one, text)), None
+            (one for one in folders if files.exists(one / text.rpartition("/")[0]) and self._has(one, text)), None
         )
         if folder is None or ".." in Path(text).parts:
             raise Unsupported(f"{text} is not found")
@@ -81,20 +82,20 @@ class Data:
         return text
 
     def _has(self, folder: Path, text: str) -> bool:
-        return bool(world.kind(folder / text)) or "/" in text
+        return files.exists(folder / text) or "/" in text
 
     def _copy(self, folder: Path, file: str, rest: bool) -> None:
         """Take down a file; of a name that goes on, all tables that it may be."""
-        if not rest and world.kind(folder / file) != world.FOLDER:
+        if not rest and not files.is_folder(folder / file):
             found = [folder / file]
         else:
             above = folder / file.rpartition("/")[0] if rest else folder / file
-            found = [one for one in world.matching(above, "**/*") if one.suffix in (".yaml", ".yml")][:_MOST]
+            found = [one for one in sorted(above.glob("**/*")) if one.suffix in (".yaml", ".yml")][:_MOST]
         for one in found:
             try:
-                if world.size(one) <= _BYTES:
+                if one.stat().st_size <= _BYTES:
                     name = one.relative_to(folder).as_posix()
-                    self.files[name] = world.text(one)
+                    self.files[name] = files.read_text(one)
             except (OSError, ValueError) as problem:
                 raise Unsupported(f"{one.name} cannot be read: {problem}") from None
 
@@ -102,7 +103,7 @@ class Data:
 def is_text(path: Path, text: str) -> bool:
     """Say whether a file has a text, to the letter."""
     try:
-        return world.size(path) <= _BYTES and world.text(path) == text
+        return path.stat().st_size <= _BYTES and files.read_text(path) == text
     except (OSError, ValueError):
         return False
 

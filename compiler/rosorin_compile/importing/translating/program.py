@@ -13,9 +13,9 @@ from collections.abc import Iterator, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.world import world
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, Remark
 
@@ -69,7 +69,7 @@ class Program:
         self.changing = changing  # properties that are what they were set to last, wherever they are read
         self.unsaid = unsaid or {}
         self.fixed = fixed or {}
-        self.packages = Packages(packages, world.environment(), path)
+        self.packages = Packages(packages, os.environ, path)
         self.given = given
         self.environment: dict[str, str] = {}
         self.spaces: dict[int, str] = {}
@@ -109,7 +109,7 @@ class Program:
 
     def _of_environment(self, match: re.Match[str]) -> str:
         """Return the argument that stands for a variable of the environment, as long as what it stands for."""
-        name, text = match[2], world.variable(match[2], match[3].strip())
+        name, text = match[2], os.environ.get(match[2], match[3].strip())
         if self.environment.setdefault(name, text) != text:
             raise Unsupported(f"$({match[1]} {name}) has several defaults")
         return f"$(arg {name})".replace(")", " " * (len(match[0]) - len(name) - 7) + ")")
@@ -246,7 +246,7 @@ class Program:
         found: list[tuple[Path, Whens]] = []
         for one in fitting[:MAX_CHOICES]:
             match = re.fullmatch((re.escape(f"{Path(file.path).parent}/") if base else "") + form, one)
-            if match and all(match.groupdict().values()) and world.kind(one) == world.FILE:
+            if match and all(match.groupdict().values()) and files.is_file(one):
                 found.append((Path(one), tuple(self._is(name, match[name], element) for name in names)))
                 for name, known in names.items():
                     known += [match[name]] if match[name] not in known else []
@@ -452,23 +452,25 @@ def _fitting(pattern: str) -> list[str]:
     *folders, last = pattern.split("/")
     found = [""]
     for part in folders:
-        found = [f"{one}{name}/" for one in found for name in _named(one, part, world.FOLDER)]
-    return sorted(f"{one}{name}" for one in found for name in _named(one, last, ""))
+        found = [f"{one}{name}/" for one in found for name in _named(one, part, True)]
+    return sorted(f"{one}{name}" for one in found for name in _named(one, last, False))
 
 
-def _named(folder: str, part: str, kind: str) -> list[str]:
-    """Return what fits a part of a pattern in a folder, of one kind where one is asked for, as ``glob`` finds it."""
+def _named(folder: str, part: str, only_folders: bool) -> list[str]:
+    """Return what matches a part of a pattern in a folder, as ``glob`` finds it."""
     if not glob.has_magic(part):  # the spelling counts: ".." and "." stay
-        return [part] if kind or world.stands(f"{folder}{part}") else []
+        return [part] if only_folders or os.path.lexists(f"{folder}{part}") else []
     try:
-        inside = world.names(folder)
+        inside = files.list_folder(folder or ".")
     except OSError:
         return []
     shown = part.startswith(".")
     return [
-        name
-        for name, found in inside.items()
-        if fnmatchcase(name, part) and found.startswith(kind) and (shown or not name.startswith("."))
+        path.name
+        for path in inside
+        if fnmatchcase(path.name, part)
+        and (shown or not path.name.startswith("."))
+        and (not only_folders or files.is_folder(path))
     ]
 
 

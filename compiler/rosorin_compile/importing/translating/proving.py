@@ -22,12 +22,12 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.model import Robot
 from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.world import world
 from rosorin_compile.source.xml.markup import Document
 
 from ..read_back import by_elements, read_back, without_words
@@ -264,7 +264,7 @@ def _told(diagnostic: Diagnostic, stage: Path) -> str:
     """Return what an error says, with files as the description calls them: where they stand now is gone soon."""
     span = diagnostic.span
     where = f" ({Path(span.source.path).name}:{span.line})" if span else ""
-    said = diagnostic.message.replace(f"{stage}/", "").replace(f"{world.real(stage)}/", "")
+    said = diagnostic.message.replace(f"{stage}/", "").replace(f"{files.resolve(stage)}/", "")
     return f"{said}{where}"
 
 
@@ -284,7 +284,7 @@ def _parts_at(diagnostic: Diagnostic, stage: Path, files: Mapping[str, str]) -> 
 
 def _name_of(span: Span, stage: Path) -> str:
     """Return the name of the file of a span as seen from the folder of the robot."""
-    return Path(os.path.relpath(world.real(span.source.path), world.real(stage))).as_posix()
+    return Path(os.path.relpath(files.resolve(span.source.path), files.resolve(stage))).as_posix()
 
 
 def _elements_at(

@@ -17,10 +17,10 @@ from pathlib import Path
 
 from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.model import Robot
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span, has_errors, listed
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 from ..reimport import ENDING, read_record, text_of
 from .pieces import File, Macro
@@ -65,10 +65,10 @@ class Sharing:
             return file.name, text
         place = self._place(file)
         self.apart.pop(file.name, None)
-        same = world.matching(self.folder.parent, f"*/**/{Path(file.name).name}")
+        same = sorted(self.folder.parent.glob(f"*/**/{Path(file.name).name}"))
         others = [os.path.relpath(one, self.folder) for one in same]
         address, found = self._found(program, file, text, theirs, list(dict.fromkeys((file.name, place, *others))))
-        if not address and world.stands(self._at(place)):
+        if not address and os.path.lexists(self._at(place)):
             return file.name, text
         self.shared[file.name] = address or place
         return (address, found) if address else (place, text)
@@ -78,14 +78,14 @@ class Sharing:
 
         What somebody has edited since is put together with that later: here it is what the import wrote that counts.
         """
-        record = read_record(self.folder) if world.kind(self.folder) == world.FOLDER else None
+        record = read_record(self.folder) if files.is_folder(self.folder) else None
         if record is None:
             return None
         if name in record.files:
             own = f"../{self.folder.name}/{name}"
-            others = (_text(one) or "" for one in world.matching(self.folder.parent, f"*/{Description.ROOT_FILE}"))
+            others = (_text(one) or "" for one in sorted(self.folder.parent.glob(f"*/{Description.ROOT_FILE}")))
             return name, renewed(record.files[name], text) if any(own in one for one in others) else text
-        same = world.matching(self.folder.parent, f"*/**/{Path(name).name}{ENDING}")
+        same = sorted(self.folder.parent.glob(f"*/**/{Path(name).name}{ENDING}"))
         for address in (os.path.relpath(one, self.folder).removesuffix(ENDING) for one in same):
             if any(address in one for one in record.files.values()):
                 self.shared[name] = address
@@ -160,7 +160,7 @@ class Sharing:
         common = self.folder.parent / COMMON
         if (
             common == self.folder
-            or world.kind(common / Description.ROOT_FILE)
+            or files.exists(common / Description.ROOT_FILE)
             or not Path(file.path).is_relative_to(self.package)
         ):
             return False
@@ -178,13 +178,13 @@ class Sharing:
         """Return what each xacro of the package includes of it, as far as the names are said."""
         if self._includes is None:
             paths = [
-                os.path.abspath(one) for one in world.matching(self.package, "**/*.xacro")[:_MOST] if _is_text_file(one)
+                os.path.abspath(one) for one in sorted(self.package.glob("**/*.xacro"))[:_MOST] if _is_text_file(one)
             ]
             self._includes = {path: set(self._included(Path(path), paths)) for path in paths}
         return self._includes
 
     def _included(self, path: Path, paths: list[str]) -> Iterator[str]:
-        for name in _INCLUDE.findall(re.sub(r"<!--.*?-->", "", world.text(path, errors="replace"), flags=re.S)):
+        for name in _INCLUDE.findall(re.sub(r"<!--.*?-->", "", files.read_text(path, errors="replace"), flags=re.S)):
             package = _FIND.match(name)
             rest = _FIND.sub("", name)
             if "$" in rest:  # of a name that is not known by now, its end
@@ -196,13 +196,13 @@ class Sharing:
 
 
 def _is_text_file(path: Path) -> bool:
-    return world.kind(path) == world.FILE and world.size(path) <= _BYTES
+    return files.is_file(path) and path.stat().st_size <= _BYTES
 
 
 def _text(path: Path) -> str | None:
     """Return the text of a file; None if there is none that a description can be."""
     try:
-        return world.text(path) if world.size(path) <= _BYTES else None
+        return files.read_text(path) if path.stat().st_size <= _BYTES else None
     except (OSError, ValueError):
         return None
 
@@ -241,7 +241,7 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
         shutil.copytree(package / Description.FOLDER, stage, symlinks=True)
         changed = stage / file.relative_to(package / Description.FOLDER)
         packages = {found: package} if (found := Packages.name_of(package)) else {}
-        roots = [one for one in world.matching(stage, f"*/{Description.ROOT_FILE}") if one.parent.name != besides.name]
+        roots = [one for one in sorted(stage.glob(f"*/{Description.ROOT_FILE}")) if one.parent.name != besides.name]
         before = {root: _made(root, packages) for root in roots}
         changed.write_text(text, "utf-8")
         for root in roots:

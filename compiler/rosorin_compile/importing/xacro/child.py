@@ -21,10 +21,8 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 from urllib.parse import unquote
 
+from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.packages import Packages, package_name
-from rosorin_compile.source.world import environment, matching, noting
-from rosorin_compile.source.world import text as text_of
-from rosorin_compile.source.world.listening import listening
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
@@ -96,10 +94,9 @@ def main() -> None:
     if request["environment"] is not None:
         os.environ.clear()
         os.environ.update(request["environment"])
-    with noting() as notes, listening():
+    with recording() as paths:
         answer = expand(request)
-    answer["asked"] = notes.rows()
-    answer["spoiled"] = notes.spoiled
+    answer["recorded"] = [[os.path.abspath(path), found] for path, found in paths.items()]
     with answer_to:
         json.dump(answer, answer_to)
     # Threads or exit handlers of the file are not waited for.
@@ -139,7 +136,7 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
         xacro = import_module("xacro")
     except ImportError:
         return {"absent": "xacro"}
-    packages = Packages({k: Path(v) for k, v in request["packages"].items()}, environment(), Path(request["file"]))
+    packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(request["file"]))
     arguments = Arguments(request["arguments"])
     traces = Traces()
     wanting = _prepare(xacro, packages, traces)
@@ -227,14 +224,13 @@ def _prepare(xacro: Any, packages: Packages, traces: Traces) -> Wanting:
 
 def _opened(name: str) -> StringIO:
     """Return a text file open to be read. Raises OSError."""
-    opened: Any = StringIO(text_of(name))
+    opened: Any = StringIO(read_text(name))
     opened.name = name  # yaml says it of what is wrong
     return opened  # type: ignore[no-any-return]
 
 
 def _matching(pattern: str) -> list[str]:
-    """Return the files that a pattern stands for, as xacro finds them; the folders that are looked into are noted."""
-    matching("/", os.path.abspath(pattern).lstrip("/").replace("**", "*"))
+    """Return the files that a pattern matches, as xacro finds them."""
     return glob.glob(pattern)  # noqa: PTH207 - which follows other rules
 
 

@@ -22,11 +22,10 @@ from rosorin_compile.formats.urdf.reading import named
 from rosorin_compile.formats.urdf.robot import read_urdf
 from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Source, Span, error, with_calls
+from rosorin_compile.source.files import record
 from rosorin_compile.source.project import shown
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.wording import and_more, counted
-from rosorin_compile.source.world import Notes, environment, note_all, variable
-from rosorin_compile.source.world.asking import OF_ENVIRONMENT
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse
 
@@ -130,7 +129,8 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         diagnostics = []
     system.needs("resource", system.NO_LIMITS)
     answer = _expand(path, options)
-    _note(answer)
+    for name, found in answer.get("recorded", ()):
+        record(name, found)
     files = _files(path, answer)
     sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
     diagnostics += _remarks(answer, first)
@@ -182,7 +182,7 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
         "seconds": seconds,
         "environment": None if options.environment is None else dict(options.environment),
     }
-    variables = {**environment(), "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
+    variables = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
     try:
         child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
             [sys.executable, "-c", _CHILD],
@@ -214,18 +214,9 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
     return answer
 
 
-def _note(answer: dict[str, Any]) -> None:
-    """Note what the child process has asked; its environment was noted as a whole when it was begun."""
-    notes = Notes()
-    asked = [row for row in answer.get("asked", ()) if row[0] not in OF_ENVIRONMENT]
-    notes.answers = {(kind, subject): said for kind, subject, said in asked}
-    notes.spoiled = answer.get("spoiled", "it did not say what it has read")
-    note_all(notes)
-
-
 def _seconds() -> float:
     """Return how long a xacro may calculate (s of CPU)."""
-    text = variable("ROSORIN_COMPILE_XACRO_SECONDS")
+    text = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
     return int(text) if text.isascii() and text.isdigit() and 0 < len(text) < 9 and int(text) else MAX_SECONDS
 
 

@@ -6,10 +6,9 @@ something in the place of each, only to hear what else it asks for.
 
 from __future__ import annotations
 
+import os
 from contextlib import suppress
 from typing import Any
-
-from rosorin_compile.source.world import is_set
 
 from .tracing import Place, here
 
@@ -51,7 +50,7 @@ class Wanting:
             return argument(name, args)
 
         def eval_env(name: str) -> Any:
-            if not is_set(name) and self._going_on:
+            if name not in os.environ and self._going_on:
                 return self._stand_in(VARIABLE, name)
             return variable(name)
 

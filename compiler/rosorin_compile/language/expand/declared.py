@@ -12,12 +12,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
 from rosorin_compile.source.letters import difference, in_words, look, unseen
 from rosorin_compile.source.project import DESCRIPTIONS, ENDINGS
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Map, Place, Seq
-from rosorin_compile.source.world import FOLDER, link, names, real, size, text
 
 from ..expression import pieces
 from .files import Reader
@@ -273,8 +273,8 @@ def _places(owner: Any) -> dict[str, Place]:
 def _is_shared(span: Span, reader: Reader) -> bool:
     """Say whether a description that is not compiled here may include the file of a place."""
     name = Path(span.source.path).name
-    own = {real(path) for path in reader.files}
-    folders = {reader.folder, real(span.source.path).parent}
+    own = {files.resolve(path) for path in reader.files}
+    folders = {reader.folder, files.resolve(span.source.path).parent}
     if reader.folder.parent.name == DESCRIPTIONS:
         folders.add(reader.folder.parent)
     seen = 0
@@ -283,7 +283,7 @@ def _is_shared(span: Span, reader: Reader) -> bool:
             seen += 1
             if seen > MAX_FILES:
                 return True
-            if path.suffix in ENDINGS and real(path) not in own and _names(path, name):
+            if path.suffix in ENDINGS and files.resolve(path) not in own and _names(path, name):
                 return True
     return False
 
@@ -291,18 +291,18 @@ def _is_shared(span: Span, reader: Reader) -> bool:
 def _below(folder: Path) -> Iterator[Path]:
     """Yield what is in a folder and in those below it, as far as it is asked for; links are not followed."""
     try:
-        inside = names(folder)
+        inside = files.list_folder(folder)
     except OSError:
         return
-    for name, what in inside.items():
-        yield folder / name
-        if what == FOLDER and not link(folder / name):
-            yield from _below(folder / name)
+    for path in inside:
+        yield path
+        if path.is_dir() and not path.is_symlink():
+            yield from _below(path)
 
 
 def _names(path: Path, name: str) -> bool:
     """Say whether a file is small enough to be a description, and has a name in its text."""
     try:
-        return size(path) <= MAX_BYTES and name in text(path, errors="replace")
+        return path.stat().st_size <= MAX_BYTES and name in files.read_text(path, errors="replace")
     except OSError:
         return False

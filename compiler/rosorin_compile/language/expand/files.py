@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
+from rosorin_compile.source.files import is_file, record, recording, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.memo import forget
 from rosorin_compile.source.progress import Progress
@@ -29,7 +30,6 @@ from rosorin_compile.source.project import (
 )
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, locate
-from rosorin_compile.source.world import FILE, Notes, environment, kind, note_all, noting, real
 
 from ..annotations import ENTRIES, ITEMS, WITHIN, holds_many, merged, sections
 from ..expression.functions import ExpressionError
@@ -121,7 +121,7 @@ class Kept:
         self.robots = 0
         self.reader: Reader | None = None
         self.root: Map | None = None
-        self.notes = Notes()
+        self.looked_for: dict[Path, bool] = {}  # as ``recording`` has them
 
     def read(self, reader: Reader) -> tuple[Reader, Map | None]:
         """Return the joined files of a description, and who has read them: ``reader`` or one before, both anew."""
@@ -130,9 +130,10 @@ class Kept:
             forget()
         before = self.reader
         if before is not None and before.same_as(reader) and before.is_current():
-            note_all(self.notes)
+            for file, found in self.looked_for.items():
+                record(file, found)
             return before.renewed(), self.root
-        with noting() as self.notes:
+        with recording() as self.looked_for:
             root = reader.whole()
         self.reader, self.root = (reader, root) if not reader.diagnostics else (None, None)
         return (reader.renewed() if self.reader else reader), root
@@ -144,7 +145,7 @@ class Reader:
     def __init__(self, root: Path, robots: ForeignReader | None, packages: Mapping[str, Path] | None = None) -> None:
         # Without a reader whatever is no YAML is another one's robot.
         self.foreign_endings = robots.endings if robots else lambda: ("",)
-        self.folder = real(root.parent)
+        self.folder = resolve(root.parent)
         self.projects = Description.at(root).projects
         self.project = self.projects[0]
         self.root = root
@@ -206,7 +207,7 @@ class Reader:
         self.sources.append((path, file.span.source))
         made = Map(file.span, via)
         includes = self._includes(file)
-        here = (*within, real(path)) if includes else within
+        here = (*within, resolve(path)) if includes else within
         for item, span in includes:
             robot = foreign(item, Place(span, via), path, self.foreign_endings)
             if robot is not None:
@@ -228,7 +229,7 @@ class Reader:
         if folder is None or not file or os.sep in file or file.startswith("."):
             return None
         path = folder / f"{file}.yaml"
-        if kind(path) != FILE:
+        if not is_file(path):
             return None
         if colon and path not in self.files:
             self.files.append(path)
@@ -254,7 +255,7 @@ class Reader:
         target = self._target(item, name, path, place)
         if target is None:
             return None
-        if real(target) in within:
+        if resolve(target) in within:
             self._error("include-cycle", f"{name} includes itself, directly or through others", place, "remove one")
             return None
         if len(self.files) >= MAX_FILES:
@@ -308,7 +309,7 @@ class Reader:
         """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
         from rosorin_compile.source.packages import Packages
 
-        folder = Packages(packages, environment(), by).find(name)
+        folder = Packages(packages, os.environ, by).find(name)
         self.found |= {name} if folder else set()
         if name not in packages:
             self.resolved.append(resolved(ROS_PACKAGE, name, by, folder))
@@ -334,7 +335,7 @@ class Reader:
     def inside(self, target: Path) -> bool:
         """Say whether a file is inside the project of the description, links followed, or in a package it names."""
         try:
-            return any(map(real(target).is_relative_to, self.projects)) or bool(self._homes(target))
+            return any(map(resolve(target).is_relative_to, self.projects)) or bool(self._homes(target))
         except (OSError, RuntimeError, ValueError):
             return False
 

@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
 from rosorin_compile.source.project import MESH_FILE, resolved, shown
 from rosorin_compile.source.rule_registry import FILES, Rule
@@ -175,7 +175,7 @@ class Robots:
     def _is_there(self, base: Path, top: Path, name: str) -> bool:
         """Say whether a file is in a folder, and no other one is called so from a folder nearer to ``base``."""
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
-        there = [folder for folder in above if world.kind(folder / name) == world.FILE]
+        there = [folder for folder in above if files.is_file(folder / name)]
         for folder in above:
             here = folder / name if folder in there else None
             self.reader.resolved.append(resolved(MESH_FILE, str(folder / name), "", here))

@@ -6,9 +6,9 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import DESCRIPTIONS, Description
-from rosorin_compile.source.world import FOLDER, kind, real
 
 ADDRESS = "package://"
 
@@ -35,7 +35,7 @@ def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
     """Return what is said of a file; of one that is not there, with the file beside it that is nearly called so."""
     if diagnostic.rule != "file-unreadable":
         return diagnostic
-    close = None if kind(target) else Description.nearest_file(target)
+    close = None if files.exists(target) else Description.nearest_file(target)
     if close is None:
         return diagnostic
     folder = name.rpartition("/")[0]
@@ -45,13 +45,13 @@ def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
 
 def outside(name: str, by: Path, folder: Path) -> str:
     """Return why a file that ``by`` names is not inside a folder (links followed): by its name, or by a link."""
-    written = os.path.normpath(real(by.parent) / name)
+    written = os.path.normpath(files.resolve(by.parent) / name)
     by_link = ": a link leads there" if Path(written).is_relative_to(folder) else ""
     return f"{name} is {outside_of(folder)}{by_link}"
 
 
 def outside_of(project: Path) -> str:
     """Return the words for what is not in the project of a description, or not beside a lone one."""
-    if kind(project / DESCRIPTIONS) == FOLDER:
+    if files.is_folder(project / DESCRIPTIONS):
         return "outside the project, the folder that has descriptions/"
     return "outside the folder of the description"

@@ -20,7 +20,6 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.world import matching
 
 from ..annotations import holds_many, is_one_entry, of_parts
 from ..expression.functions import kind_of
@@ -326,7 +325,7 @@ class Parts:
     def _near(self, short: str) -> str:
         """Return the way out for a part that is not where it was looked for: parts of the library called like it."""
         names: dict[str, list[str]] = {}
-        for path in matching(data_folder("parts_library"), "*.yaml"):
+        for path in sorted(data_folder("parts_library").glob("*.yaml")):
             with suppress(LoadError):
                 for part in load_mapping(path, path.name).get("parts") or ():
                     names.setdefault(part, []).append(f'"{path.stem}/{part}"')

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.model import Robot
-from rosorin_compile.source.diagnostics import did_you_mean, nearest
+from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, nearest
 
 from ..expand import Expanded
 from ..lower import Lowered
@@ -21,8 +21,8 @@ __all__ = ["Answer", "Explanation", "NotThere", "explain"]
 _THREE = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 
 
-class NotThere(Exception):
-    """There is nothing of that name; the message says what there is."""
+class NotThere(UnknownName):
+    """The robot has nothing of that name; the message has a suggestion."""
 
 
 def explain(

@@ -1,6 +1,5 @@
-"""rosorin-compile collisions: which pairs of links need no check, computed as MoveIt's assistant does.
+"""Find the pairs of links that need no collision check, as MoveIt's setup assistant does.
 
-``contacts`` asks MuJoCo who touches whom in one state, ``search`` tries the states and decides, ``command`` writes the
-file that the description includes. The matrix is a file of the description: whoever compiles the robot needs neither
-MuJoCo nor minutes, the same bytes come out on every machine, and a change of it is seen where it is committed.
+The matrix is a file of the description: compiling the robot needs neither MuJoCo nor minutes, the result is the same on
+every machine, and changes of it are visible where it is committed.
 """

@@ -1,4 +1,7 @@
-"""What MoveIt plans with, as the package that brings its formats answers: one URDF, and the matrix that is there."""
+"""The robot as MoveIt plans with it: one URDF, and the matrix that its description includes.
+
+``ros.srdf.planning`` implements it; the API passes it to ``compute_matrix``.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,6 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from rosorin_compile.cli.registry import service
 from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
 
 Pair = tuple[str, str]
@@ -29,13 +31,27 @@ class Parts(Protocol):
 
 
 class Planning(Protocol):
-    """A robot as MoveIt has it of one URDF; ``said`` is what the section ``moveit`` says."""
+    """A robot as MoveIt has it of one URDF; ``said`` is the section ``moveit``."""
 
-    robot: Robot
-    urdf: Output
-    said: Any
-    links: Collection[str]
-    joints: Mapping[str, Joint]
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+
+    @property
+    def urdf(self) -> Output:
+        """The URDF that MoveIt reads."""
+
+    @property
+    def said(self) -> Any:
+        """The section ``moveit`` of the description."""
+
+    @property
+    def links(self) -> Collection[str]:
+        """The links of the URDF."""
+
+    @property
+    def joints(self) -> Mapping[str, Joint]:
+        """The joints of the URDF by name."""
 
     @property
     def solids(self) -> Mapping[str, list[Shape]]:
@@ -60,12 +76,6 @@ class Planning(Protocol):
 
     def between(self, base: str, tip: str) -> list[Joint]:
         """Return the joints of the URDF between two links."""
-
-
-def planning_of(robot: Robot) -> Planning | None:
-    """Return what MoveIt plans with; None of a robot without a URDF."""
-    found: Planning | None = service("planning of MoveIt")(robot)
-    return found
 
 
 def ordered(pair: Pair) -> Pair:

@@ -26,8 +26,8 @@ from random import Random
 from typing import Any
 
 from rosorin_compile.model import DisabledCollision, Joint
+from rosorin_compile.source import system
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.world import world
 
 from ..physics.files import Meshes
 from .contacts import FAR, TOUCH, Contacts
@@ -52,12 +52,10 @@ class Search:
         self,
         planning: Planning,
         meshes: Meshes,
-        tick: Callable[[str, int, int], None],
         same: Mapping[Pair, DisabledCollision | None] | None = None,
     ) -> None:
         self.planning = planning
         self.meshes = meshes
-        self.tick = tick
         self.same = dict(same or {})
         self.how = planning.said.search
         self.random = Random(self.how.seed)  # noqa: S311 - a search that anybody can repeat
@@ -164,14 +162,14 @@ class Search:
                 self.bounding.take(state, self.contacts)
                 self.hit.update(touching)
                 if self.tried % 20 == 1:
-                    self.tick("trying states", self.tried, max(self.how.trials + ROUND, self.tried))
+                    Progress.step("trying states", self.tried, max(self.how.trials + ROUND, self.tried))
                 yield state, touching
 
     def _state(self) -> Positions:
         return {name: low + self.random.random() * (high - low) for name, (low, high) in self.bounds.items()}
 
     def _told(self, done: int, total: int) -> None:
-        self.tick("bringing links near each other", done, total)
+        Progress.step("bringing links near each other", done, total)
 
     def _nearest(self, pair: Pair) -> float:
         """Return how near (m) a pair comes when its joints are turned to that end; it draws numbers of its own."""
@@ -267,7 +265,7 @@ def in_two(
 
     What the copy does not answer for is done here.
     """
-    second = _Second(pairs[1::2], work) if len(pairs) >= _WORTH_IT and world.can_fork and world.cores() > 1 else None
+    second = _Second(pairs[1::2], work) if len(pairs) >= _WORTH_IT and system.HAS_FORK and system.cores() > 1 else None
     own = pairs if second is None else pairs[::2]
     for number, pair in enumerate(own):
         told(number * len(pairs) // len(own), len(pairs))

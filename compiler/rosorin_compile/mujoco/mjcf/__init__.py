@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import (
@@ -36,7 +35,7 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
-from rosorin_compile.source.world import world
+from rosorin_compile.source.files import record
 
 from .settings import SETTINGS
 
@@ -81,14 +80,10 @@ def _refusal(text: str, folder: Path) -> Refusal:
 
     from .process import refusal
 
-    files, begun = _FILE.findall(text), world.now()
-    found = refusal(text, folder, by_itself=not files)
-    for file in files:  # MuJoCo has read them, too
-        with suppress(OSError):  # it is noted that there is none
-            world.note_read(folder / unescape(file, {"&quot;": '"'}), begun)
-    if len(_ANY_FILE.findall(text)) > len(files):
-        world.spoil("nobody says which files MuJoCo has read")
-    return found
+    names = _FILE.findall(text)
+    for name in names:
+        record(folder / unescape(name, {"&quot;": '"'}))
+    return refusal(text, folder, by_itself=not names)
 
 
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape] | None:  # noqa: ARG001

@@ -9,9 +9,9 @@ import re
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 from .process import Answer
@@ -81,7 +81,7 @@ def _no_files(markup: Markup) -> Iterator[Diagnostic]:
 
 def _is_odd(path: Path) -> bool:
     """Say whether there is something that is neither a file nor a folder."""
-    return world.kind(path) == world.OTHER
+    return files.is_special(path)
 
 
 def _replicas(markup: Markup, element: Element) -> tuple[int, Element | None]:

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.source.world import world
+from rosorin_compile.source import files
 
 from .resolved import KINDS, is_named, name_all, resolved, without_made_up
 
@@ -84,7 +84,7 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
 def main_load(path: str, answer: str, cpu_seconds: int, folder: str) -> None:
     """Load the MJCF at ``path`` as if it stood in ``folder``; write why it is refused to the file ``answer``."""
     _limit(cpu_seconds)
-    refused = load(import_module("mujoco"), world.own_text(path) or "", folder)
+    refused = load(import_module("mujoco"), Path(path).read_text("utf-8"), folder)
     Path(answer).write_text(json.dumps(refused), encoding="utf-8")
 
 
@@ -93,7 +93,7 @@ def main_prove(path: str, answer: str, cpu_seconds: int, request: str) -> None:
     _limit(cpu_seconds)
     mujoco: Any = import_module("mujoco")
     mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
-    asked = json.loads(world.own_text(request) or "")
+    asked = json.loads(Path(request).read_text("utf-8"))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         made = proof(mujoco, path, asked, Path(answer).parent)
@@ -141,7 +141,7 @@ def _read(mujoco: Any, path: Path, here: Path) -> Any:
         return mujoco.MjSpec.from_file(str(path))
     os.chdir(path.parent)  # where a text's includes are looked for
     try:
-        spec = mujoco.MjSpec.from_string(world.text(path))
+        spec = mujoco.MjSpec.from_string(files.read_text(path))
     finally:
         os.chdir(here)  # what MuJoCo logs goes there, not beside the file
     spec.modelfiledir = str(path.parent)

@@ -20,15 +20,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Refusal
-from rosorin_compile.source.installing import pip_install
-from rosorin_compile.source.world import world
+from rosorin_compile.source import files, system
+from rosorin_compile.source.installing import is_installed, pip_install
 
 SECONDS = 60  # of calculating, which the child counts itself
 _PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine
 
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 
-_TOP = str(world.real(__file__).parents[2])  # the folder in which the package is
+_TOP = str(files.resolve(__file__).parents[2])  # the folder in which the package is
 
 # Run by -c: -m would look for modules in the working folder first, which may be foreign.
 _START = (
@@ -56,15 +56,15 @@ class Answer(NamedTuple):
 
 def ask(path: Path, seconds: int = SECONDS) -> Answer:
     """Return what MuJoCo makes of the MJCF at ``path``. Never raises for what is in the file."""
-    world.needs("resource", world.NO_LIMITS)
+    system.needs("resource", system.NO_LIMITS)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
         answer = Path(folder, "answer.json")
-        command = [sys.executable, "-c", _START, _TOP, str(world.real(path)), str(answer), str(seconds)]
+        command = [sys.executable, "-c", _START, _TOP, str(files.resolve(path)), str(answer), str(seconds)]
         try:
             done = _run(command, folder, seconds)
         except subprocess.TimeoutExpired:
             return Answer(None, (), _endless(seconds), "make the model smaller", True)
-        said = world.own_text(answer)
+        said = _answer(answer)
     if said is None:
         return _fallen(done, seconds)
     made = json.loads(said)
@@ -79,7 +79,7 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
 
     A text of ours ``by_itself`` is loaded here; the meshes of others may do to a process what they like.
     """
-    if not world.package("mujoco"):
+    if not is_installed("mujoco"):
         return Refusal()
     if by_itself:
         from . import engine
@@ -91,14 +91,19 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
         model.write_text(text, encoding="utf-8")
         command = [sys.executable, "-c", _START_LOAD, _TOP, str(model), str(answer), str(seconds)]
         try:
-            done = _run([*command, str(world.real(folder))], own, seconds)
+            done = _run([*command, str(files.resolve(folder))], own, seconds)
         except subprocess.TimeoutExpired:
             return Refusal(_endless(seconds))
-        said = world.own_text(answer)
+        said = _answer(answer)
     if said is None:
         return Refusal(_fallen(done, seconds).refusal)
     reason, outdated = json.loads(said)
-    return Refusal(_reason(reason, text).replace(f"{world.real(folder)}{os.sep}", ""), outdated)
+    return Refusal(_reason(reason, text).replace(f"{files.resolve(folder)}{os.sep}", ""), outdated)
+
+
+def _answer(path: Path) -> str | None:
+    """Return what the child process answered; None if it did not."""
+    return path.read_text("utf-8") if path.exists() else None
 
 
 def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[str, Any] | str:
@@ -106,12 +111,12 @@ def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as own:
         request, answer = Path(own, "request.json"), Path(own, "answer.json")
         request.write_text(json.dumps(asked), encoding="utf-8")
-        command = [sys.executable, "-c", _START_PROVE, _TOP, str(world.real(path)), str(answer), str(seconds)]
+        command = [sys.executable, "-c", _START_PROVE, _TOP, str(files.resolve(path)), str(answer), str(seconds)]
         try:
             done = _run([*command, str(request)], own, seconds)
         except subprocess.TimeoutExpired:
             return _endless(seconds)
-        said = world.own_text(answer)
+        said = _answer(answer)
     if said is None:
         return _fallen(done, seconds).refusal
     made: dict[str, Any] = json.loads(said)
@@ -139,7 +144,7 @@ def _endless(seconds: int) -> str:
 
 def _environment() -> dict[str, str]:
     """Return the environment without what makes MuJoCo look for a screen."""
-    return {key: value for key, value in world.environment().items() if key != "MUJOCO_GL"}
+    return {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
 
 
 def _fallen(done: subprocess.CompletedProcess[bytes], seconds: int) -> Answer:
@@ -162,4 +167,4 @@ def _fallen(done: subprocess.CompletedProcess[bytes], seconds: int) -> Answer:
 
 def _without_folder(text: str, path: Path) -> str:
     """Return a message that does not tell where the file lies on this machine."""
-    return text.replace(f"{world.real(path).parent}{os.sep}", "")
+    return text.replace(f"{files.resolve(path).parent}{os.sep}", "")

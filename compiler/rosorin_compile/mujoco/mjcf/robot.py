@@ -12,10 +12,10 @@ from pathlib import Path
 from rosorin_compile.formats.checked import accept
 from rosorin_compile.formats.imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
 from rosorin_compile.source.diagnostics import Diagnostic, arrange, error
+from rosorin_compile.source.files import is_file
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
-from rosorin_compile.source.world import world
 from rosorin_compile.source.xml.markup import COMMENT, Document, Element, MarkupError, Remark
 
 from . import entries, joints, links, neighbours, sections, shapes
@@ -52,15 +52,11 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     wrong = list(before(markup))
     if wrong:
         return Imported(None, wrong, files=files)
-    begun = world.now()
     answer = ask(path)
     if answer.facts is None:
-        world.spoil("nobody says which files MuJoCo did not find")
         return Imported(None, [refusal(markup, answer)], files=files)
     named = (path.parent / markup.place_of(name) for name in answer.facts["assets"])
-    assets = tuple(file for file in named if world.kind(file) == world.FILE)
-    for file in assets:
-        world.note_read(file, begun)
+    assets = tuple(file for file in named if is_file(file))
     files += assets
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     for message in answer.warnings:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Source, Span, error
-from rosorin_compile.source.world import world
 from rosorin_compile.source.xml.files import mended, read_source
 from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, parse
 
@@ -32,7 +32,7 @@ class _Including(NamedTuple):
 def _found(name: str, by: _Including) -> Path:
     """Return the file of a name: beside the main file, else beside the file that names it."""
     beside_main, beside_own = by.main / name, by.own / name
-    return beside_own if world.kind(beside_main) != world.FILE and world.kind(beside_own) == world.FILE else beside_main
+    return beside_own if not files.is_file(beside_main) and files.is_file(beside_own) else beside_main
 
 
 def _absolute(path: Path) -> str:
@@ -62,7 +62,7 @@ class Markup:
     """
 
     def __init__(self, path: Path, options: ReadOptions) -> None:
-        self.allowed = [world.real(path).parent, *(world.real(folder) for folder in options.packages.values())]
+        self.allowed = [files.resolve(path).parent, *(files.resolve(folder) for folder in options.packages.values())]
         self.files: list[Path] = []
         self.documents: list[Document] = []
         self.included: dict[Element, Element] = {}
@@ -90,7 +90,7 @@ class Markup:
         if file is None or not file.value or element.tag not in ("include", "model"):
             return
         path = _found(file.value.replace("\\", "/"), by)  # MuJoCo takes both for a separator
-        if not any(world.real(path).is_relative_to(folder) for folder in self.allowed):
+        if not any(files.resolve(path).is_relative_to(folder) for folder in self.allowed):
             message = f"{file.value} lies outside the folder of the robot, and is not read"
             help = f"move it there, or allow its folder: --package {self._to_allow(path)}"
             raise MarkupError(error("include-outside", message, file.span, help))
@@ -108,9 +108,9 @@ class Markup:
 
     def _to_allow(self, path: Path) -> str:
         """Return the folder of the main file and of one outside, as --package takes it; no folder of many projects."""
-        main, file = self.allowed[0], world.real(path)
+        main, file = self.allowed[0], files.resolve(path)
         shared = [one for one in main.parents if file.is_relative_to(one) and len(one.parts) >= _OWN]
-        if not shared or world.kind(path) != world.FILE:
+        if not shared or not files.is_file(path):
             return "NAME=FOLDER"
         return f"{shared[0].name}={shlex.quote(os.path.relpath(shared[0]))}"
 
@@ -137,7 +137,7 @@ class Markup:
         top = Path(os.path.abspath(self.models[0]))
         if posixpath.isabs(name):
             return Path(name).relative_to(top).as_posix() if Path(name).is_relative_to(top) else name
-        folder = next((folder for folder in self.models if world.kind(folder / name) == world.FILE), self.models[0])
+        folder = next((folder for folder in self.models if files.is_file(folder / name)), self.models[0])
         return posixpath.normpath(posixpath.join(Path(os.path.relpath(folder, self.models[0])).as_posix(), name))
 
     def children(self, element: Element) -> Iterator[Element]:

@@ -1,16 +1,17 @@
-"""What check physics answers as JSON: the types of its result, of which the schema is made."""
+"""The result of check physics."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
-from rosorin_compile.source.diagnostics import counted, listed
+from rosorin_compile.source.diagnostics import Diagnostic, counted, has_errors, listed
 
 
 @dataclass(frozen=True)
 class LookedAt:
-    """What of a robot the engine was shown: zero, its poses, its joints over their ranges, its meshes."""
+    """The extent of a check: zero and the poses, the joints that were moved over their ranges, the meshes."""
 
     poses: Annotated[int, "how many named poses; position zero comes on top"]
     joints: Annotated[int, "how many joints, each led over its range"]
@@ -24,19 +25,22 @@ class LookedAt:
 
 @dataclass(frozen=True)
 class CheckedPhysics:
-    """What came of the physics of one robot."""
+    """The result of the check of one robot."""
 
     robot: str
     file: Annotated[str, "its first file"]
     fine: Annotated[bool, "whether there is no error; the exit code is 0 where all are fine"]
-    looked_at: Annotated[LookedAt | None, "null where the robot has errors before that"]
+    looked_at: Annotated[LookedAt | None, "null if the description has errors"]
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @classmethod
+    def of(cls, robot: str, file: str, looked_at: LookedAt | None, diagnostics: Sequence[Diagnostic]) -> CheckedPhysics:
+        """Return the result with these diagnostics."""
+        return cls(robot, file, not has_errors(diagnostics), looked_at, tuple(diagnostics))
 
 
 @dataclass(frozen=True)
 class PhysicsOfRobots:
-    """What came of all robots that were asked for; the diagnostics say what cannot be."""
+    """The results of all requested robots."""
 
     robots: list[CheckedPhysics]
-
-
-ANSWERS: dict[str, Any] = {"check physics": PhysicsOfRobots}

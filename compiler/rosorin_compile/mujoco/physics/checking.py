@@ -1,23 +1,21 @@
-"""Goes through what there is to check of the physics of a robot, with a bar on the terminal."""
+"""Check the physics of one robot: its meshes, overlaps at rest and along the ranges of joints, and how it settles."""
 
 from __future__ import annotations
 
+import os
 import warnings
-from collections.abc import Mapping
-from pathlib import Path
-from typing import NamedTuple
 
 from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
-from rosorin_compile.source.diagnostics import Diagnostic, arrange
+from rosorin_compile.source.diagnostics import MissingPackages, arrange
+from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps
-from .answers import LookedAt
+from .answers import CheckedPhysics, LookedAt
 from .files import Meshes, named_meshes
 from .overlaps import ZERO, State
 from .scene import Scene
@@ -26,29 +24,34 @@ NEEDED = ("mujoco", "numpy", "scipy", "trimesh", "collada")
 _NAMES = {"collada": "pycollada", "mujoco": "'mujoco>=4'"}
 
 
-class Looked(NamedTuple):
-    """What was found, and at what was looked."""
-
-    diagnostics: list[Diagnostic]
-    at: LookedAt
-
-
 def lacking() -> str:
-    """Return what has to be installed for this, as pip has it; empty if nothing is missing."""
-    return " ".join(_NAMES.get(name, name) for name in NEEDED if not world.package(name))
+    """Return the packages to install, as arguments of pip; empty if nothing is missing."""
+    return " ".join(_NAMES.get(name, name) for name in NEEDED if not is_installed(name))
 
 
-def look(case: Case, description: Description, packages: Mapping[str, Path]) -> Looked:
-    """Return what is wrong with the physics of a robot."""
+def require(command: str) -> None:
+    """Raise MissingPackages if a package that a command needs is not installed."""
+    if missing := lacking():
+        raise MissingPackages(f"{command} needs what is not installed: pip install {missing}")
+
+
+def check_robot(request: Request) -> CheckedPhysics:
+    """Check the physics of a robot. Raises MissingPackages without MuJoCo and the libraries for meshes."""
+    require("check physics")
     import numpy as np
 
-    # Of numbers beyond all robots numpy has much to say; the rules about numbers have told them.
+    description, understood = request.description, request.understand()
+    name, file, case = description.name, str(description.path), understood.case
+    if case is None:
+        errors = [one for one in understood.diagnostics if one.severity == "error"]
+        return CheckedPhysics.of(name, file, None, errors)
+    # numpy warns about huge numbers, which have rules of their own.
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
-        return _looked(case, description, packages)
+        return _check(name, file, case, request)
 
 
-def _looked(case: Case, description: Description, packages: Mapping[str, Path]) -> Looked:
+def _check(name: str, file: str, case: Case, request: Request) -> CheckedPhysics:
     done = 0
     named = list(named_meshes(case))
     poses = [(ZERO, {}), *((pose.name, pose.positions) for pose in case.robot.poses)]
@@ -61,7 +64,8 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
         done += 1
         Progress.step("checking the physics", done, total)
 
-    places = Places(description.path, description.outputs, packages, world.environment())
+    description = request.description
+    places = Places(description.path, description.outputs, request.packages, os.environ)
     meshes = Meshes(case, places.meshes(case.tree, case.robot.outputs))
     for one in named:
         meshes.read(one)
@@ -76,7 +80,7 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
     found += sweeps.diagnose_sweeps(case, scene, swept.meetings)
     found += rest.diagnose_rest(case, starts, tick)
     at = LookedAt(len(poses) - 1, len(joints), len({one.mesh.file for one in named}))
-    return Looked(arrange(settled(case, found, "physics")), at)
+    return CheckedPhysics.of(name, file, at, arrange(settled(case, found, "physics")))
 
 
 def _legal(scene: Scene) -> State:

@@ -1,10 +1,10 @@
-"""Which links are inside each other, for who shows a robot; the scene is made when that is first asked."""
+"""Overlapping links of a robot, for the viewer; the scene is made for the first positions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.rules.case import Case
 
@@ -26,8 +26,11 @@ class Touching:
 
         return lacking()
 
-    def pairs(self, positions: Mapping[str, float]) -> list[list[str]]:
-        """Return pairs of links at positions by joint (rad or m), neighbours left aside."""
+    def pairs(self, positions: Mapping[str, Any]) -> list[list[str]]:
+        """Return the pairs of links that overlap at positions by joint (rad or m), except neighbours.
+
+        The position of a joint with several coordinates is a list.
+        """
         if self.scene is None:
             self.scene = self._made()
         return [list(pair) for pair in self.scene.overlaps(positions) if self.scene.joint_of(pair) is None]

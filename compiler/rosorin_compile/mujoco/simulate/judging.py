@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile.model import Drive, Joint
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, counted
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    NOTE,
+    WARNING,
+    Diagnostic,
+    RequestError,
+    and_more,
+    counted,
+    did_you_mean,
+)
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path
 
@@ -95,6 +104,16 @@ LIMITS: dict[str, Limit] = {
 }
 
 
+def limits_with(overrides: Mapping[str, float]) -> dict[str, float]:
+    """Return all limits, with some of them replaced. Raises RequestError."""
+    for name, value in overrides.items():
+        if name not in LIMITS:
+            raise RequestError(f'there is no limit "{name}"; {did_you_mean(name, LIMITS)}')
+        if not 0 <= value < math.inf:
+            raise RequestError(f"a limit is a number that is not negative, such as {name}={LIMITS[name].value:g}")
+    return {name: overrides.get(name, one.value) for name, one in LIMITS.items()}
+
+
 class Judge:
     """Says of each trial what is beyond the limits."""
 
@@ -173,7 +192,7 @@ class Judge:
             joint = self.case.robot.joint[joint.mimic.joint]
         movers = [joint, *(one for one in self.case.robot.joints if one.mimic and one.mimic.joint == joint.name)]
         moved = set().union(*(self.case.robot.below(one.child) for one in movers))
-        return next((one for one in touches if (one.one in moved) != (one.other in moved)), None)
+        return next((one for one in touches if (one.links[0] in moved) != (one.links[1] in moved)), None)
 
     def _own(self, names: Sequence[str]) -> Diagnostic:
         message = f"no actuator turns {_some(names)}: simulate drove with servos of its own"
@@ -213,9 +232,9 @@ class Judge:
             said += f" {high:.3g} mm above the floor{on}"
             return [said], "lower its wheels, or raise what it stands on: z of their joints, radius, the shapes"
         rolls = wheels.union(home.stands_on)
-        rubs = next((one for one in driven.touches if rolls.intersection((one.one, one.other))), None)
+        rubs = next((one for one in driven.touches if rolls.intersection(one.links)), None)
         if rubs is not None:
-            one, other = sorted((rubs.one, rubs.other), key=lambda name: name not in rolls)
+            one, other = sorted(rubs.links, key=lambda name: name not in rolls)
             said = f'"{one}" is {1000 * rubs.depth:.2g} mm inside "{other}", and rubs on it'
             return [said], "move it out of that shape; disabled_contacts names a pair that is meant to touch"
         help = "check radius, places and axes of the wheels, kv against damping, and what else touches the floor"
@@ -239,7 +258,7 @@ class Judge:
             touch = end.touches[0] if end.touches else None
             if touch is not None:
                 message += f": {_touching(touch)}"
-                message += f", from {round(end.begins, 2):.6g} {unit} on" if end.first else ""
+                message += f", from {round(end.touch_position, 2):.6g} {unit} on" if end.first_touch else ""
                 help = "a planner has to know; narrower limits, or disabled_contacts for a pair that is meant to touch"
                 yield self.case.problem("limit-not-reached", message, path, help, severity=NOTE)
             else:
@@ -266,7 +285,7 @@ def _some(names: Sequence[str]) -> str:
 
 
 def _touching(touch: Touch) -> str:
-    return f'link "{touch.one}" touches link "{touch.other}"'
+    return f'link "{touch.links[0]}" touches link "{touch.links[1]}"'
 
 
 def _twist(twist: Sequence[float]) -> str:

@@ -1,19 +1,18 @@
-"""Report: what came of the trials as tables for people, as JSON for programs, and as a page with curves.
-
-The page is one file that asks for no other. It is the same for the same robot: nothing in it is of the computer.
-"""
+"""Render the result of a simulation as tables of text, and as one self-contained page with plots."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.source.diagnostics import Diagnostic, counted
+from rosorin_compile.source.diagnostics import counted
 
-from .judging import LIMITS
-from .trials import Curve, Driven, PoseTrial, Swept, Trials
-from .world import FREE, Touch, World
+from .world import FREE, Touch
+
+if TYPE_CHECKING:
+    from .simulation import Simulated
+    from .trials import Curve, Driven, PoseTrial, Swept
 
 _FEW = 2
 
@@ -24,21 +23,21 @@ _POINTS = 300  # of a curve: more than a figure has columns
 _MOST_CURVES = 7  # in one figure: those that move most
 
 
-def tables(world: World, trials: Trials) -> list[tuple[str, ...] | str]:
-    """Return what came of the trials: rows of columns, a title before each table as a text."""
+def tables(result: Simulated) -> list[tuple[str, ...] | str]:
+    """Return the results of the trials: rows of columns, a title before each table as a text."""
     made: list[tuple[str, ...] | str] = ["poses"]
-    free = world.base == FREE
+    free = result.base == FREE
     head = ("pose", "largest error", "joint", "touches")
     made.append((*head, "drift", "stands on") if free else head)
-    made += [_pose(world, held, free) for held in trials.poses]
-    if trials.drives:
+    made += [_pose(result, held, free) for held in result.poses]
+    if result.drive:
         made += ["drive", ("command", "asked", "measured", "off", "cross", "ripple")]
-        made += list(map(_drive, trials.drives))
-    if trials.sweeps:
+        made += list(map(_drive, result.drive))
+    if result.ranges:
         made += ["ranges", ("joint", "lower", "error", "upper", "error", "touches")]
-        made += [_sweep(world, swept) for swept in trials.sweeps]
-    if trials.swung is not None:
-        swung = trials.swung
+        made += [_sweep(result, swept) for swept in result.ranges]
+    if result.energy is not None:
+        swung = result.energy
         said = (
             f"broke after {swung.broken.time:.3g} s"
             if swung.broken
@@ -52,15 +51,11 @@ def _percent(share: float) -> str:
     return f"{share:.1%}" if share >= 0.0005 else "less than 0.1%"
 
 
-def _unit(world: World, joint: str) -> str:
-    return "m" if world.robot.joint[joint].type == "prismatic" else "rad"
-
-
-def _pose(world: World, held: PoseTrial, free: bool) -> tuple[str, ...]:
+def _pose(result: Simulated, held: PoseTrial, free: bool) -> tuple[str, ...]:
     if held.broken is not None:
         return (held.pose, f"broke after {held.broken.time:.3g} s")
     worst = held.worst
-    said = (f"{worst[1]:.4f} {_unit(world, worst[0])}", worst[0]) if worst else ("-", "no actuator holds one")
+    said = (f"{worst[1]:.4f} {result.units[worst[0]]}", worst[0]) if worst else ("-", "no actuator holds one")
     row = (held.pose, *said, _touches(held.touches))
     if not free:
         return row
@@ -73,7 +68,7 @@ def _named(names: Sequence[str]) -> str:
 
 
 def _touches(touches: Sequence[Touch]) -> str:
-    return _named([f"{one.one} - {one.other}" for one in touches])
+    return _named([" - ".join(one.links) for one in touches])
 
 
 def _drive(driven: Driven) -> tuple[str, ...]:
@@ -94,12 +89,16 @@ def _parts(asked: Sequence[float], values: Sequence[float]) -> str:
     return ", ".join(f"{v:.3f} {unit}" for a, v, unit in zip(asked, values, units, strict=True) if a)
 
 
-def _sweep(world: World, swept: Swept) -> tuple[str, ...]:
+def _sweep(result: Simulated, swept: Swept) -> tuple[str, ...]:
     if swept.broken is not None:
         return (swept.joint, f"broke after {swept.broken.time:.3g} s")
-    unit = _unit(world, swept.joint)
+    unit = result.units[swept.joint]
     ends = [text for end in swept.ends for text in (f"{end.asked:.3f}", f"{end.error:.4f}")]
-    met = [f"{end.first.one} - {end.first.other} from {end.begins:.2f} {unit}" for end in swept.ends if end.first]
+    met = [
+        f"{' - '.join(end.first_touch.links)} from {end.touch_position:.2f} {unit}"
+        for end in swept.ends
+        if end.first_touch
+    ]
     return (f"{swept.joint} ({unit})", *ends, ", ".join(met) or "-")
 
 
@@ -127,129 +126,46 @@ def text(rows: Sequence[tuple[str, ...] | str]) -> str:
     return "\n".join(lines)
 
 
-def speed_line(world: World) -> str:
-    """Return how fast it was: steps a second of computing, and how many times faster than the world."""
-    steps = world.steps / world.cpu if world.cpu else 0.0
-    return f"speed   {steps:,.0f} steps a CPU second, {steps * world.model.opt.timestep:,.1f} times real time"
+def about(result: Simulated) -> str:
+    """Return one line about the engine, the base and the time step."""
+    base = "on a floor" if result.base == FREE else "its base held"
+    return f"simulated in MuJoCo {result.mujoco}, {base}, in steps of {1000 * result.timestep:g} ms"
 
 
-def about(world: World) -> str:
-    """Return what was simulated, and how."""
-    stands = "on a floor" if world.base == FREE else "its base held"
-    step = f"{1000 * world.model.opt.timestep:g} ms"
-    return f"simulated in MuJoCo {world.mujoco.__version__}, {stands}, in steps of {step}"
-
-
-def as_json(world: World, trials: Trials, limits: dict[str, float], timing: bool) -> dict[str, Any]:
-    """Return what came of the trials as plain values: SI units, names as in the description."""
-    made: dict[str, Any] = {
-        "robot": world.robot.name,
-        "mujoco": world.mujoco.__version__,
-        "base": world.base,
-        "timestep": float(world.model.opt.timestep),
-        "limits": {name: {"value": limits[name], "unit": one.unit} for name, one in LIMITS.items()},
-        "poses": [_held_json(held) for held in trials.poses],
-        "drive": [_driven_json(driven) for driven in trials.drives],
-        "own_servos": list(world.own),
-        "ranges": [_swept_json(swept) for swept in trials.sweeps],
-    }
-    if trials.swung is not None:
-        swung = trials.swung
-        made["energy"] = {"change": swung.change, "kinetic": swung.kinetic, "broken": _stop(swung.broken)}
-    if timing:
-        steps = world.steps / world.cpu if world.cpu else 0.0
-        made["timing"] = {
-            "steps_per_cpu_second": steps,
-            "times_real_time": steps * float(world.model.opt.timestep),
-        }
-    return made
-
-
-def _stop(stop: Any) -> dict[str, Any] | None:
-    return None if stop is None else {"why": stop.why, "time": stop.time}
-
-
-def _pairs(touches: Sequence[Touch]) -> list[dict[str, Any]]:
-    return [{"links": [one.one, one.other], "depth": one.depth} for one in touches]
-
-
-def _held_json(held: PoseTrial) -> dict[str, Any]:
-    return {
-        "pose": held.pose,
-        "errors": held.errors,
-        "swings": held.swings,
-        "drift": held.drift,
-        "turned": held.turned,
-        "leans": held.leans,
-        "ripple": held.ripple,
-        "touches": _pairs(held.touches),
-        "stands_on": held.stands_on,
-        "broken": _stop(held.broken),
-    }
-
-
-def _driven_json(driven: Driven) -> dict[str, Any]:
-    return {
-        "command": driven.command,
-        "asked": driven.asked._asdict(),
-        "measured": driven.measured._asdict(),
-        "off": driven.off if driven.broken is None else None,
-        "cross": driven.cross if driven.broken is None else None,
-        "ripple": driven.ripple,
-        "scale": driven.scale,
-        "broken": _stop(driven.broken),
-    }
-
-
-def _swept_json(swept: Swept) -> dict[str, Any]:
-    return {
-        "joint": swept.joint,
-        "ends": [
-            {
-                "asked": end.asked,
-                "error": end.error,
-                "touches": _pairs(end.touches),
-                "first_touch": {"position": end.begins, **_pairs([end.first])[0]} if end.first else None,
-            }
-            for end in swept.ends
-        ],
-        "broken": _stop(swept.broken),
-    }
-
-
-def summary(trials: Trials) -> str:
-    """Return what was tried, counted."""
+def summary(result: Simulated) -> str:
+    """Return the number of trials of each kind."""
     parts: Iterator[str] = (
         counted(count, word)
         for count, word in (
-            (len(trials.poses), "pose"),
-            (len(trials.drives), "drive command"),
-            (len(trials.sweeps), "range"),
+            (len(result.poses), "pose"),
+            (len(result.drive), "drive command"),
+            (len(result.ranges), "range"),
         )
         if count
     )
     return ", ".join(parts)
 
 
-def page(world: World, trials: Trials, found: Sequence[Diagnostic]) -> str:
-    """Return the page."""
+def page(result: Simulated) -> str:
+    """Return a page of HTML with the tables, the diagnostics and plots. It refers to no other file."""
+    found = result.diagnostics
     values = {
-        "name": world.robot.name,
-        "about": about(world),
+        "name": result.robot,
+        "about": about(result),
         "findings": [{"severity": one.severity, "rule": one.rule, "message": one.message} for one in found],
-        "tables": _titled(tables(world, trials)),
-        "groups": list(_groups(trials)),
+        "tables": _titled(tables(result)),
+        "groups": list(_groups(result)),
     }
     return Templates().own("mujoco/simulation.html.jinja", values)
 
 
-def _groups(trials: Trials) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+def _groups(result: Simulated) -> Iterator[tuple[str, list[dict[str, Any]]]]:
     """Yield the figures of each kind of trial."""
     kinds = (
-        ("poses: error of the joints, height of the base", [(one.pose, one.curves) for one in trials.poses]),
-        ("drive: velocity and height of the base", [(one.command, one.curves) for one in trials.drives]),
-        ("ranges: position of the joint", [(one.joint, one.curves) for one in trials.sweeps]),
-        ("energy", [("without damping", trials.swung.curves)] if trials.swung else []),
+        ("poses: error of the joints, height of the base", [(one.pose, one.curves) for one in result.poses]),
+        ("drive: velocity and height of the base", [(one.command, one.curves) for one in result.drive]),
+        ("ranges: position of the joint", [(one.joint, one.curves) for one in result.ranges]),
+        ("energy", [("without damping", result.energy.curves)] if result.energy else []),
     )
     for title, trial in kinds:
         figures = [figure for name, curves in trial for figure in _figures(name, curves)]

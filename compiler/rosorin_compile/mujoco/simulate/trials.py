@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Drive, Joint, Robot, Twist
+from rosorin_compile.source.progress import Progress
 
 from .world import FREE, POSITION, Broken, Touch, World, moving
 
@@ -77,7 +78,7 @@ class PoseTrial:
     stands_on: list[str] = field(default_factory=list)
     above: dict[str, float] = field(default_factory=dict)
     broken: Stop | None = None
-    curves: list[Curve] = field(default_factory=list)
+    curves: list[Curve] = field(default_factory=list, repr=False)
 
     @property
     def worst(self) -> tuple[str, float] | None:
@@ -89,40 +90,34 @@ class PoseTrial:
 class Driven:
     """A command that was driven: ``asked`` and ``measured`` (m/s, rad/s), and the ripple of the height (m).
 
-    ``scale`` is what the limits of the wheels left of the command; ``touches`` are the links that touch at the end.
+    ``off`` is the largest error of a commanded part of the velocity, as a share of it; ``cross`` the largest part (m/s
+    or rad/s) that was not commanded. ``scale`` is the share of the command that the limits of the wheels allow;
+    ``touches`` are the links that touch at the end.
     """
 
     command: str
     asked: Twist
     measured: Twist = field(default_factory=Twist)
+    off: float = 0.0
+    cross: float = 0.0
     ripple: float = 0.0
     scale: float = 1.0
     touches: list[Touch] = field(default_factory=list)
     broken: Stop | None = None
-    curves: list[Curve] = field(default_factory=list)
-
-    @property
-    def off(self) -> float:
-        """How far the measured velocity is from the command, as a share of it: the largest of its parts."""
-        return max(abs(m - a) / abs(a) for a, m in zip(self.asked, self.measured, strict=True) if a)
-
-    @property
-    def cross(self) -> float:
-        """The largest part of the velocity (m/s or rad/s) that nobody asked for."""
-        return max((abs(m) for a, m in zip(self.asked, self.measured, strict=True) if not a), default=0.0)
+    curves: list[Curve] = field(default_factory=list, repr=False)
 
 
 class End(NamedTuple):
-    """An end of a sweep: what was asked for, the error there (rad or m), and the links that touch there.
+    """An end of a sweep: the requested position, the error there (rad or m), and the links that touch there.
 
-    ``first`` is what touched first on the way, ``begins`` where (rad or m).
+    ``first_touch`` is the first contact on the way, ``touch_position`` the position of the joint then (rad or m).
     """
 
     asked: float
     error: float
     touches: list[Touch]
-    first: Touch | None = None
-    begins: float = 0.0
+    first_touch: Touch | None = None
+    touch_position: float = 0.0
 
 
 @dataclass
@@ -132,7 +127,7 @@ class Swept:
     joint: str
     ends: list[End] = field(default_factory=list)
     broken: Stop | None = None
-    curves: list[Curve] = field(default_factory=list)
+    curves: list[Curve] = field(default_factory=list, repr=False)
 
 
 @dataclass
@@ -147,7 +142,7 @@ class Swung:
     kinetic: float = 0.0
     lightest: str = ""
     broken: Stop | None = None
-    curves: list[Curve] = field(default_factory=list)
+    curves: list[Curve] = field(default_factory=list, repr=False)
 
 
 def poses_of(world: World) -> list[tuple[str, Mapping[str, float]]]:
@@ -291,6 +286,9 @@ def drive(world: World, positions: Mapping[str, float], command: str, asked: Twi
     made.curves = seen.curves()
     if made.broken is None:
         made.measured, made.touches = track.mean(DRIVING / 2), world.touches()
+        parts = list(zip(made.asked, made.measured, strict=True))
+        made.off = max(abs(measured - asked) / abs(asked) for asked, measured in parts if asked)
+        made.cross = max((abs(measured) for asked, measured in parts if not asked), default=0.0)
         heights = seen.last(("height", "m"), DRIVING / 2)
         made.ripple = max(heights) - min(heights)
     return made
@@ -377,8 +375,8 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
                 aim = world.aims[joint.name]
                 seen.put(clock + time, {(joint.name, unit): now, ("asked for", unit): aim})
                 tail = [*tail, abs(now - end)][-max(1, round(LAST / world.sample / 2)) :]
-                new = [one for one in world.touches() if (one.one, one.other) not in began]
-                fresh = [one for one in new if (one.one, one.other) not in there]
+                new = [one for one in world.touches() if one.links not in began]
+                fresh = [one for one in new if one.links not in there]
                 if fresh and first is None:
                     first, begins = fresh[0], now
             made.ends.append(End(end, sum(tail) / len(tail), new, first, begins))
@@ -394,7 +392,7 @@ def _leading(world: World, joint: str, start: float, end: float, seconds: float)
 
 
 def _pairs(touches: Sequence[Touch]) -> set[tuple[str, str]]:
-    return {(one.one, one.other) for one in touches}
+    return {one.links for one in touches}
 
 
 def _seconds(joint: Joint, way: float) -> float:
@@ -459,12 +457,12 @@ class Trials:
     swung: Swung | None = None
 
 
-def all_trials(world: World, seconds: float, tick: Callable[[int, int], None]) -> Trials:
-    """Go through all trials; ``tick`` is told how many of how many are done."""
+def all_trials(world: World, seconds: float) -> Trials:
+    """Run all trials; each pose is held for ``seconds``."""
     made = Trials()
     jobs = list(_jobs(world, seconds, made))
     for number, job in enumerate(jobs):
-        tick(number, len(jobs))
+        Progress.step("simulating", number, len(jobs))
         job()
     return made
 

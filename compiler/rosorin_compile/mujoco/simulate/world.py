@@ -61,8 +61,7 @@ class Actuator(NamedTuple):
 class Touch(NamedTuple):
     """Two links that touch, by name, and how deep (m)."""
 
-    one: str
-    other: str
+    links: tuple[str, str]
     depth: float
 
 
@@ -327,7 +326,7 @@ class World:
             pair = self._pair(contact)
             if pair is not None and contact.dist < 0:
                 found[pair] = max(found.get(pair, 0.0), -float(contact.dist))
-        return [Touch(*pair, depth) for pair, depth in sorted(found.items())]
+        return [Touch(pair, depth) for pair, depth in sorted(found.items())]
 
     def _pair(self, contact: Any) -> tuple[str, str] | None:
         bodies = [int(self.model.geom_bodyid[geom]) for geom in (contact.geom1, contact.geom2) if geom >= 0]

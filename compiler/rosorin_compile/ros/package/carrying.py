@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,20 +17,19 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.launching import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error, first_of
+from rosorin_compile.source.files import read_bytes, resolve
 from rosorin_compile.source.project import Description, tool_folders
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 
 from .meshes import named
 from .naming import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 
 if TYPE_CHECKING:
-    from rosorin_compile.cli.given import Given
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.output.request import Request
 
     from .package import Options
 
@@ -85,22 +85,20 @@ class Carried(NamedTuple):
         return [one.argument.name for one in self.passed if one.argument.default is None]
 
 
-def described(
-    compiled: Compiled, description: Description, given: Given, options: Options
-) -> tuple[Carried | None, list[Diagnostic]]:
+def described(compiled: Compiled, request: Request, options: Options) -> tuple[Carried | None, list[Diagnostic]]:
     """Return the description that a package with these options carries, if any, or what cannot be carried."""
     if not options.at_launch or compiled.robot is None:
         return None, []
     modes = spelt_statics(compiled.robot, [argument.name for argument in ARGUMENTS]).modes
-    return carry(compiled, description.path, given, options.name, modes.values())
+    return carry(compiled, request, options.name, modes.values())
 
 
 def carry(
-    compiled: Compiled, path: Path, given: Given, package: str, modes: Iterable[str]
+    compiled: Compiled, request: Request, package: str, modes: Iterable[str]
 ) -> tuple[Carried | None, list[Diagnostic]]:
-    """Return the description whose first file is ``path`` as a package carries it, or what cannot be carried.
+    """Return the description as a package carries it, or the errors about what cannot be carried.
 
-    The arguments of this run become the defaults at launch; ``modes`` are names of launch arguments that are taken.
+    The arguments of the request become the defaults at launch; ``modes`` are names of launch arguments in use.
     Raises LoadError.
     """
     from rosorin_compile.language.arguments import Argument
@@ -109,14 +107,13 @@ def carry(
     if main is None:
         return None, []  # a package without a URDF is refused anyway
     statics = next((one.output for one in compiled.artifacts if one.backend == STATICS), STATICS)
-    values = given.values()
-    packages = compiled.packages
-    packages |= given.packages
+    path, values = request.description.path, request.values()
+    packages = {**compiled.packages, **request.packages}
     places, problems = _places(compiled, path, packages)
     problems += _unfindable(main, package, places)
     if problems:
         return None, problems
-    files = {place: world.read(file) for file, place in places.items()}
+    files = {place: read_bytes(file) for file, place in places.items()}
     taken = [*(argument.name for argument in ARGUMENTS), *modes, WORDS]
     passed = tuple(_passed(Argument.declared(path, values)[0], values, taken))
     read = [
@@ -168,7 +165,7 @@ def _named_in(name: str, files: Iterable[Path]) -> Span | None:
     """Return where one of the YAML files names something; None if none does in so many words."""
     for file in files:
         if file.suffix in Description.ENDINGS:
-            source = Source(str(file), world.read(file).decode("utf-8", "replace"))
+            source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
             for number, line in enumerate(source.text.splitlines(), 1):
                 if name in line:
                     return Span(source, number, line.index(name) + 1, len(name))
@@ -226,18 +223,16 @@ def _text_of(argument: Argument, value: Any) -> str:
     return value if isinstance(value, str) else _plain(argument.value)
 
 
-def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, package: str) -> list[Diagnostic]:
+def proven(carried: Carried, compiled: Compiled, request: Request, there: Path, package: str) -> list[Diagnostic]:
     """Return why the description of a package that stands in the folder ``there`` does not compile as it did.
 
     It has to say the same to the byte, and to read nothing outside.
     """
     from rosorin_compile.source.diagnostics import has_errors
 
-    packages = compiled.packages
-    packages |= {**given.packages, package: there}
-    alike = given._replace(packages=packages, trust=True)
+    packages = {**compiled.packages, **request.packages, package: there}
     copy = Description(package, there / carried.description, there / Description.OUTPUTS)
-    again = alike.compile(copy, Console("json"), meshes=True, wanted=(carried.urdf,))
+    again = replace(request, description=copy, packages=packages, trust=True).compile((carried.urdf,))
     wrong = [one for one in again.diagnostics if one.severity == "error"]
     if has_errors(again.diagnostics):
         message = f"the description does not compile from the package: {wrong[0].message}"
@@ -247,8 +242,8 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
         message = f"the description says something else from the package: {carried.urdf} is another one"
         return [error("package-not-carried", message, None, "what it reads may depend on where it stands")]
     python = again.python_packages
-    allowed = [world.real(one) for one in (tool_folders()["parts_library"], *packages.values(), *python)]
-    strays = [one for one in again.inputs if not any(map(world.real(one).is_relative_to, allowed))]
+    allowed = [resolve(one) for one in (tool_folders()["parts_library"], *packages.values(), *python)]
+    strays = [one for one in again.inputs if not any(map(resolve(one).is_relative_to, allowed))]
     if strays:
         message = f"from the package the description still reads {first_of([str(one) for one in strays], 3)}"
         span = _named_in(strays[0].name, [_spelled(one) for one in compiled.inputs])
@@ -260,8 +255,8 @@ def _moved(span: Span | None, carried: Carried, compiled: Compiled, there: Path)
     """Return a place in a copy as the place in the file that it is a copy of."""
     if span is None:
         return None
-    name = os.path.relpath(world.real(span.source.path), world.real(there))
+    name = os.path.relpath(resolve(span.source.path), resolve(there))
     data = carried.files.get(name)
     known = {_spelled(one): one for one in compiled.inputs}
-    file = next((shown for full, shown in known.items() if data is not None and world.read(full) == data), None)
+    file = next((shown for full, shown in known.items() if data is not None and read_bytes(full) == data), None)
     return None if file is None else span._replace(source=Source(str(file), span.source.text))

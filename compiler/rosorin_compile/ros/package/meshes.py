@@ -17,8 +17,8 @@ from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of
+from rosorin_compile.source.files import is_file
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 
 from .naming import is_legal
 
@@ -84,7 +84,7 @@ def settle(
             source = known.get(name) or _existing(name, folders)
             if source is not None:
                 files[place] = source
-            elif world.kind(target / place) != world.FILE and name not in told_before:
+            elif not is_file(target / place) and name not in told_before:
                 help = f"put the file into {MESHES}/ of the package"
                 missing.setdefault((_nowhere(folders), help), []).append(name)
             addresses[name] = f"package://{package}/{place}"
@@ -99,7 +99,7 @@ def _own(inside: str, known: Path | None, folders: Sequence[Path], target: Path,
     if source is not None:
         files[inside] = source
         return True
-    return ".." not in inside.split("/") and world.kind(target / inside) == world.FILE
+    return ".." not in inside.split("/") and is_file(target / inside)
 
 
 def _nowhere(folders: Sequence[Path]) -> str:
@@ -113,7 +113,7 @@ def _inside(name: str) -> str:
 
 
 def _existing(name: str, folders: Sequence[Path]) -> Path | None:
-    return next((folder / name for folder in folders if world.kind(folder / name) == world.FILE), None)
+    return next((folder / name for folder in folders if is_file(folder / name)), None)
 
 
 def _renamed(match: re.Match[str], addresses: dict[str, str]) -> str:
@@ -129,7 +129,7 @@ def not_placed(place: str, names: Sequence[str], places: Container[str]) -> list
 def named_files(place: str, names: Sequence[str], folder: Path) -> Iterator[Diagnostic]:
     """Yield what an artifact at a place in a folder names beside it, and what is not there."""
     inside = place.rpartition("/")[0]
-    missing = [name for name in names if world.kind(folder / inside / name) != world.FILE]
+    missing = [name for name in names if not is_file(folder / inside / name)]
     if missing:
         what = f"named by {place}, but not in the package"
         yield one_warning(missing, what, f"put the file into {inside}/ of the package")

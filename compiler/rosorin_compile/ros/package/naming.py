@@ -10,10 +10,10 @@ import unicodedata
 from collections.abc import Mapping
 from pathlib import Path
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import error
 from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 
 RULES = (
@@ -69,7 +69,7 @@ def read(folder: Path, robot: str) -> dict[str, str]:
     Raises LoadError for a file that is damaged.
     """
     path = folder / FILE
-    if world.kind(path) != world.FILE:
+    if not files.is_file(path):
         return {}
     robots = load_mapping(path, str(path)).get("robots")
     mapping = robots.get(robot) if isinstance(robots, dict) else None
@@ -89,7 +89,7 @@ def text(folder: Path, robot: str, places: Mapping[str, str]) -> str:
     Raises LoadError for a file that is damaged.
     """
     path = folder / FILE
-    robots = dict(load_mapping(path, str(path)).get("robots") or {}) if world.kind(path) == world.FILE else {}
+    robots = dict(load_mapping(path, str(path)).get("robots") or {}) if files.is_file(path) else {}
     robots[robot] = dict(places)
     lines = [f"# Where rosorin-compile deploy puts artifacts in this folder ({NOWHERE}: not here).", "robots:"]
     for name in sorted(robots):

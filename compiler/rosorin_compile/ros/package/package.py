@@ -13,9 +13,9 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 
 from . import meshes, papers, starting, views
@@ -112,7 +112,7 @@ def make(
             artifact = dataclasses.replace(artifact, text=settled.text)
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
-            files.update({name: world.read(path) for name, path in settled.files.items()})
+            files.update({name: read_bytes(path) for name, path in settled.files.items()})
         elif beside is not None:
             left = _left(place, artifact, beside, {} if searched is None else searched.files, sources, files)
             diagnostics += meshes.named_files(place, meshes.not_placed(place, left, placed), target)
@@ -187,8 +187,8 @@ def _copied(
         return False
     data = found.get(posixpath.normpath(name))
     if data is None:
-        source = next((folder / name for folder in sources if world.kind(folder / name) == world.FILE), None)
-        data = None if source is None else world.read(source)
+        source = next((folder / name for folder in sources if is_file(folder / name)), None)
+        data = None if source is None else read_bytes(source)
     if data is not None:
         files[posixpath.join(posixpath.dirname(place), posixpath.normpath(name))] = data
     return data is not None

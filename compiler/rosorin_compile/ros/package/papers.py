@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output import digest
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 
 if TYPE_CHECKING:
     from .package import Options
@@ -47,17 +47,17 @@ def templates(options: Options) -> dict[str, str]:
 def values(options: Options, target: Path) -> dict[str, Any]:
     """Return what their templates need to know."""
     holder = f"the authors of {options.name}" if options.maintainer == NOBODY else options.maintainer
-    has_license = options.license in LICENSES or world.kind(target / LICENSE) == world.FILE
+    has_license = options.license in LICENSES or is_file(target / LICENSE)
     return {"holder": holder, "license_file": LICENSE if has_license else ""}
 
 
-def left_alone(target: Path, files: Mapping[str, bytes], record: Mapping[str, str]) -> set[str]:
+def left_alone(target: Path, files: Mapping[str, bytes], record: Mapping[str, list[str]]) -> set[str]:
     """Return which papers in a folder are people's: those that are not as we wrote them, by the digests in ``record``.
 
     Raises OSError.
     """
-    papers = [name for name in (CHANGELOG, LICENSE) if name in files and world.kind(target / name) == world.FILE]
-    return {name for name in papers if Holding.digest(world.read(target / name)) != record.get(name)}
+    papers = [name for name in (CHANGELOG, LICENSE) if name in files and is_file(target / name)]
+    return {name for name in papers if digest(read_bytes(target / name)) not in record.get(name, ())}
 
 
 def remarks(options: Options, target: Path) -> list[Diagnostic]:
@@ -71,7 +71,7 @@ def remarks(options: Options, target: Path) -> list[Diagnostic]:
         )
         help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
         found.append(Diagnostic("package-defaults", NOTE, message, None, (), help))
-    if options.license not in (*LICENSES, NO_LICENSE) and world.kind(target / LICENSE) != world.FILE:
+    if options.license not in (*LICENSES, NO_LICENSE) and not is_file(target / LICENSE):
         message = f"there is no LICENSE in the package: the tool does not carry the text of {options.license}"
         help = f"put the text of the licence into {target / LICENSE}; it stays there"
         found.append(Diagnostic("package-license", NOTE, message, None, (), help))

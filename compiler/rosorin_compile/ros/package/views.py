@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Source
-from rosorin_compile.source.world import world
 
 # What shows the messages of a sensor of a type: a class of rviz_default_plugins and the type of its messages.
 DISPLAYS: Mapping[str, str] = {
@@ -76,9 +76,9 @@ def round_number(value: float) -> float:
 def topics_of(target: Path, sensors: set[str]) -> dict[str, str]:
     """Return the topics by sensor of the view that was made for RViz; none if it cannot be read."""
     topics: dict[str, str] = {}
-    for path in world.matching(target, "rviz/*.rviz"):
+    for path in sorted(target.glob("rviz/*.rviz")):
         try:
-            view = Source(str(path), world.read(path).decode("utf-8", "replace")).yaml()
+            view = Source(str(path), files.read_bytes(path).decode("utf-8", "replace")).yaml()
             for display in view["Visualization Manager"]["Displays"]:
                 topic = display.get("Topic", {}).get("Value")
                 if display.get("Name") in sensors and isinstance(topic, str) and topic:

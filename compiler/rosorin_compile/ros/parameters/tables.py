@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.distributions import HUMBLE, JAZZY, described_by
 from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
+from rosorin_compile.source import files
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.world import world
 
 from .values import refused
 
@@ -165,7 +165,7 @@ def is_of_all_nodes(key: str) -> bool:
 
 @cache
 def _data(name: str) -> Any:
-    return json.loads(world.text(data_folder("schemas") / f"{name}.json"))
+    return json.loads(files.read_text(data_folder("schemas") / f"{name}.json"))
 
 
 def _of_distribution(distribution: str) -> str:

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from hashlib import sha256
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import DisabledCollision, Mesh, Shape, Transform
 from rosorin_compile.model.moveit import Pair
-from rosorin_compile.source.cache import sha256
-from rosorin_compile.source.world import world
+from rosorin_compile.source.files import read_bytes
 
 if TYPE_CHECKING:
     from .planning import Planning
@@ -105,7 +105,7 @@ def _carrying(planning: Planning) -> set[str]:
 
 
 def _hash(data: bytes) -> str:
-    return sha256(data)[:32]
+    return sha256(data).hexdigest()[:32]
 
 
 def _solid(shape: Shape) -> list[Any]:
@@ -144,7 +144,7 @@ def digests(names: Iterable[str], files: Mapping[str, Path]) -> dict[str, str]:
     found = {}
     for name in names:
         try:
-            data = world.read(files[name])
+            data = read_bytes(files[name])
         except (KeyError, OSError):
             continue
         found[name] = _hash(data)

@@ -9,11 +9,11 @@ import codecs
 import re
 from pathlib import Path
 
+from .. import files
 from ..diagnostics import Diagnostic, Source, Span, error
 from ..project import shown, stdin_of
 from ..rule_registry import READING, Rule
 from ..wording import masked
-from ..world import FOLDER, OTHER, kind, read, size
 from .markup import Document, MarkupError
 
 RULES = (
@@ -67,15 +67,14 @@ def bytes_of(path: Path, asked: Span | None = None) -> bytes:
 
 def _of_file(path: Path, name: str, asked: Span | None) -> bytes:
     try:
-        there = kind(path)
-        if there == FOLDER:
+        if files.is_folder(path):
             message = f"{name} is a folder, not a file"
             raise MarkupError(error("file-unreadable", message, asked, "name the file of the robot in it"))
-        if there == OTHER:
+        if files.is_special(path):
             raise MarkupError(error("file-unreadable", f"{name} is not a regular file", asked, _NO_FILE))
-        if size(path) > MAX_BYTES:
+        if path.stat().st_size > MAX_BYTES:
             raise MarkupError(error("file-too-large", f"{name} is larger than {MAX_BYTES:,} bytes", asked, _NO_FILE))
-        return read(path)
+        return files.read_bytes(path)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise MarkupError(error("file-unreadable", f"cannot read {name}: {reason}", asked, _NO_FILE)) from None

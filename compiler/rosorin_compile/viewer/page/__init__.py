@@ -19,12 +19,12 @@ from rosorin_compile.formats.facts import frame_facts
 from rosorin_compile.formats.format import Fact, Facts, Format, InRos, Proving, Value, Writing
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Pose, Robot
+from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, first_of, listed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.world import world
 
 from .data import Data, mesh_names, robot_data, texture_names
 from .images import Side, companion_files, image_type
@@ -122,7 +122,7 @@ class Embedding:
     def _content(self, name: str, file: Path) -> bytes | None:
         """Return a file, if there is room for it."""
         try:
-            content = world.read(file)
+            content = files.read_bytes(file)
         except OSError as problem:
             self._without(name, problem.strerror or "it cannot be read")
             return None
@@ -174,7 +174,7 @@ def html(data: Data, live: str = "") -> str:
 @cache
 def _part(name: str) -> str:
     """Return a part of the page that ships with the tool, as it may stand in an element."""
-    text = world.text(data_folder("viewer") / name)
+    text = files.read_text(data_folder("viewer") / name)
     return re.sub(r"</(?=script|style)", r"<\\/", text, flags=re.IGNORECASE)
 
 

@@ -13,8 +13,8 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 from urllib.parse import unquote
 
+from rosorin_compile.source import files
 from rosorin_compile.source.project import DESCRIPTIONS
-from rosorin_compile.source.world import world
 
 _MAGIC = {
     "image/png": re.compile(rb"\x89PNG\r\n\x1a\n"),
@@ -46,7 +46,7 @@ class Side(NamedTuple):
 def image_type(file: Path) -> str:
     """Return the type of an image that a browser reads; empty if a file is none."""
     try:
-        begins = world.head(file, _HEAD)
+        begins = files.read_bytes(file, _HEAD)
     except OSError:
         return ""
     return next((kind for kind, magic in _MAGIC.items() if magic.match(begins)), "")
@@ -83,12 +83,12 @@ def _homes(mesh: Path, name: str) -> list[Path]:
     parts = [part for part in PurePosixPath(rest if mark else scheme).parts if part not in ("/", "..")]
     parts = parts[1:] if mark and scheme != "file" else parts
     found = []
-    for file in dict.fromkeys((world.real(mesh.parent) / mesh.name, world.real(mesh))):
+    for file in dict.fromkeys((files.resolve(mesh.parent) / mesh.name, files.resolve(mesh))):
         named_so = parts and name[:1] != "/" and scheme != "file" and list(file.parts[-len(parts) :]) == parts
         home = file.parents[len(parts) - 1] if named_so else file.parent
         above = (home, *home.parents)
         project = next((one.parent for one in above if one.name == DESCRIPTIONS), None)
-        package = next((one for one in above if world.kind(one / "package.xml") == world.FILE), None)
+        package = next((one for one in above if files.is_file(one / "package.xml")), None)
         found.append(project or package or home)
     return found
 
@@ -96,7 +96,7 @@ def _homes(mesh: Path, name: str) -> list[Path]:
 def _is_in(file: Path, homes: list[Path]) -> bool:
     """Say whether a file is in one of some folders, links followed."""
     try:
-        led = world.real(file)
+        led = files.resolve(file)
     except (OSError, RuntimeError, ValueError):
         return False
     return any(led.is_relative_to(home) for home in homes)
@@ -111,11 +111,11 @@ def _libraries(mesh: Path, content: bytes) -> Iterator[tuple[Side, str]]:
             if (
                 file is None
                 or file.suffix.lower() != ".mtl"
-                or world.kind(file) != world.FILE
-                or world.size(file) > _LARGEST
+                or not files.is_file(file)
+                or file.stat().st_size > _LARGEST
             ):
                 continue
-            yield Side(name, file, _MATERIALS), world.read(file).decode("utf-8", "replace")
+            yield Side(name, file, _MATERIALS), files.read_bytes(file).decode("utf-8", "replace")
         except (OSError, ValueError):
             continue
 

@@ -1,0 +1,36 @@
+"""The JSON Schemas of descriptions and artifacts."""
+
+from __future__ import annotations
+
+import json
+
+from rosorin_compile.language.language import Language
+from rosorin_compile.language.schema import schema
+from rosorin_compile.language.section_registry import plugged_sections
+from rosorin_compile.source.project import data_folder
+
+from . import FORMATS
+
+# The schemas that are not of a format, and their subjects.
+_NAMES = {
+    "authoring": "a description as written, with expressions, parts and loops (default)",
+    "description": "a description after includes, arguments and expressions are evaluated",
+    "robot_diff": "the result of diff --format json",
+    "recording": "the result of verify --format json",
+    "envelope": "the output of any command with --format json",
+}
+
+
+def schema_names() -> dict[str, str]:
+    """Return the names of the schemas, each with its subject."""
+    formats = {one.proving.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.proving.schema}
+    return {**_NAMES, **formats}
+
+
+def schema_text(name: str) -> str:
+    """Return a schema as text; those of descriptions contain the sections of plug-ins."""
+    if name == "description":
+        return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
+    if name != "authoring" or not plugged_sections():
+        return (data_folder("schemas") / f"{name}.schema.json").read_text("utf-8")
+    return json.dumps(Language.of(FORMATS.values()).authoring(), indent=1, ensure_ascii=False) + "\n"

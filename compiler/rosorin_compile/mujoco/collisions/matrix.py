@@ -1,0 +1,179 @@
+"""Compute the collision matrix of a robot for MoveIt, and write the file that its description includes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.model import DisabledCollision, Robot
+from rosorin_compile.output import OutputError, may_replace, write_file
+from rosorin_compile.output.request import Request
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, counted, error
+from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.yaml_text import Scalar
+
+from ..physics.checking import require
+from ..physics.files import Meshes, named_meshes
+from .planning import Pair, Parts, Planning, ordered
+from .search import Search
+
+RULES = (
+    Rule(
+        "collisions-refused",
+        "The collision matrix cannot be computed or written: the robot has no URDF, a mesh of its shapes cannot be "
+        "read, or the file is not one that the tool has written.",
+        "As the message says.",
+        Heading.WRITING,
+    ),
+)
+
+FILE = "collisions.yaml"
+
+
+@dataclass(frozen=True)
+class CollisionMatrix:
+    """The collision matrix of a robot. With an error among ``diagnostics`` it was not computed or not written."""
+
+    robot: str
+    file: str
+    written: Annotated[bool, "false: the file is up to date, or there is an error"] = False
+    urdf: Annotated[str, "the URDF that the matrix belongs to"] = ""
+    seed: Annotated[int, "the seed of the search"] = 0
+    states: Annotated[int, "the number of random states that were tried"] = 0
+    links: Annotated[int, "the number of links with collision shapes"] = 0
+    pairs: Annotated[tuple[DisabledCollision, ...], "pairs that MoveIt does not need to check; distances in m"] = ()
+    kept: Annotated[int, "the number of pairs whose result is still valid from the matrix before"] = 0
+    touching_hulls: Annotated[tuple[Pair, ...], "pairs to be checked whose hulls touch, but not their meshes"] = ()
+    contradicted: Annotated[tuple[Pair, ...], "pairs that the description declares as Never, and that collide"] = ()
+    included: Annotated[bool, "whether the description includes a matrix"] = False
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+class _Refused(Exception):
+    """The matrix cannot be computed; the diagnostics have the reason."""
+
+    def __init__(self, message: str, help: str, more: Sequence[Diagnostic] = ()) -> None:
+        super().__init__(message)
+        self.diagnostics = (*more, error("collisions-refused", message, None, help))
+
+
+def compute_matrix(
+    request: Request,
+    planning_of: Callable[[Robot], Planning | None],
+    *,
+    output: Path | None = None,
+    force: bool = False,
+) -> CollisionMatrix:
+    """Compute the pairs of links that need no check, and write them next to the description or to ``output``.
+
+    ``planning_of`` returns the robot as MoveIt plans with it. A file that is up to date is only computed again with
+    ``force``. Raises RequestError without MuJoCo, or if ``output`` is not a regular file.
+    """
+    understood = request.understand()
+    case, path = understood.case, output or request.description.path.parent / FILE
+    if case is None:
+        errors = tuple(one for one in understood.diagnostics if one.severity == "error")
+        return CollisionMatrix(request.description.name, str(path), diagnostics=errors)
+    try:
+        planning = planning_of(case.robot)
+        if planning is None:
+            raise _Refused(f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
+        if os.path.lexists(path) and not path.is_file():
+            raise RequestError(f"{path} cannot be written: it is no regular file")
+        if not _is_ours(path):
+            help = "name another file with -o, or remove it"
+            raise _Refused(f"{path} is there, and rosorin-compile has not written it", help)
+        return _matrix(request, planning, case, path, force)
+    except _Refused as problem:
+        return CollisionMatrix(case.robot.name, str(path), diagnostics=problem.diagnostics)
+    except OutputError as problem:
+        return CollisionMatrix(case.robot.name, str(path), diagnostics=(problem.diagnostic,))
+
+
+def _is_ours(path: Path) -> bool:
+    """Return True if a file may be replaced."""
+    try:
+        return may_replace(path)
+    except (OSError, ValueError):
+        return True  # it does not exist, or writing reports the reason
+
+
+def _matrix(request: Request, planning: Planning, case: Case, path: Path, force: bool) -> CollisionMatrix:
+    """Return the matrix, written unless it is up to date. Raises _Refused, OutputError, MissingPackages."""
+    description, files = request.description, dict[str, Path]()
+    if planning.meshes:
+        places = Places(description.path, description.outputs, request.packages, os.environ)
+        files = dict(places.meshes(case.tree, case.robot.outputs))
+    meshes, matrix = planning.digests(files), planning.said.matrix
+    name, urdf, seed = planning.robot.name, planning.urdf.file, planning.said.search.seed
+    included = matrix is not None
+    if matrix is not None and matrix.of == planning.digest and dict(matrix.meshes) == meshes and not force:
+        return CollisionMatrix(name, str(path), False, urdf, seed, included=included)
+    require("collisions")
+    parts = planning.parts(meshes)
+    same = {} if force else planning.same_pairs(parts)
+    search = Search(planning, _read_meshes(case, planning, files), same)
+    pairs = search.run()
+    write_file(path, _text(planning, search.tried, meshes, parts, pairs).encode())
+    contradicted = [
+        one.links
+        for one in planning.said.disabled
+        if one.reason == DisabledCollision.NEVER and ordered(one.links) in search.hit
+    ]
+    return CollisionMatrix(
+        name,
+        str(path),
+        True,
+        urdf,
+        seed,
+        search.tried,
+        len(planning.solids),
+        tuple(pairs),
+        len(same),
+        tuple(sorted(search.by_hulls)),
+        tuple(contradicted),
+        included,
+    )
+
+
+def _read_meshes(case: Case, planning: Planning, files: Mapping[str, Path]) -> Meshes:
+    """Return the meshes of the collision shapes. Raises _Refused if one cannot be read."""
+    meshes, colliding = Meshes(case, files), planning.meshes
+    for named in named_meshes(case):
+        if named.purpose == "collision" and named.mesh.file in colliding:
+            meshes.read(named)
+    if meshes.told:
+        help = "--package NAME=PATH names a package"
+        raise _Refused("without all meshes nobody knows what never touches", help, meshes.told)
+    return meshes
+
+
+def _text(
+    planning: Planning, tried: int, meshes: Mapping[str, str], parts: Parts, pairs: Sequence[DisabledCollision]
+) -> str:
+    """Return the file that the description includes."""
+    lines = [
+        "# Generated by rosorin-compile collisions; edits here are lost. Which pairs of links MoveIt need not check:",
+        f"# {counted(tried, 'random state')} of {planning.urdf.file}, seed {planning.said.search.seed}.",
+        "moveit:",
+        "  collision_matrix:",
+        f'    of: "{planning.digest}"',
+        f"    states: {tried}",
+        f'    how: "{parts.how}"',
+    ]
+    for key, digests in (("meshes", meshes), ("shapes", parts.shapes), ("joints", parts.joints)):
+        if digests:
+            lines.append(f"    {key}:")
+            lines += [f'      {Scalar(name).written(False)}: "{digest}"' for name, digest in sorted(digests.items())]
+    lines.append("    pairs:" if pairs else "    pairs: []")
+    for pair in pairs:
+        names = ", ".join(Scalar(name).written(True) for name in pair.links)
+        distances = {"nearest": pair.nearest, "beyond": pair.beyond}
+        more = "".join(f", {key}: {1000 * d + 0.0:.6g} mm" for key, d in distances.items() if d is not None)
+        lines.append(f"      - {{links: [{names}], reason: {pair.reason}{more}}}")
+    return "\n".join(lines) + "\n"

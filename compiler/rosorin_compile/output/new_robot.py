@@ -1,0 +1,112 @@
+"""Create a new description from a template."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from rosorin_compile.formats.schemas import schema_text
+from rosorin_compile.source.diagnostics import RequestError
+from rosorin_compile.source.load import plain_scalar
+from rosorin_compile.source.project import DESCRIPTIONS, ROOT_FILE, SCHEMA, data_folder
+
+from . import locked, staging_folder
+
+
+class Template(NamedTuple):
+    """A description to start from: what it is, and its files; two templates may share one."""
+
+    what: str
+    files: tuple[str, ...]
+
+
+_ARM = ("arm/arm.yaml", "arm/gripper.yaml")
+_ON_WHEELS = ("base", "sensors", "control", "collisions")
+TEMPLATES = {
+    "base": Template("a small mobile base with a lidar, which drives", ("base/robot.yaml",)),
+    "arm": Template("an arm of five joints with a gripper", ("arm/robot.yaml", *_ARM, "arm/collisions.yaml")),
+    "mobile_manipulator": Template(
+        "a base that drives, with an arm, a gripper, a lidar, a camera and an IMU",
+        ("mobile_manipulator/robot.yaml", *_ARM, *(f"mobile_manipulator/{name}.yaml" for name in _ON_WHEELS)),
+    ),
+    "sensor_rig": Template("sensors on a plate: a lidar, two cameras, an IMU, GNSS", ("sensor_rig/robot.yaml",)),
+}
+DEFAULT = "base"
+START = "start"  # their folder, in the data package of templates
+PLACEHOLDER = "NAME"
+_MAX_NAME = 60
+
+
+@dataclass(frozen=True)
+class NewRobot:
+    """A new description that was written, and the schema for editors.
+
+    ``schema_outdated`` says that there is a schema of another version, which was not replaced.
+    """
+
+    description: Path
+    template: str
+    schema: Path
+    schema_written: bool
+    schema_outdated: bool
+
+
+def check_name(name: str) -> None:
+    """Raise RequestError unless a name can be that of a folder, a robot, and its artifacts."""
+    help = "use letters, digits and underscores, and begin with a letter: my_robot"
+    if not name.isascii() or not name.replace("_", "").replace("-", "").isalnum() or not name[0].isalpha():
+        raise RequestError(f'"{name}" cannot be the name of a robot; {help}')
+    if len(name) > _MAX_NAME:
+        raise RequestError(f"the name of a robot has at most {_MAX_NAME} letters")
+    if not isinstance(plain_scalar(name), str):
+        raise RequestError(f'"{name}" means something else in YAML; {help}')
+
+
+def check_free(name: str, project: Path) -> None:
+    """Raise RequestError unless a description of that name can be written into a project."""
+    check_name(name)
+    target = project / DESCRIPTIONS / name
+    if os.path.lexists(target):
+        raise RequestError(f"{target} is there already; nothing is overwritten, take another name")
+
+
+def texts_of(template: str, name: str) -> dict[str, str]:
+    """Return the files of a template, by their names, for a robot of that name."""
+    folder = data_folder("templates") / START
+    paths = [folder / file for file in TEMPLATES[template].files]
+    return {path.name: path.read_text("utf-8").replace(PLACEHOLDER, name) for path in paths}
+
+
+def start(name: str, project: Path, template: str = DEFAULT) -> NewRobot:
+    """Write a new description of that name into a project, whole or not at all; nothing is overwritten.
+
+    Raises RequestError, and OSError if the disk refuses.
+    """
+    check_free(name, project)
+    folder = project / DESCRIPTIONS
+    target = folder / name
+    texts = texts_of(template, name)
+    folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder, tidy=True), staging_folder(folder) as stage:
+        (stage / name).mkdir()
+        for file, text in texts.items():
+            (stage / name / file).write_text(text, "utf-8", newline="\n")
+        written, outdated = _give_schema(folder, stage)
+        (stage / name).rename(target)
+    return NewRobot(target / ROOT_FILE, template, folder / SCHEMA, written, outdated)
+
+
+def _give_schema(folder: Path, stage: Path) -> tuple[bool, bool]:
+    """Write the schema for editors unless there is one; say whether it was written, or is of another version."""
+    data = schema_text("authoring").encode()
+    target = folder / SCHEMA
+    with suppress(FileNotFoundError):
+        return False, target.read_bytes() != data
+    target.parent.mkdir(exist_ok=True)
+    new = stage / SCHEMA.name
+    new.write_bytes(data)
+    new.rename(target)
+    return True, False

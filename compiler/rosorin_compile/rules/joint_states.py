@@ -1,0 +1,229 @@
+"""Positions of joints: named poses, positions with units, pulses, and sweeps."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from types import MappingProxyType
+from typing import NamedTuple
+
+from rosorin_compile.language.expression import ExpressionError, evaluate
+from rosorin_compile.model import Joint, Robot
+from rosorin_compile.model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
+from rosorin_compile.model.servos import to_radians
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, did_you_mean
+from rosorin_compile.source.numbers import exact
+from rosorin_compile.source.rule_registry import ASKING, Rule
+from rosorin_compile.source.units import (
+    ANGLE,
+    LENGTH,
+    NUMBER,
+    Dimension,
+    Quantity,
+    describe,
+    dimension_of,
+    unknown_unit,
+)
+
+from .case import Case
+
+RULES = (
+    Rule(
+        "position-beyond-limit",
+        "A position that is asked for is beyond the limit of a joint; a warning, with `--strict` an error.",
+        "Another position, or another limit.",
+        ASKING,
+    ),
+)
+
+NOTHING: Mapping[str, object] = MappingProxyType({})
+# Positions come from pulses and printed limits: a hair beyond is rounding (as in the rules about poses).
+ROUNDING = 1e-6
+MAX_STATES = 100_000
+_WHOLE = re.compile(r"[+-]?[0-9]{1,9}")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_TURNS = ("revolute", "continuous")
+
+
+class Beyond(NamedTuple):
+    """A joint beyond a limit: ``side`` is "lower" or "upper"."""
+
+    joint: Joint
+    position: float
+    side: str
+    limit: float
+
+
+class Sweep(NamedTuple):
+    """A joint that goes from one position to another in equal steps, both ends included."""
+
+    joint: str
+    positions: tuple[float, ...]
+
+
+def pose_of(robot: Robot, name: str) -> dict[str, float]:
+    """Return the positions of a named pose. Raises RequestError."""
+    try:
+        return dict(robot.positions(name))
+    except KeyError as problem:
+        raise RequestError(str(problem.args[0])) from None
+
+
+def split(text: str, example: str) -> tuple[str, str]:
+    """Return the name and the value of NAME=VALUE. Raises RequestError."""
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip() or not value.strip():
+        raise RequestError(f'"{text}" is not {example}')
+    return name.strip(), value.strip()
+
+
+def free_joint(robot: Robot, name: str) -> Joint:
+    """Return the joint of a name, if it has a position of its own that is one number. Raises RequestError."""
+    if name not in robot.joint:
+        known = [joint.name for joint in robot.joints if joint.moves and joint.mimic is None]
+        raise RequestError(f'there is no joint "{name}"; {did_you_mean(name, known) or "none moves"}')
+    joint = robot.joint[name]
+    if joint.mimic is not None:
+        raise RequestError(f'joint "{name}" follows "{joint.mimic.joint}": set that one')
+    if not joint.moves:
+        why = "it never moves" if joint.type == "fixed" else "its position is not one number"
+        raise RequestError(f'joint "{name}" is {joint.type}: {why}')
+    return joint
+
+
+def place(robot: Robot, name: str, text: str) -> Position:
+    """Return where a joint is as it is written: of a planar or floating one several numbers. Raises RequestError."""
+    joint = robot.joint.get(name)
+    if joint is None or joint.type not in FORMS:
+        return position(free_joint(robot, name), text)
+    parts = [part.strip() for part in text.split(",")]
+    form = next((form for form in FORMS[joint.type] if len(form) == len(parts)), None)
+    if form is None:
+        forms = " or ".join(f"{name}={','.join(form)}" for form in FORMS[joint.type])
+        raise RequestError(f'joint "{name}" is {joint.type}: write {forms}')
+    numbers = tuple(_number(joint, part, KINDS[key]) for part, key in zip(parts, form, strict=True))
+    if "roll" in form:
+        return from_angles(numbers)
+    if "qw" in form and not any(numbers[-4:]):
+        raise RequestError(f'the quaternion of joint "{name}" is zero: {text}')
+    return numbers
+
+
+def position(joint: Joint, text: str) -> float:
+    """Return a position as it is written: a number in SI units, a quantity, an expression. Raises RequestError."""
+    return _number(joint, text, ANGLE if joint.type in _TURNS else LENGTH)
+
+
+def _number(joint: Joint, text: str, wanted: Dimension) -> float:
+    quantity = Quantity.parse(text)
+    value = _evaluated(joint, text) if quantity is None else quantity
+    dimension = dimension_of(value)
+    if dimension not in (None, NUMBER, wanted):
+        raise RequestError(
+            f'joint "{joint.name}" is {joint.type}: {text} is {describe(dimension)}, not {describe(wanted)}'
+        )
+    if not math.isfinite(value):
+        raise RequestError(f'the position of joint "{joint.name}" is not finite: {text}')
+    return float(value)
+
+
+def _evaluated(joint: Joint, text: str) -> float:
+    def lookup(name: str) -> object:
+        raise KeyError(name)
+
+    if _NUMBER.fullmatch(text):
+        return float(text)
+    unit = unknown_unit(text)
+    if unit is not None:
+        raise RequestError(f'the position of joint "{joint.name}" has a unit that nobody knows: "{unit}"')
+    try:
+        value = evaluate(text, lookup)
+    except ExpressionError as problem:
+        raise RequestError(f'the position of joint "{joint.name}" cannot be read: {text}: {problem.message}') from None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise RequestError(f'the position of joint "{joint.name}" is no number: {text}')
+    return value
+
+
+def positions(
+    robot: Robot, pose: str = "", joints: Mapping[str, object] = NOTHING, pulses: Mapping[str, object] = NOTHING
+) -> dict[str, Position]:
+    """Return the positions of a named pose ("" for none), overridden by those of pulses, then by those of joints.
+
+    Positions are numbers in rad or m, or texts such as "30deg". Raises RequestError, and NoPulse for a pulse that does
+    not exist.
+    """
+    found: dict[str, Position] = {}
+    if pose:
+        found |= pose_of(robot, pose)
+    for name, pulse in pulses.items():
+        found |= to_radians(robot, {name: whole(str(pulse))})
+    for name, value in joints.items():
+        numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else [value]
+        found[name] = place(robot, name, ",".join(map(str, numbers)))
+    return found
+
+
+def whole(text: str) -> int:
+    """Return a pulse as it is written. Raises RequestError if it is no whole number."""
+    if not _WHOLE.fullmatch(text):
+        raise RequestError(f"a pulse is a whole number, {text} is none")
+    return int(text)
+
+
+def sweep_of(robot: Robot, text: str) -> Sweep:
+    """Return the sweep that JOINT=FROM:TO:COUNT says. Raises RequestError."""
+    name, value = split(text, "JOINT=FROM:TO:COUNT")
+    joint, parts = free_joint(robot, name), value.split(":")
+    if len(parts) != 3 or not _WHOLE.fullmatch(parts[2].strip()):
+        raise RequestError(f'"{text}" is not JOINT=FROM:TO:COUNT')
+    first, last, count = position(joint, parts[0].strip()), position(joint, parts[1].strip()), int(parts[2])
+    if not 1 <= count <= MAX_STATES:
+        raise RequestError(f"a sweep has 1 to {MAX_STATES:,} states, not {count:,}")
+    steps = max(count - 1, 1)
+    positions = [first + (last - first) * i / steps for i in range(count)]
+    if count > 1:
+        positions[-1] = last
+    return Sweep(name, tuple(positions))
+
+
+def states(start: Positions, sweeps: Sequence[Sweep]) -> Iterator[dict[str, Position]]:
+    """Yield all combinations of sweeps, the last one fastest. Raises RequestError for too many."""
+    count = math.prod(len(sweep.positions) for sweep in sweeps)
+    if count > MAX_STATES:
+        raise RequestError(f"the sweeps have {count:,} states together; {MAX_STATES:,} are the most")
+    for values in product(*(sweep.positions for sweep in sweeps)):
+        yield {**start, **{sweep.joint: value for sweep, value in zip(sweeps, values, strict=True)}}
+
+
+def beyond(robot: Robot, state: Positions) -> Iterator[Beyond]:
+    """Yield the joints that a state puts beyond a limit, those that follow a joint of the state included."""
+    for joint in robot.joints:
+        leader = joint
+        while leader.mimic is not None:
+            leader = robot.joint[leader.mimic.joint]
+        if leader.name not in state or joint.limit is None or joint.type == "continuous":
+            continue
+        here = at(robot, joint, state)
+        lower, upper = joint.limit.lower, joint.limit.upper
+        if isinstance(here, tuple):
+            continue
+        if lower is not None and here < lower - ROUNDING:
+            yield Beyond(joint, here, "lower", lower)
+        elif upper is not None and here > upper + ROUNDING:
+            yield Beyond(joint, here, "upper", upper)
+
+
+def beyond_limit(case: Case, found: Beyond, severity: str = WARNING) -> Diagnostic:
+    """Return what is to say about a position beyond a limit, at the place of the limit."""
+    joint, side = found.joint, "below" if found.side == "lower" else "above"
+    unit = "m" if joint.type == "prismatic" else "rad"
+    message = (
+        f'joint "{joint.name}" at {exact(found.position)} {unit} is {side} its {found.side} limit'
+        f" of {exact(found.limit)} {unit}"
+    )
+    help = "the joint does not get there; with --strict this is an error"
+    path = case.joint(joint, "limit", found.side)
+    return case.problem("position-beyond-limit", message, path, help, severity=severity)

@@ -1,0 +1,134 @@
+"""Reading files, with a record of what was read or looked for and not found.
+
+A compiled robot has to name every file that another compilation would depend on. ``recording`` collects those paths
+while a block runs. Code that a compilation does not depend on may use ``pathlib`` directly.
+
+A path that no file can have (too long, with a NUL) is a path without a file. Everything else that keeps a file from
+being looked at, such as missing permissions, raises OSError.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+from typing import BinaryIO
+
+from . import system
+
+AnyPath = str | os.PathLike[str]
+
+_ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)
+_recorders: ContextVar[tuple[dict[Path, bool], ...]] = ContextVar("recorders", default=())
+
+
+@contextmanager
+def recording() -> Iterator[dict[Path, bool]]:
+    """Collect the paths that are read (True), or looked for and not found (False), in the block and blocks in it."""
+    paths: dict[Path, bool] = {}
+    token = _recorders.set((*_recorders.get(), paths))
+    try:
+        yield paths
+    finally:
+        _recorders.reset(token)
+
+
+def record(path: AnyPath, found: bool = True) -> None:
+    """Record that a file was read, or looked for and not found, by code that does not use this module."""
+    for recorder in _recorders.get():
+        recorder[Path(path)] = found
+
+
+def read_bytes(path: AnyPath, most: int = -1) -> bytes:
+    """Return the content of a regular file, or its first bytes. Raises OSError, for a pipe and the like too."""
+    with open_binary(path) as opened:
+        return opened.read(most)
+
+
+def read_text(path: AnyPath, encoding: str = "utf-8", errors: str = "strict") -> str:
+    """Return the text of a file with the line ends of Python. Raises OSError, UnicodeDecodeError."""
+    return read_bytes(path).decode(encoding, errors).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def open_binary(path: AnyPath) -> BinaryIO:
+    """Open a regular file for reading, without waiting for a pipe. Raises OSError."""
+    record(path, exists(path))
+    try:
+        handle = os.open(path, os.O_RDONLY | system.NO_WAIT | system.AS_BYTES | getattr(os, "O_CLOEXEC", 0))
+    except ValueError as problem:  # a NUL in the name
+        raise FileNotFoundError(errno.ENOENT, str(problem), os.fspath(path)) from None
+    try:
+        mode = os.fstat(handle).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+        if not stat.S_ISREG(mode):
+            raise OSError(errno.EINVAL, "No regular file", os.fspath(path))
+        return os.fdopen(handle, "rb")
+    except BaseException:
+        os.close(handle)
+        raise
+
+
+def exists(path: AnyPath) -> bool:
+    """Whether there is something at a path, links followed. Raises OSError if nobody may look."""
+    return _mode(path) != 0
+
+
+def is_file(path: AnyPath) -> bool:
+    """Whether there is a regular file at a path, links followed. Raises OSError if nobody may look."""
+    return stat.S_ISREG(_mode(path))
+
+
+def is_folder(path: AnyPath) -> bool:
+    """Whether there is a folder at a path, links followed. Raises OSError if nobody may look."""
+    return stat.S_ISDIR(_mode(path))
+
+
+def is_special(path: AnyPath) -> bool:
+    """Whether there is a pipe, a device or the like at a path. Raises OSError if nobody may look."""
+    mode = _mode(path)
+    return mode != 0 and not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
+
+
+def _mode(path: AnyPath) -> int:
+    """Return the mode of what is at a path, 0 if there is nothing, which is recorded. Raises OSError."""
+    try:
+        return Path(path).stat().st_mode
+    except ValueError:  # a NUL in the name
+        return 0
+    except OSError as problem:
+        if problem.errno not in _ABSENT:
+            raise
+    record(path, found=False)
+    return 0
+
+
+def list_folder(folder: AnyPath) -> list[Path]:
+    """Return the paths of what is in a folder, sorted by name. Raises OSError."""
+    return sorted(Path(folder).iterdir())
+
+
+def resolve(path: AnyPath) -> Path:
+    """Return a path without links, as far as it exists."""
+    try:
+        return Path(os.path.realpath(path))
+    except ValueError:  # a NUL in the name
+        return Path(os.path.abspath(path))
+
+
+def same_file(path: AnyPath, other: AnyPath) -> bool:
+    """Whether two paths lead to the same file or folder; not if one is absent. Raises OSError if nobody may look."""
+    return exists(path) and exists(other) and Path(path).samefile(other)
+
+
+def shown(path: AnyPath) -> str:
+    """Return a path as a person would name it: relative to the current folder if it is below."""
+    try:
+        here = os.path.relpath(path)
+    except (OSError, ValueError):  # the current folder is gone, or on another drive
+        return os.fspath(path)
+    return os.fspath(path) if here.startswith("..") and Path(path).is_absolute() else here

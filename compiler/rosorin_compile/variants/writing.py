@@ -1,0 +1,209 @@
+"""Compile the variants of a list, and write each into a folder of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from contextlib import closing, nullcontext
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+from rosorin_compile.language.arguments import Argument
+from rosorin_compile.output import OutputError
+from rosorin_compile.output.pipeline import Variant
+from rosorin_compile.output.request import Request
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, and_more, counted, did_you_mean
+from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.version import __version__
+
+from .compiling import (
+    Job,
+    Result,
+    compile_variant,
+    entry_of,
+    from_json,
+    input_digest,
+    plain,
+    state_digest,
+)
+from .folder import VariantsFolder
+from .pool import compile_in_order, connect, cores
+from .variants import Variants
+
+RULES = (
+    Rule("variants-list", "A list of variants cannot be read.", "[Its form](sweep.md#the-list).", Heading.ARGUMENTS),
+    Rule("variant-name", "A variant has no name of its own that a folder can have.", "", Heading.ARGUMENTS),
+    Rule("variant-forgotten", "A note: a variant is not in the list any more.", "Use `--prune`.", Heading.WRITING),
+    Rule("variant-outdated", "A warning: edited artifacts of a variant were replaced.", "", Heading.WRITING),
+    Rule("output-busy", "Another run writes into the folder.", "Wait until it ends.", Heading.WRITING),
+    Rule("worker-died", "The process that compiled a variant died, twice.", "Use a smaller `-j`.", Heading.WRITING),
+    Rule("cluster-failed", "A Dask cluster cannot be used, or stopped.", "As the message says.", Heading.WRITING),
+)
+MAX_FAILED = 20  # variants whose errors are reported
+_OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-foreign", "output-name")
+
+
+@dataclass(frozen=True)
+class WrittenVariants:
+    """The number of variants by their status; `sweep.json` in the folder lists them.
+
+    ``complete`` is false if nothing or only a part was written; ``diagnostics`` has the reason. They contain the errors
+    of the first variants only; `sweep.json` has all.
+    """
+
+    description: str
+    folder: str
+    made: int = 0
+    unchanged: int = 0
+    error: int = 0
+    removed: Annotated[tuple[str, ...], "names of variants that were removed, with `--prune`"] = ()
+    complete: bool = False
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def write_variants(
+    request: Request,
+    over: Path,
+    folder: Path,
+    *,
+    jobs: int | None = None,
+    whole: str = "",
+    dask: str = "",
+    prune: bool = False,
+    report: Callable[[Diagnostic], None] | None = None,
+) -> WrittenVariants:
+    """Compile a description with the arguments of each variant of a list, each into a folder in ``folder``.
+
+    ``over`` is the list, ``jobs`` the number of processes (default: one per core). ``whole`` is the argument that takes
+    each file of a folder; ``dask`` is the address of a scheduler. ``prune`` removes variants that are not in the list
+    any more. ``report`` receives each diagnostic as soon as it is known. Raises RequestError for invalid arguments,
+    KeyboardInterrupt with the number of finished variants.
+    """
+    if jobs is not None and jobs < 1:
+        raise RequestError("the number of jobs is 1 or more")
+    description, reported = request.description, list[Diagnostic]()
+
+    def tell(diagnostic: Diagnostic) -> None:
+        reported.append(diagnostic)
+        if report is not None:
+            report(diagnostic)
+
+    result, writer = WrittenVariants(str(description.path), str(folder)), None
+    try:
+        shared = request.values()
+        declared, wrong = Argument.declared(description.path, shared, request.packages)
+        types = {argument.name: argument.type for argument in declared}
+        wrong = [problem for problem in wrong if problem.severity == "error"]
+        variants = Variants(over, list(types), whole, description.path.parent if types.get(whole) == "text" else None)
+        if whole and not variants.is_folder:
+            raise RequestError("--as goes with a folder of files, one per variant")
+        if whole and whole not in types and not wrong:
+            known = did_you_mean(whole, types) or "it has none"
+            raise RequestError(f'{description.name} has no argument "{whole}"; {known}')
+        wrong = wrong or variants.check()
+        for problem in wrong:
+            tell(problem)
+        if not wrong:
+            placed = replace(request, description=replace(description, outputs=folder), warn=None)
+            writer = _Writer(Job(placed, shared, state_digest()), variants, tell, prune)
+            writer.run(jobs, dask)
+            result = replace(result, removed=tuple(writer.removed), complete=True)
+    except (LoadError, OutputError) as problem:
+        tell(problem.diagnostic)
+    if writer is not None:
+        counts = writer.counts
+        result = replace(result, made=counts["made"], unchanged=counts["unchanged"], error=counts["error"])
+    return replace(result, diagnostics=tuple(reported))
+
+
+class _Writer:
+    """One run: what it has counted so far."""
+
+    def __init__(self, job: Job, variants: Variants, tell: Callable[[Diagnostic], None], prune: bool) -> None:
+        self.job, self.variants, self.tell, self.prune = job, variants, tell, prune
+        self.folder, self.edited = VariantsFolder(job.request.description.outputs), 0
+        self.counts = {"made": 0, "unchanged": 0, "error": 0}
+        self.removed: list[str] = []
+        self.remarks: dict[str, tuple[str, int]] = {}  # by JSON: the first variant that has it, and how many have
+
+    def run(self, jobs: int | None, dask: str) -> None:
+        """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""
+        try:
+            cluster = closing(connect(dask)) if dask else nullcontext()
+            with cluster as client, self.folder.opened():
+                self._compile(min(jobs or cores(), len(self.variants)), client)
+        except OSError as problem:
+            raise OutputError.of(problem, self.folder.path, "write") from None
+        except KeyboardInterrupt:
+            done = f"{sum(self.counts.values()):,} of {counted(len(self.variants), 'variant')} done"
+            raise KeyboardInterrupt(done) from None
+        for remark, (first, count) in self.remarks.items():
+            self.tell(from_json(json.loads(remark), f"{first}{and_more(count - 1)}"))
+        if self.edited:
+            message = f"{counted(self.edited, 'variant')} had edited or missing artifacts, and were written again"
+            self.tell(Diagnostic("variant-outdated", "warning", message, help="edit a copy elsewhere"))
+
+    def _compile(self, jobs: int, client: Any) -> None:
+        path, shared = self.job.request.description.path, self.job.shared
+        head: dict[str, Any] = {"tool": __version__, "description": os.path.relpath(path, self.folder.path)}
+        head |= {"arguments": plain(shared)} if shared else {}
+        work = partial(compile_variant, self.job)
+        with self.folder.index(head) as add:
+            for variant, result in compile_in_order(self.variants, work, jobs, client, self._unchanged):
+                entry = result if isinstance(result, dict) else self._write(variant, result)
+                self.counts["unchanged" if result is entry else entry["status"]] += 1
+                add(entry)
+                self._report(entry)
+                Progress.step("variants", sum(self.counts.values()), len(self.variants))
+            self._forget()
+
+    def _unchanged(self, variant: Variant) -> dict[str, Any] | None:
+        """Return the entry of a variant that need not be compiled, or None."""
+        record = self.folder.record(variant.name)
+        if record["key"] != self.job.key(variant) or any(input_digest(p) != d for p, d in record["inputs"].items()):
+            return None
+        is_intact = self.folder.is_intact(variant.name, record["entry"]["artifacts"])
+        self.edited += not is_intact
+        return record["entry"] if is_intact else None
+
+    def _write(self, variant: Variant, result: Result | Diagnostic) -> dict[str, Any]:
+        """Write a variant that was compiled, and return its entry. Raises OutputError if nothing can be written."""
+        if isinstance(result, Diagnostic):
+            result = Result(entry_of(variant, [result], {}), {}, {})
+        if result.entry["status"] == "error":
+            self.folder.drop(variant.name)
+            return result.entry
+        record = {"key": self.job.key(variant), "inputs": result.inputs, "entry": result.entry}
+        try:
+            self.folder.put(variant.name, result.files, record)
+        except OutputError as problem:
+            if problem.diagnostic.rule not in _OF_VARIANT:
+                raise
+            return entry_of(variant, [problem.diagnostic], {})
+        return result.entry
+
+    def _report(self, entry: Mapping[str, Any]) -> None:
+        """Report the errors of a variant at once; keep warnings and notes, of which many variants have the same."""
+        for found in entry["diagnostics"]:
+            if found["severity"] != "error":
+                first, count = self.remarks.get(json.dumps(found), (entry["name"], 0))
+                self.remarks[json.dumps(found)] = (first, count + 1)
+            elif self.counts["error"] <= MAX_FAILED:
+                self.tell(from_json(found, entry["name"]))
+
+    def _forget(self) -> None:
+        """Remove the variants that are not in the list any more, or report them."""
+        names = [name for name in self.folder.names() if name not in self.variants]
+        if self.prune:
+            for name in names:
+                self.folder.drop(name)
+            self.removed = names
+        elif names:
+            shown = ", ".join(names[:5]) + and_more(len(names[5:]))
+            message = f"{counted(len(names), 'variant')} of {self.folder.path} not in the list, and kept: {shown}"
+            self.tell(Diagnostic("variant-forgotten", "note", message, help="sweep --prune removes them"))

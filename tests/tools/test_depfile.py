@@ -68,7 +68,6 @@ CASES = {
 }
 # A package.xml says what a package is called: where a name leads decides, and not what else stands in the file.
 OUTPUTS = "outputs: {urdf: {file: r.urdf}}\n"
-OUTPUTS = "outputs: {urdf: {file: r.urdf}}\n"
 NAMING = "package.xml"
 
 

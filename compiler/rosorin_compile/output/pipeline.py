@@ -27,6 +27,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, arrange, 
 from rosorin_compile.source.files import recording
 from rosorin_compile.source.load import unreadable
 from rosorin_compile.source.load import unsaved as held_in_memory
+from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import of_tool
@@ -68,7 +69,8 @@ class Compiled:
     """What became of a description: the model and the artifacts (both only without errors), and all that is to say.
 
     ``inputs`` are the files that were read, or looked for and not found: another content of one may change the result;
-    ``missing`` are those of them that were not found. ``resolved`` says where the names of packages and of mesh files
+    ``missing`` are those of them that were not found. A package.xml, which only
+    says what a package is called, is no input. ``resolved`` says where the names of packages and of mesh files
     led. ``meshes`` are the mesh files that were looked for; None if none were.
     ``variant`` is which of many robots it is, if ``sweep`` made it.
     """
@@ -366,7 +368,11 @@ def compile_robot(
                 raise
             compiled = Compiled(None, (), [unreadable(problem)], (path,))
     known = {*map(os.path.abspath, compiled.inputs)}
-    new = {path: found for path, found in recorded.items() if os.path.abspath(path) not in known and not of_tool(path)}
+    new = {
+        path: found
+        for path, found in recorded.items()
+        if path.name != PACKAGE_XML and os.path.abspath(path) not in known and not of_tool(path)
+    }
     missing = tuple(path for path, found in new.items() if not found)
     return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
 

@@ -13,15 +13,23 @@ if TYPE_CHECKING:
     from rosorin_compile.api import (
         arguments,
         check,
+        check_deployed,
+        check_parameters,
         check_physics,
         collisions,
         compile,  # noqa: A004 - re.compile has this name, too
+        deploy,
         diff,
         explain,
         explain_rules,
+        extract_boxes,
+        extract_factory,
+        extract_height_map,
         frames,
+        import_robot,
         init,
         outputs,
+        package,
         picture,
         pulses,
         read,
@@ -97,15 +105,23 @@ __all__ = [
     "__version__",
     "arguments",
     "check",
+    "check_deployed",
+    "check_parameters",
     "check_physics",
     "collisions",
     "compile",
+    "deploy",
     "diff",
     "explain",
     "explain_rules",
+    "extract_boxes",
+    "extract_factory",
+    "extract_height_map",
     "frames",
+    "import_robot",
     "init",
     "outputs",
+    "package",
     "picture",
     "pulses",
     "read",
@@ -125,10 +141,13 @@ def __getattr__(name: str) -> object:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; plug-ins import {__name__}.extend")
     if name.islower():
-        from rosorin_compile import api as module
+        from rosorin_compile import api
+
+        value = getattr(api, name)
     else:
-        from rosorin_compile import results as module
-    value = getattr(module, name)
+        from rosorin_compile import results
+
+        value = getattr(results, name)
     globals()[name] = value
     return value
 

@@ -18,23 +18,18 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, Difference
 from rosorin_compile.formats import plugged_diagnostics
+from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.language import arguments as declarations
 from rosorin_compile.language import asked
 from rosorin_compile.language.explain.answer import explain as explain_names
 from rosorin_compile.language.sections.servos.pulses import against_model
-from rosorin_compile.model import Robot
-from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix, compute_matrix
-from rosorin_compile.mujoco.physics.answers import CheckedPhysics
-from rosorin_compile.mujoco.physics.checking import check_robot
-from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate_robot
-from rosorin_compile.output import OutputError, diff_inputs, new_robot, pipeline, write_outputs
+from rosorin_compile.model import Pose, Robot
+from rosorin_compile.output import OutputError, diff_inputs, new_robot, pipeline, write_artifacts
 from rosorin_compile.output.check_outputs import compare_committed
 from rosorin_compile.output.pipeline import Compiled, Reading
 from rosorin_compile.output.request import Request
-from rosorin_compile.recordings.answers import Verified
-from rosorin_compile.ros.srdf.planning import planning_of
 from rosorin_compile.rules import conditions, joint_states, plugged
 from rosorin_compile.rules import pulses as servo_pulses
 from rosorin_compile.rules import transform as frame_transforms
@@ -54,8 +49,6 @@ from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
-from rosorin_compile.variants.library import compile_variants
-from rosorin_compile.variants.writing import WrittenVariants, write_variants
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.page.write import Page, write_page
@@ -77,7 +70,18 @@ from .results import (
 if TYPE_CHECKING:
     from distributed import Client
 
+    from rosorin_compile.importing.extract.extract import ExtractedBoxes, ExtractedFactory, ExtractedHeightMap
+    from rosorin_compile.importing.import_robot import ImportResult
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.simulate.simulation import Simulated
+    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.ros.check_parameters.checking import CheckedParameters
+    from rosorin_compile.ros.package.checking import CheckedCopies
+    from rosorin_compile.ros.package.deploy import Deployed
+    from rosorin_compile.ros.package.write import WrittenPackage
     from rosorin_compile.rules.case import Case
+    from rosorin_compile.variants.writing import WrittenVariants
 
 FilePath = str | os.PathLike[str]
 Packages = Mapping[str, FilePath]
@@ -233,12 +237,12 @@ def write(
     if not compiled.artifacts or has_errors(said):
         return Written(compiled, folder, diagnostics=tuple(said))
     meshes = _belonging(compiled) if only else compiled.mesh_files
-    files = {**meshes, **{artifact.file: artifact.text for artifact in compiled.artifacts}}
+    files: dict[str, str | bytes] = {**meshes, **{artifact.file: artifact.text for artifact in compiled.artifacts}}
     try:
-        done = write_outputs(folder, files, prune, whole=not only)
+        done = write_artifacts(folder, files, prune, complete=not only)
     except OutputError as problem:
         return Written(compiled, folder, diagnostics=(*said, problem.diagnostic))
-    more = done.put_aside(folder)
+    more = done.diagnostics(folder)
     for name in () if only else done.kept:
         message = f"{folder}/{name} is no artifact of this robot; it is kept"
         more.append(Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it"))
@@ -435,7 +439,7 @@ def frames(
         >>> import rosorin_compile
         >>> found = rosorin_compile.frames("rosorin", frame="laser")
         >>> [(edge.parent, edge.child, edge.publisher) for edge in found.situations[0].edges][-1:]
-        [('base_link', 'laser', 'robot_state_publisher')]
+        [('base_link', 'laser', 'tf_base_laser')]
 
     """
     case, diagnostics, request = _case(robot, arguments, packages, trust)
@@ -483,7 +487,7 @@ def pulses(
         >>> import rosorin_compile
         >>> (joint,) = rosorin_compile.pulses("rosorin", {"joint1": "30deg"}).joints
         >>> joint.pulse, round(joint.degrees, 2)
-        (625, 30.0)
+        (375, 30.0)
 
     """
     case, diagnostics, request = _case(robot, arguments, packages, trust)
@@ -636,7 +640,7 @@ def arguments(
         >>> import rosorin_compile
         >>> found = rosorin_compile.arguments("examples/unitree_a1")
         >>> [(one.name, one.allowed, one.default) for one in found.arguments if one.name == "base"]
-        [('base', ('free', 'fixed'), 'free')]
+        [('base', ('fixed', 'free'), 'free')]
 
     """
     request, wrong = Request.of(robot, arguments, packages)
@@ -658,7 +662,7 @@ def outputs(
     Example:
         >>> import rosorin_compile
         >>> [output.file for output in rosorin_compile.outputs("rosorin").outputs][:2]
-        ['rosorin.urdf', 'rosorin.xml']
+        ['controllers.yaml', 'frames.md']
 
     """
     request, wrong = Request.of(robot, arguments, packages)
@@ -679,7 +683,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
     Example:
         >>> import rosorin_compile
         >>> rosorin_compile.explain_rules(["axis-zero"]).rules[0].help
-        'Give the direction of the axis.'
+        'Name one, such as `[0, 0, 1]`.'
 
     """
     diagnostics = (*plugged().diagnostics, *plugged_diagnostics())
@@ -744,6 +748,8 @@ def simulate(
         >>> result.poses[0].worst  # doctest: +SKIP
 
     """
+    from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate_robot
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         return Simulated(str(robot), diagnostics=tuple(wrong))
@@ -774,6 +780,9 @@ def check_physics(
         >>> result.fine, [one.message for one in result.diagnostics]  # doctest: +SKIP
 
     """
+    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.physics.checking import check_robot
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     return CheckedPhysics.of(str(robot), "", None, wrong) if request is None else check_robot(request)
 
@@ -809,6 +818,9 @@ def collisions(
         >>> [pair.links for pair in result.pairs if pair.reason == "Never"]  # doctest: +SKIP
 
     """
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix, compute_matrix
+    from rosorin_compile.ros.srdf.planning import planning_of
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         return CollisionMatrix(str(robot), "", diagnostics=tuple(wrong))
@@ -863,6 +875,8 @@ def verify(
         >>> result.as_described, [finding.message for finding in result.findings]  # doctest: +SKIP
 
     """
+    from rosorin_compile.recordings.answers import Verified
+
     try:
         from rosorin_compile.recordings.verification import verify_recording
     except ModuleNotFoundError as problem:
@@ -923,6 +937,8 @@ def sweep(
         wrong None
 
     """
+    from rosorin_compile.variants.library import compile_variants
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         yield Compiled(None, (), wrong, ())
@@ -968,12 +984,14 @@ def write_sweep(
     Example:
         >>> import rosorin_compile, tempfile
         >>> with open(tempfile.mkdtemp() + "/variants.csv", "w") as file:
-        ...     _ = file.write("name,base\\nlow,fixed\\n")
+        ...     _ = file.write("name,base\nlow,fixed\n")
         >>> result = rosorin_compile.write_sweep("examples/unitree_a1", file.name, tempfile.mkdtemp(), jobs=1)
         >>> result.made, result.error, result.complete
         (1, 0, True)
 
     """
+    from rosorin_compile.variants.writing import WrittenVariants, write_variants
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         return WrittenVariants(str(robot), os.fsdecode(folder), diagnostics=tuple(wrong))
@@ -1004,3 +1022,521 @@ def _beyond(case: Case, states: Iterable[Mapping[str, Any]], strict: bool = Fals
             if key not in found:
                 found[key] = joint_states.beyond_limit(case, one, ERROR if strict else WARNING)
     return list(found.values())
+
+
+def import_robot(
+    source: FilePath,
+    into: FilePath | None = None,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    output: FilePath | None = None,
+    name: str | None = None,
+    meshes: str | None = None,
+    companions: Mapping[str, FilePath] | None = None,
+    strict: bool = False,
+    lenient: bool = False,
+    parts: bool = True,
+    verbatim: bool = False,
+    flat: bool = False,
+    force: bool = False,
+    keep_edits: bool = False,
+    trust: bool = False,
+    warn: Callable[[Diagnostic], None] | None = None,
+) -> ImportResult:
+    """Convert a URDF, xacro, SDF or MJCF file to a description, and write it unless an error is found.
+
+    The description is compiled and compared with the source before it is written. If the folder has the description of
+    an earlier import of the same source, the changes of both are merged.
+
+    Args:
+        source: The file of the robot.
+        into: The folder of the ROS package that contains ``source``. The description is written to its
+            ``descriptions/``, with a test that compares both.
+        arguments: The arguments of a xacro file: texts, numbers (SI units) or truth values by name.
+        packages: Folders of ROS packages by name.
+        output: The folder of the description without ``into``; by default ``descriptions/ROBOT``.
+        name: The name of the robot; by default that of ``source``.
+        meshes: The prefix of relative mesh names: a folder relative to the artifacts, or ``package://NAME``.
+        companions: Files that add to the robot, by format: ``{"srdf": "robot.srdf"}``.
+        strict: Treat unsupported elements as errors.
+        lenient: Accept violations of the specification where possible.
+        parts: Factor repeated structures into parts.
+        verbatim: Copy the Gazebo and ros2_control elements of a URDF unchanged.
+        flat: Import the URDF that a xacro generates, without its macros.
+        force: Write to a folder that is not empty.
+        keep_edits: If both the source and the description changed the same lines, keep those of the description.
+        trust: Run the Python code of a xacro without a warning.
+        warn: Receives that warning before the code is run; without it the warning is the first of the diagnostics.
+
+    Returns:
+        The result; nothing was written if ``diagnostics`` has errors and ``written`` is empty.
+
+    Raises:
+        RequestError: ``source`` is not a file, the folder is in use, or options do not fit each other.
+
+    Example:
+        >>> result = import_robot("robot.urdf")  # doctest: +SKIP
+        >>> result.folder  # doctest: +SKIP
+        'descriptions/robot'
+
+    """
+    from rosorin_compile.importing import import_robot as importing
+
+    given = asked.ask(source, arguments, packages)
+    texts, wrong = asked.as_texts(given.arguments)
+    if given.diagnostics or wrong:
+        return importing.ImportResult(str(source), diagnostics=(*given.diagnostics, *wrong))
+    options = importing.ImportOptions(
+        into=None if into is None else Path(into),
+        arguments=texts,
+        packages=given.packages,
+        output=None if output is None else Path(output),
+        name=name,
+        meshes=meshes,
+        companions={format: Path(file) for format, file in (companions or {}).items()},
+        strict=strict,
+        lenient=lenient,
+        parts=parts,
+        verbatim=verbatim,
+        flat=flat,
+        force=force,
+        ours=keep_edits,
+        trust=trust,
+        warn=warn,
+    )
+    return importing.import_robot(source if isinstance(source, Path) else Path(source), options)
+
+
+def _read_options(
+    arguments: Mapping[str, Any] | None,
+    packages: Mapping[str, FilePath] | None,
+    trust: bool,
+    warn: Callable[[Diagnostic], None] | None,
+    lenient: bool = False,
+) -> tuple[ReadOptions, list[Diagnostic]]:
+    """Return how a robot in another format is read, and what is wrong with the arguments and packages."""
+    given = asked.ask("", arguments, packages)
+    texts, wrong = asked.as_texts(given.arguments)
+    options = ReadOptions(texts, given.packages, lenient, tell=warn, trust=trust)
+    return options, [*given.diagnostics, *wrong]
+
+
+def extract_boxes(
+    sources: Sequence[str],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    links: Sequence[str] = (),
+    section: str = "auto",
+    scale: Sequence[float] = (1.0, 1.0, 1.0),
+    shape: str = "box",
+    stack: int = 4,
+    axis: str = "auto",
+    digits: int = 5,
+    output: FilePath | None = None,
+    force: bool = False,
+    trust: bool = False,
+    warn: Callable[[Diagnostic], None] | None = None,
+) -> ExtractedBoxes:
+    """Fit boxes, cylinders, capsules and stacks of boxes to meshes.
+
+    Args:
+        sources: Mesh files, or one robot: a description, URDF, xacro, SDF or MJCF.
+        arguments: The arguments of the robot, by name.
+        packages: Folders of ROS packages by name.
+        links: The links of the robot to use; by default all that have meshes.
+        section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
+        scale: The factors of mesh files along x, y and z, such as 0.001 for millimetres.
+        shape: The shape in ``text``: box, oriented_box, cylinder, capsule, stack or smallest.
+        stack: The number of boxes in a stack, 1 to 100.
+        axis: The axis of the stack: x, y, z or auto.
+        digits: Decimals of lengths in metres, 0 to 9.
+        output: A file to write ``text`` to.
+        force: Replace a file that this function did not write.
+        trust: Run the Python code of a xacro without a warning.
+        warn: Receives that warning before the code is run.
+
+    Returns:
+        ``parts`` has for each part the shapes of every kind with their fit (metres, cubic metres, radians), ``text``
+        the section ``links`` of a description with one of them, and ``report`` a table.
+
+    Raises:
+        RequestError: A file, robot or link does not exist, or an option is out of range.
+
+    Example:
+        >>> result = extract_boxes(["gripper.stl"], shape="capsule")  # doctest: +SKIP
+        >>> result.parts["gripper"]["smallest"]  # doctest: +SKIP
+        'capsule'
+
+    """
+    from rosorin_compile.importing.extract import extract as extracting
+
+    reading, wrong = _read_options(arguments, packages, trust, warn)
+    if wrong:
+        return extracting.ExtractedBoxes(diagnostics=tuple(wrong))
+    x, y, z = scale
+    source = extracting.MeshSource(sources, reading, links, section, (x, y, z))
+    file = None if output is None else Path(output)
+    return extracting.extract_boxes(source, shape, stack, axis, digits, file, force)
+
+
+def extract_height_map(
+    sources: Sequence[str],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    link: str | None = None,
+    section: str = "auto",
+    scale: Sequence[float] = (1.0, 1.0, 1.0),
+    frame: str | None = None,
+    xyz: Sequence[float] = (0.0, 0.0, 0.0),
+    rpy: Sequence[float] = (0.0, 0.0, 0.0),
+    cell: float | None = None,
+    origin: tuple[float, float] | None = None,
+    cells: tuple[int, int] | None = None,
+    size: tuple[float, float] | None = None,
+    spacing: float | None = None,
+    exact: bool = False,
+    below: float | None = None,
+    map_digits: int = 4,
+    step: float | None = None,
+    bottom: bool = False,
+    into: FilePath | None = None,
+    status: str = "calculated",
+    note: str | None = None,
+    output: FilePath | None = None,
+    force: bool = False,
+    trust: bool = False,
+    warn: Callable[[Diagnostic], None] | None = None,
+) -> ExtractedHeightMap:
+    """Compute the top surface of meshes as heights on a grid.
+
+    Args:
+        sources: Mesh files, or one robot with ``link``.
+        arguments: The arguments of the robot, by name.
+        packages: Folders of ROS packages by name.
+        link: The link of the robot whose meshes are used.
+        section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
+        scale: The factors of mesh files along x, y and z.
+        frame: The link whose frame the height map uses; by default ``link``.
+        xyz: The position of the mesh in the frame, in metres.
+        rpy: The orientation of the mesh in the frame: roll, pitch, yaw in radians.
+        cell: The edge length of a cell in metres; by default 0.01.
+        origin: The corner of the first cell (x, y) in metres; by default the corner of the mesh.
+        cells: The number of cells along x and y; by default those that cover the mesh.
+        size: The size of the grid (x, y) in metres, instead of ``cells``.
+        spacing: The largest distance between samples in metres; by default a third of a cell.
+        exact: Compute the highest point in each cell exactly instead of sampling.
+        below: Ignore surfaces above this height, in metres.
+        map_digits: Decimals of heights in metres, 0 to 9.
+        step: Round heights of boxes to multiples of this length in metres; by default a cell.
+        bottom: Also compute the lowest point in each cell.
+        into: A file of a description whose height map is replaced, on the same grid.
+        status: The status of the source in the description: calculated, measured or factory.
+        note: The note of the source in the description; by default the names of the meshes.
+        output: A file to write ``text`` to.
+        force: Replace a file that this function did not write.
+        trust: Run the Python code of a xacro without a warning.
+        warn: Receives that warning before the code is run.
+
+    Returns:
+        ``height_map`` is the map, or None with errors in ``diagnostics``; ``text`` is the section ``links`` of a
+        description with it.
+
+    Raises:
+        RequestError: A file, robot or link does not exist, or options are out of range or do not fit each other.
+
+    Example:
+        >>> result = extract_height_map(["chassis.stl"], cell=0.02)  # doctest: +SKIP
+        >>> result.height_map.cell  # doctest: +SKIP
+        0.02
+
+    """
+    from rosorin_compile.importing.extract import extract as extracting
+
+    reading, wrong = _read_options(arguments, packages, trust, warn)
+    if wrong:
+        return extracting.ExtractedHeightMap(diagnostics=tuple(wrong))
+    x, y, z = scale
+    source = extracting.MeshSource(sources, reading, [link] if link is not None else (), section, (x, y, z))
+    grid = extracting.GridOptions(cell, origin, cells, size, spacing, exact, below, map_digits, step)
+    (x, y, z), (roll, pitch, yaw) = xyz, rpy
+    return extracting.extract_height_map(
+        source,
+        grid,
+        frame,
+        Pose((x, y, z), (roll, pitch, yaw)),
+        bottom,
+        None if into is None else Path(into),
+        status,
+        note,
+        None if output is None else Path(output),
+        force,
+    )
+
+
+def extract_factory(
+    package: FilePath,
+    output: FilePath,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    robot: str | None = None,
+    height_map_link: str | None = None,
+    frame: str | None = None,
+    section: str = "auto",
+    cell: float | None = None,
+    origin: tuple[float, float] | None = None,
+    cells: tuple[int, int] | None = None,
+    size: tuple[float, float] | None = None,
+    spacing: float | None = None,
+    exact: bool = False,
+    below: float | None = None,
+    map_digits: int = 4,
+    step: float | None = None,
+    lenient: bool = False,
+    trust: bool = False,
+    warn: Callable[[Diagnostic], None] | None = None,
+) -> ExtractedFactory:
+    """Write the joints, a box for each link and a height map of a ROS description package to a folder.
+
+    Args:
+        package: The folder of the package.
+        output: The folder to write.
+        arguments: The arguments of its xacro, by name.
+        packages: Folders of other ROS packages by name.
+        robot: The robot file in the package; by default the only one.
+        height_map_link: The link whose meshes are used for a height map; by default there is none.
+        frame: The link whose frame the height map uses; by default ``height_map_link``.
+        section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
+        cell: As in ``extract_height_map``.
+        origin: As in ``extract_height_map``.
+        cells: As in ``extract_height_map``.
+        size: As in ``extract_height_map``.
+        spacing: As in ``extract_height_map``.
+        exact: As in ``extract_height_map``.
+        below: As in ``extract_height_map``.
+        map_digits: As in ``extract_height_map``.
+        step: As in ``extract_height_map``.
+        lenient: Accept violations of the specification where possible.
+        trust: Run the Python code of a xacro without a warning.
+        warn: Receives that warning before the code is run.
+
+    Returns:
+        The names of the joints and of the links with a box, and the files that were written.
+
+    Raises:
+        RequestError: The package, the robot file or a link does not exist, or an option is out of range.
+
+    Example:
+        >>> extract_factory("nano_description", "factory").joints  # doctest: +SKIP
+        ('wheel_left_joint', 'wheel_right_joint')
+
+    """
+    from rosorin_compile.importing.extract import extract as extracting
+
+    reading, wrong = _read_options(arguments, packages, trust, warn, lenient)
+    if wrong:
+        return extracting.ExtractedFactory(diagnostics=tuple(wrong))
+    grid = extracting.GridOptions(cell, origin, cells, size, spacing, exact, below, map_digits, step)
+    return extracting.extract_factory(
+        Path(package), Path(output), reading, grid, robot, height_map_link, frame, section
+    )
+
+
+def package(
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    name: str | None = None,
+    build_type: str | None = None,
+    version: str | None = None,
+    maintainer: str | None = None,
+    license: str | None = None,  # noqa: A002 - as in package.xml
+    url: str | None = None,
+    topics: Mapping[str, str] | None = None,
+    compile_at_launch: bool | None = None,
+    control: bool | None = None,
+    moveit: bool | None = None,
+    nav2: bool | None = None,
+    trust: bool = False,
+) -> WrittenPackage:
+    """Write a ROS 2 package with the artifacts of a robot, unless an error is found.
+
+    A package that this function wrote before keeps the options that are None.
+
+    Args:
+        robot: The first file of a description, its folder, or its name in ``descriptions/``.
+        folder: The folder of the package.
+        arguments: The arguments of the description, by name.
+        packages: Folders of ROS packages by name.
+        name: The name of the package; by default ``ROBOT_description``.
+        build_type: ``"ament_cmake"``, the default, or ``"ament_python"``.
+        version: The version, three numbers; by default ``"0.1.0"``.
+        maintainer: The maintainer, as ``"FilePath <mail@example.org>"``.
+        license: The license as an SPDX name.
+        url: The website of the package.
+        topics: Topics by sensor, for the RViz configuration.
+        compile_at_launch: Compile the description at launch, with its arguments as launch arguments.
+        control: Add a launch file that starts the controller_manager and the controllers.
+        moveit: Add a launch file that starts MoveIt.
+        nav2: Add a launch file that starts Nav2 and robot_localization.
+        trust: Permit a xacro to run Python code without a warning.
+
+    Returns:
+        The files of the package; ``package`` is empty if an error kept it from being written.
+
+    Raises:
+        RequestError: An option is invalid, or the robot has no such sensor.
+
+    Example:
+        >>> package("rosorin", "rosorin_description", license="MIT").package  # doctest: +SKIP
+        'rosorin_description'
+
+    """
+    from rosorin_compile.ros.package import write as packaging
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return packaging.WrittenPackage("", os.fsdecode(folder), diagnostics=tuple(wrong))
+    starts = {"control": control, "moveit": moveit, "nav2": nav2}
+    options = packaging.PackageOptions(
+        name, build_type, version, maintainer, license, url, compile_at_launch, starts, topics or {}
+    )
+    return packaging.write_package(request, Path(folder), options)
+
+
+def deploy(
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    places: Mapping[str, str] | None = None,
+    install: FilePath | None = None,
+    dry_run: bool = False,
+    full: bool = False,
+    trust: bool = False,
+) -> Deployed:
+    """Write the artifacts of a robot into a ROS 2 package or another folder that exists.
+
+    Args:
+        robot: The first file of a description, its folder, or its name in ``descriptions/``.
+        folder: The folder.
+        arguments: The arguments of the description, by name.
+        packages: Folders of ROS packages by name.
+        places: The paths of outputs in the folder, or ``"none"``; they are stored there.
+        install: The install space that is checked for older copies; by default the one of the workspace.
+        dry_run: Write nothing.
+        full: List differences of texts in full in ``changes``.
+        trust: Permit a xacro to run Python code without a warning.
+
+    Returns:
+        The copies with their paths, and the changes as text; ``robot`` is empty if an error kept it from being
+        deployed.
+
+    Raises:
+        RequestError: There is no such folder or output.
+
+    Example:
+        >>> result = deploy("rosorin", "ros_ws/src/rosorin_base", dry_run=True)  # doctest: +SKIP
+        >>> [copy.file for copy in result.copies if not copy.same]  # doctest: +SKIP
+        ['urdf/rosorin.urdf']
+
+    """
+    from rosorin_compile.ros.package import deploy as deploying
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return deploying.Deployed("", os.fsdecode(folder), diagnostics=tuple(wrong))
+    return deploying.deploy(
+        request, Path(folder), places or {}, None if install is None else Path(install), dry_run, full
+    )
+
+
+def check_deployed(
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    full: bool = False,
+    trust: bool = False,
+) -> CheckedCopies:
+    """Compare the artifacts of a robot with the copies in a package, an install space or another folder.
+
+    Args:
+        robot: The first file of a description, its folder, or its name in ``descriptions/``.
+        folder: The folder.
+        arguments: The arguments of the description, by name.
+        packages: Folders of ROS packages by name.
+        full: List differences of texts in full in ``lines``.
+        trust: Permit a xacro to run Python code without a warning.
+
+    Returns:
+        The names of the copies that are as compiled, and of those that differ, with the differences as text.
+
+    Example:
+        >>> check_deployed("rosorin", "ros_ws/src/rosorin_base").differing  # doctest: +SKIP
+        ()
+
+    """
+    from rosorin_compile.ros.package import checking as copies
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return copies.CheckedCopies(diagnostics=tuple(wrong))
+    return copies.check_deployed(request, Path(folder), full)
+
+
+def check_parameters(
+    robot: FilePath | Request,
+    files: Sequence[FilePath],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    controllers: Sequence[FilePath] = (),
+    launch: Sequence[FilePath] = (),
+    remaps: Sequence[str] = (),
+    namespace: str = "",
+    distribution: str | None = None,
+    trust: bool = False,
+) -> CheckedParameters:
+    """Check parameter files of ROS nodes against a robot: frames, publishers, controllers and odometry topics.
+
+    Args:
+        robot: A description, or a robot in another format.
+        files: The parameter files.
+        arguments: The arguments of the robot, by name.
+        packages: Folders of ROS packages by name.
+        controllers: Parameter files of a controller_manager.
+        launch: Launch files to read remappings from.
+        remaps: Further remappings, as ``"NODE:FROM:=TO"``.
+        namespace: The namespace of the nodes.
+        distribution: The ROS 2 distribution; by default that of the outputs of the robot, if they agree.
+        trust: Permit a xacro to run Python code without a warning.
+
+    Returns:
+        The diagnostics, with the number of frames that were judged.
+
+    Raises:
+        RequestError: A file does not exist, or a remapping is invalid.
+
+    Example:
+        >>> result = check_parameters("rosorin", ["ekf.yaml"])  # doctest: +SKIP
+        >>> [one.rule for one in result.diagnostics]  # doctest: +SKIP
+        ['parameters-frame']
+
+    """
+    from rosorin_compile.ros.check_parameters import checking as parameter_files
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return parameter_files.CheckedParameters(diagnostics=tuple(wrong))
+    paths, own, launched = ([Path(file) for file in some] for some in (files, controllers, launch))
+    return parameter_files.check_parameters(
+        request, parameter_files.ParameterFiles(paths, own, launched, remaps, namespace, distribution or "")
+    )

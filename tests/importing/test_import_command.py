@@ -248,7 +248,9 @@ def test_no_room_for_the_round_trip_is_said(
     monkeypatch.setattr(tempfile, "tempdir", str(here / "nowhere"))
     assert run("little_arm.urdf", "-o", "x") == 1
     message = "cannot work in the temporary folder: No such file or directory; TMPDIR can name another one"
-    assert capsys.readouterr().err == f"{MESHES}little_arm.urdf: {message}\n"
+    assert capsys.readouterr().err == (
+        f"{MESHES}error[output-failed]: little_arm.urdf: {message}\nlittle_arm.urdf: 1 error, nothing written\n"
+    )
     assert not (here / "x").exists()
 
 

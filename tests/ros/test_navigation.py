@@ -72,7 +72,7 @@ def written(robot: Robot, output: Output) -> str:
 
 
 def looked_at(robot: Case, paths: list[Path], distribution: str) -> list[Diagnostic]:
-    return checking.look(robot, checking.Asked(paths, [], [], [], "", distribution)).diagnostics
+    return list(checking.look(robot, checking.ParameterFiles(paths, distribution=distribution)).diagnostics)
 
 
 @pytest.mark.parametrize("name", NAMES)

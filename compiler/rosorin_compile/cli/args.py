@@ -32,6 +32,8 @@ def run(options: Options) -> int:
     results = [api.arguments(run.request(description)) for description in descriptions(run.words)]
     for result in results:
         run.console.show(result.diagnostics)
+    if not options.words:
+        warn_of_no_robots(run.console)
     fine = [result for result in results if not result.diagnostics]
     robots = [{"robot": one.robot, "arguments": [_object(argument) for argument in one.arguments]} for one in fine]
     give_result(options, robots, lambda: "\n".join(line for one in fine for line in _lines(one.robot, one.arguments)))

@@ -2,198 +2,88 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Console, Heading, Rule
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, has_errors
 
+from . import complete
 from .answer import give_result
-from .run import Run
+from .command import Options, command, option
+from .options import PATH, robot_argument, robot_options
+from .run import Run, nothing_written
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.format import Artifact
-    from rosorin_compile.model import Robot
-    from rosorin_compile.output.ours import ProtectedFile
-    from rosorin_compile.output.placing import Holding
-    from rosorin_compile.ros.package.deploying import Plan
-    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.ros.package.deploy import Deployed
 
-    from .parser import Parser
-
-RULES = (
-    Rule(
-        "deploy-unreadable",
-        "The folder cannot be read, or holds more than 50,000 files.",
-        "Name the folder of the package.",
-        Heading.PACKAGES,
-    ),
-    Rule("deploy-changes", "A note: what was changed (in the forms for programs).", topic=Heading.PACKAGES),
-)
 
 _HOW = "rosorin-compile deploy ROBOT -o FOLDER"
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robot()
-    command.add_argument("-o", "--output", type="path", metavar="FOLDER", help="existing package or folder")
-    command.add_argument(
-        "--map",
-        action="append",
-        default=[],
-        metavar="OUTPUT=PLACE",
-        help="path of an output in FOLDER, or none to skip it; stored in FOLDER",
-    )
-    command.add_argument(
-        "--install", type="path", metavar="FOLDER", help="install space; default: the one of the workspace, if any"
-    )
-    command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; print what would change")
-    command.add_argument("--full", action="store_true", help="print differences of texts in full")
-    command.add_messages()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
-    """Compile a robot and put its artifacts into a folder."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.placing import holding
-    from rosorin_compile.source.load import LoadError
+@command("deploy", exits="0 written or unchanged, 1 errors or, with --dry-run, a file would change")
+@robot_argument
+@option("-o", "--output", type=PATH, metavar="FOLDER", help="existing package or folder")
+@option(
+    "--map",
+    multiple=True,
+    metavar="OUTPUT=PLACE",
+    help="path of an output in FOLDER, or none to skip it; stored in FOLDER",
+    shell_complete=complete.of("output="),
+)
+@option("--install", type=PATH, metavar="FOLDER", help="install space; default: the one of the workspace, if any")
+@option("-n", "--dry-run", is_flag=True, help="write nothing; print what would change")
+@option("--full", is_flag=True, help="print differences of texts in full")
+@robot_options
+def run(options: Options) -> int:
+    """Deploy the artifacts of a robot, and print what became of them."""
+    from rosorin_compile.api import deploy
 
     if options.output is None:
         raise WrongUsage(f"deploy into which folder? {_HOW}")
-    folder = Path(options.output)
-    if not files.is_folder(folder):
-        raise WrongUsage(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
     run, description = Run.alone(options, "one robot is deployed at a time", _HOW, "name a file")
     console = run.console
     console.begin(description.name)
-    compiled = run.compiled(description)
-    code = PROBLEMS
-    if compiled is not None and compiled.robot is not None:
-        try:
-            with holding(folder, options.dry_run) as held:
-                console.show(held.finished.diagnostics(options.dry_run))
-                code = _deploy(options, console, compiled.robot, compiled.artifacts, held)
-        except (LoadError, OutputError) as problem:
-            console.show([problem.diagnostic])
-        except OSError as problem:
-            console.show([_unreadable(folder, problem)])
+    result = deploy(
+        run.request(description),
+        options.output,
+        places=_places(options.map),
+        install=options.install,
+        dry_run=options.dry_run,
+        full=options.full,
+    )
+    console.tell_read(result.inputs)
+    console.show(result.diagnostics)
+    if not result.robot:
+        nothing_written(run.console, description.name, result.diagnostics)
+    elif console.for_people:
+        for line in result.changes:
+            print(line)
+    elif result.changes:
+        console.show([Diagnostic("deploy-changes", NOTE, "\n".join(result.changes))])
+    if result.robot:
+        console.say(_summary(result))
+        give_result(options, result, str)
     console.finish()
-    return code
+    changes = options.dry_run and not all(copy.same for copy in result.copies)
+    return PROBLEMS if changes or has_errors(result.diagnostics) or not result.robot else FINE
 
 
-def _deploy(
-    options: argparse.Namespace, console: Console, robot: Robot, artifacts: tuple[Artifact, ...], alone: Holding
-) -> int:
-    """Put artifacts into a folder; raises LoadError, OutputError, OSError."""
-    from rosorin_compile.formats import FORMATS
-    from rosorin_compile.ros.package import naming
-    from rosorin_compile.ros.package.checking import launch_files
-    from rosorin_compile.ros.package.deploying import afterwards, change_lines, not_ours, plan
-    from rosorin_compile.ros.package.finding import files_below
-    from rosorin_compile.source.diagnostics import has_errors
-
-    folder = Path(options.output)
-    files = files_below(folder, skip_built=True)
-    wanted = naming.read(folder, robot.name) | _mapped(options.map, artifacts)
-    planned = plan(robot, artifacts, folder, files, wanted)
-    console.show(planned.diagnostics)
-    if has_errors(planned.diagnostics):
-        return PROBLEMS
-    for copy in planned.copies:
-        alone.check_way(copy.place)
-    there = alone.protected(_files(planned), {**_written(robot, planned, folder, alone), **alone.finished.before})
-    found = list(not_ours(planned, there, alone.record))
-    console.show(found)
-    if has_errors(found):
-        return PROBLEMS
-    _tell(console, change_lines(planned.copies, options.full))
-    _write(options, console, robot, planned, wanted, there, alone)
-    rows = [{"file": copy.place, "output": copy.artifact.output, "same": copy.is_same} for copy in planned.copies]
-    result = {"robot": robot.name, "folder": str(folder), "written": not options.dry_run, "copies": rows}
-    give_result(options, result, str)
-    ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].writing.located]
-    problems = list(launch_files(robot, folder, files, ours))
-    problems += afterwards(robot, planned, folder, Path(options.install) if options.install else None)
-    console.show(problems)
-    changes = options.dry_run and any(not copy.is_same for copy in planned.copies)
-    return PROBLEMS if changes or has_errors(problems) else FINE
-
-
-def _files(planned: Plan) -> dict[str, bytes]:
-    return {copy.place: copy.artifact.text.encode() for copy in planned.copies}
-
-
-def _written(robot: Robot, planned: Plan, folder: Path, alone: Holding) -> dict[str, str]:
-    """Return the digests of what was written before; a list without a note that says whose it is, is as it stands."""
-    from rosorin_compile.formats import FORMATS
-
-    ours = {}
-    for copy in planned.copies:
-        robot_of = FORMATS[copy.artifact.backend].ros.robot_of
-        if copy.old is not None and robot_of is not None and robot_of(folder / copy.place) == robot.name:
-            ours[copy.place] = alone.digest(copy.old)
-    return {**ours, **alone.recorded()}
-
-
-def _write(
-    options: argparse.Namespace,
-    console: Console,
-    robot: Robot,
-    planned: Plan,
-    wanted: dict[str, str],
-    there: Sequence[ProtectedFile],
-    alone: Holding,
-) -> None:
-    """Write what is planned, or say that nothing is written; raises LoadError, OutputError."""
-    from rosorin_compile.ros.package import naming
-
-    folder = Path(options.output)
-    same = sum(copy.is_same for copy in planned.copies)
-    summary = f"{robot.name}: {len(planned.copies) - same} of {len(planned.copies)} files in {folder}"
-    if options.dry_run:
-        console.say(f"{summary} would be written")
-        return
-    files = alone.with_record(_files(planned))
-    files |= {one.kept: one.data for one in there}
-    if options.map:
-        files[naming.FILE] = naming.text(folder, robot.name, wanted).encode()
-    alone.place(files)
+def _summary(result: Deployed) -> str:
+    """Return how many files are written, in a line."""
+    same, total = sum(copy.same for copy in result.copies), len(result.copies)
+    changed = f"{result.robot}: {total - same} of {total} files in {result.folder}"
+    if not result.written:
+        return f"{changed} would be written"
     every = f"all {same} files" if same > 1 else "the one file" if same else "no file"
-    console.say(f"{summary} written" if same < len(planned.copies) else f"{robot.name}: {every} as compiled")
+    return f"{changed} written" if same < total else f"{result.robot}: {every} as compiled"
 
 
-def _mapped(texts: list[str], artifacts: tuple[Artifact, ...]) -> dict[str, str]:
-    """Return the places of outputs that are told; a folder gets the name of the file. Raises WrongUsage."""
-    names = {artifact.output: artifact.file.rpartition("/")[2] for artifact in artifacts}
+def _places(texts: list[str]) -> dict[str, str]:
+    """Return the places of outputs. Raises WrongUsage."""
     found = {}
     for text in texts:
         output, equals, place = text.partition("=")
         if not equals or not place:
             raise WrongUsage(f'"{text}" is not OUTPUT=PLACE, such as urdf=urdf/robot.urdf')
-        if output not in names:
-            raise WrongUsage(f'the robot has no output "{output}"; it has {", ".join(names)}')
-        found[output] = place + names[output] if place.endswith("/") else place
+        found[output] = place
     return found
-
-
-def _tell(console: Console, lines: list[str]) -> None:
-    """Print what changes; a program gets it as a note."""
-    from rosorin_compile.source.diagnostics import NOTE, Diagnostic
-
-    if console.for_people:
-        for line in lines:
-            print(line)
-    elif lines:
-        console.show([Diagnostic("deploy-changes", NOTE, "\n".join(lines))])
-
-
-def _unreadable(folder: Path, problem: OSError) -> Diagnostic:
-    from rosorin_compile.source.diagnostics import error
-
-    message = f"cannot read {folder}: {problem.strerror or problem}"
-    return error("deploy-unreadable", message, None, "name another folder")

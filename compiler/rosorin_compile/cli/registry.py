@@ -6,10 +6,10 @@ not called. ``GROUPS`` is the order of the groups in the help; groups of plug-in
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosorin_compile.source.plugins import PluginFailed, broken, clash, installed, load
 
@@ -115,13 +115,7 @@ def check(name: str) -> click.Command | None:
 def _find(name: str, group: str, typed: str) -> click.Command | None:
     if typed == name and is_own(name, group):
         warn_of_plugins(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
-        own = entry(name, group)
-        module = import_module(f"rosorin_compile.cli.{own.module}")
-        if hasattr(module, "options"):
-            from .parser import made
-
-            return made(own, module, group == "checks")
-        found: click.Command = module.run
+        found: click.Command = import_module(f"rosorin_compile.cli.{entry(name, group).module}").run
         return found
     if not whose(group, name):
         return None
@@ -187,23 +181,3 @@ def names(group: str) -> dict[str, str]:
     """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
     own = {one.name: one.help for one in _OWN[group] if not one.hidden}
     return {**{one.name: f"of {one.distribution} {one.version}" for one in installed() if one.group == group}, **own}
-
-
-# Until the packages that use them import each other as the layers allow.
-_SERVICES = {
-    "planning of MoveIt": "rosorin_compile.ros.package.bringup:planning_of",
-    "package around a folder": "rosorin_compile.ros.package.finding:package_of",
-    "files below a folder": "rosorin_compile.ros.package.finding:files_below",
-    "files that are not installed": "rosorin_compile.ros.package.installing:missing",
-    "is a launch file": "rosorin_compile.ros.package.launch_files:is_launch_file",
-    "pictures of changes": "rosorin_compile.viewer.changed:Pictures",
-    "links inside each other": "rosorin_compile.mujoco.physics.touching:Touching",
-    "many variants": "rosorin_compile.variants.library:sweep",
-}
-
-
-def service(name: str) -> Callable[..., Any]:
-    """Return a function of another package by its purpose. Raises KeyError."""
-    module, _, function = _SERVICES[name].partition(":")
-    found: Callable[..., Any] = getattr(import_module(module), function)
-    return found

@@ -14,13 +14,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.cli.registry import service
-from rosorin_compile.cli.usage import WrongUsage
-from rosorin_compile.output.placing import holding
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, Rule, error, listed
+from rosorin_compile.output import open_package_folder
+from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, Rule, error, listed
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.ros_packages import missing, package_of
 from rosorin_compile.source.tree import Map
 
 from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove, text_of
@@ -70,7 +69,7 @@ class Put(NamedTuple):
     """What was put into a package: the files that are new, those that were there and are other ones, and what to do.
 
     ``add`` are lines by the file that they belong to, ``change`` lines of launch files. ``holds`` says whether the test
-    is one of this source. ``finished`` is what is to be said of a run before, ``refused`` is why nothing was put,
+    is one of this source. ``refused`` is why nothing was put,
     ``again`` what came of it where the description was there. ``others`` are robots that have a changed file, too.
     """
 
@@ -79,7 +78,6 @@ class Put(NamedTuple):
     add: Mapping[str, Sequence[str]]
     change: Sequence[Line]
     test: str
-    finished: list[Diagnostic]
     holds: bool = True
     refused: Sequence[Diagnostic] = ()
     again: Merged | None = None
@@ -99,40 +97,34 @@ class Said(NamedTuple):
         return " ".join([self.source, *(f"{name}:={value}" for name, value in self.given.items())])
 
 
-def _package_around(folder: Path) -> tuple[Path, str] | None:
-    """Return the folder of the package that a folder is in, and the name of the package; None if it is in none."""
-    found: tuple[Path, str] | None = service("package around a folder")(folder)
-    return found
-
-
 def package_at(folder: Path) -> Package:
-    """Return the package in a folder. Raises WrongUsage where there is none."""
+    """Return the package in a folder. Raises RequestError where there is none."""
     if not is_folder(folder):
-        raise WrongUsage(f"{folder} is no folder; --into names the folder of a ROS package")
-    found = _package_around(folder)
+        raise RequestError(f"{folder} is no folder; --into names the folder of a ROS package")
+    found = package_of(folder)
     if found is None or found[0] != resolve(folder):
         way = (
             f"; did you mean {found[0]}?" if found else "; to write a package of its own: rosorin-compile package ROBOT"
         )
-        raise WrongUsage(f"{folder} is no ROS package: it has no package.xml with a name{way}")
+        raise RequestError(f"{folder} is no ROS package: it has no package.xml with a name{way}")
     said = _BUILD_TYPE.search(_text(folder / "package.xml"))
     build_type = said[1] if said else ""
     if build_type not in (CMAKE, PYTHON):
         help = "add <export><build_type>ament_cmake</build_type></export>" if not said else "only those two are known"
         was = f'its build type is "{build_type}"' if said else "its package.xml says no build type"
-        raise WrongUsage(f"{folder} is not built by ament_cmake or ament_python: {was}; {help}")
+        raise RequestError(f"{folder} is not built by ament_cmake or ament_python: {was}; {help}")
     return Package(folder, found[1], build_type)
 
 
 def inside(source: Path, package: Package) -> str:
-    """Return a source as seen from the package that it is in. Raises WrongUsage for one that is elsewhere."""
+    """Return a source as seen from the package that it is in. Raises RequestError for one that is elsewhere."""
     try:
         return resolve(source).relative_to(resolve(package.folder)).as_posix()
     except ValueError:
-        own = _package_around(resolve(source).parent)
+        own = package_of(resolve(source).parent)
         way = f"; it is in package {own[1]}: --into {own[0]}" if own else "; copy it there, or name its package"
         message = f"{source} is not in {package.folder}: the test that is written holds both against each other"
-        raise WrongUsage(f"{message}{way}") from None
+        raise RequestError(f"{message}{way}") from None
 
 
 def _places(name: str) -> tuple[str, str]:
@@ -228,7 +220,7 @@ def put_into(
     asked: Request,
     grown: Mapping[str, str] = {},
 ) -> Put:
-    """Put the files of a description into a package, all or nothing. Raises OutputError, WrongUsage.
+    """Put the files of a description into a package, all or nothing. Raises OutputError, RequestError.
 
     ``source`` is the file that it was imported from, seen from the package, with what it was ``given``; ``tree`` is
     that of the description. Nothing is put where the name is that of another robot there. A description of the source
@@ -237,15 +229,15 @@ def put_into(
     """
     description, test = _places(name)
     there = package.folder / description
-    with holding(package.folder) as held:
-        finished = held.finished.diagnostics()
+    with open_package_folder(package.folder) as target:
         taken = _taken(package, Said(source, dict(given), f"{description}/{Description.ROOT_FILE}"), name, files, tree)
         again = None if taken or not _has_files(there) else _again(package, description, files, asked)
         refused = [taken] if taken else again.diagnostics if again and again.refused else []
         if refused:
-            return Put((), (), {}, (), test, finished, refused=refused)
+            return Put((), (), {}, (), test, refused=refused)
         made = again.files if again else {**files, **_records(there, files, grown, asked)}
         wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in made.items()}
+        record = f"{description}/{Description.ROOT_FILE}{ENDING}"
         wanted[test] = _test(package, source, f"{description}/{Description.ROOT_FILE}", given).encode()
         more = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in grown.items()}
         kept = [
@@ -255,7 +247,9 @@ def put_into(
             and (file == test or not (again or is_record(file)))
             and (file not in more or _differs(package.folder / file, more[file]))
         ]
-        fresh = held.place({file: data for file, data in wanted.items() if file not in kept})
+        # The records are the manifest of the description, and its own is the last.
+        order = sorted(wanted.keys() - kept, key=lambda file: (is_record(file), file == record, file))
+        fresh = target.write({file: wanted[file] for file in order}, manifest=False)
         if again:
             remove(there, again)
     change = lines_to_change(package.folder, source, description, _arguments(there / Description.ROOT_FILE))
@@ -263,7 +257,7 @@ def put_into(
     written = tuple(file for file in fresh if not is_record(file))
     others = _others(package.folder, name, written) if again else []
     holds = _said(package.folder / test) is not None
-    return Put(written, tuple(kept), add, change, test, finished, holds, (), again, others)
+    return Put(written, tuple(kept), add, change, test, holds, (), again, others)
 
 
 def _has_files(folder: Path) -> bool:
@@ -282,14 +276,15 @@ def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], as
 
 
 def _again(package: Package, description: str, files: Mapping[str, str], asked: Request) -> Merged:
-    """Put the description that is there and what its source says now together. Raises WrongUsage."""
+    """Put the description that is there and what its source says now together. Raises RequestError."""
     there = package.folder / description
     record = recorded(there, asked.words, files)
     if record is not None:
         return import_again(there, record, files, asked)
     others = [file for file, text in files.items() if _differs(there / file, text.encode())]
-    if not others:
-        return Merged({}, record_of(files, asked.words), [], [], [])
+    if not others:  # it is as it would be imported, or an import was killed before it had written all files
+        missing = {file: text for file, text in files.items() if not os.path.lexists(there / file)}
+        return Merged({}, {**missing, **record_of(files, asked.words)}, [], [], [])
     called = f"{Description.ROOT_FILE}{ENDING}"
     message = (
         f"{description} stands otherwise than it would be imported ({listed(others)}), and no {called} "
@@ -341,7 +336,7 @@ def _test(package: Package, source: str, description: str, given: Mapping[str, s
 def _to_add(package: Package, description: str, test: str, files: Mapping[str, str]) -> dict[str, list[str]]:
     """Return the lines that the files of a package lack, by file."""
     names = [os.path.normpath(f"{description}/{file}") for file in files]
-    absent = [file for file, _ in service("files that are not installed")(package.folder, package.name, names)]
+    absent = [file for file, _ in missing(package.folder, package.name, names)]
     manifest = _text(package.folder / "package.xml")
     if package.build_type == PYTHON:
         rows: dict[str, list[str]] = {}

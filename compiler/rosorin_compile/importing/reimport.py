@@ -19,11 +19,11 @@ from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.cli.usage import WrongUsage
 from rosorin_compile.source.diagnostics import (
     WARNING,
     Diagnostic,
     Heading,
+    RequestError,
     Rule,
     Source,
     Span,
@@ -140,21 +140,21 @@ def text_of(path: Path) -> str:
 
 
 def recorded(folder: Path, words: Sequence[str], others: Iterable[str] = ()) -> Record | None:
-    """Return the record of the description in a folder, or None. Raises WrongUsage if it is of another import."""
+    """Return the record of the description in a folder, or None. Raises RequestError if it is of another import."""
     try:
         record = read_record(folder, others)
     except OSError as problem:
-        raise WrongUsage(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
+        raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
     if record is None or not os.path.lexists(folder / Description.ROOT_FILE):
         return None
     (before, old_options), (now, new_options) = (_source_and_options(one) for one in (record.words, words))
     if before != now:
         message = f"{folder} is of another import: rosorin-compile import {before}; this one is: {now}"
-        raise WrongUsage(f"{message}; name a folder with -o, or another robot with --name")
+        raise RequestError(f"{message}; name a folder with -o, or another robot with --name")
     missing = [option for option in old_options if option not in new_options]
     if missing:
         message = f"{folder} was imported with {listed(missing)}: rosorin-compile import {shlex.join(record.words)}"
-        raise WrongUsage(f"{message}; give the same options, or name a folder with -o")
+        raise RequestError(f"{message}; give the same options, or name a folder with -o")
     return record
 
 
@@ -167,7 +167,7 @@ def _source_and_options(words: Sequence[str]) -> tuple[str, list[str]]:
 def import_again(folder: Path, record: Record, theirs: Mapping[str, str], request: Request) -> Merged:
     """Merge the files that the importer now makes of a source with those of a description. Nothing is written here.
 
-    Raises WrongUsage for a file that cannot be read.
+    Raises RequestError for a file that cannot be read.
     """
     source = printable(request.words[0])
     ours = _read_files(folder, {**record.files, **theirs})
@@ -207,7 +207,7 @@ def import_again(folder: Path, record: Record, theirs: Mapping[str, str], reques
 
 
 def _read_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
-    """Return the files of a description that exist. Raises WrongUsage."""
+    """Return the files of a description that exist. Raises RequestError."""
     texts = {}
     for name in names:
         path = folder / name
@@ -215,9 +215,9 @@ def _read_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
             if is_file(path):
                 texts[name] = text_of(path)
         except OSError as problem:
-            raise WrongUsage(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
+            raise RequestError(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
         except ValueError:
-            raise WrongUsage(f"{path} is not UTF-8 text: nothing is merged into it") from None
+            raise RequestError(f"{path} is not UTF-8 text: nothing is merged into it") from None
     return texts
 
 

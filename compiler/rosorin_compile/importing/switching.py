@@ -11,10 +11,10 @@ from collections.abc import Iterator, Set
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.cli.registry import service
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import listed
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.ros_packages import files_below, is_launch_file
 
 PRINT = "rosorin-compile print"
 OUTPUT = "urdf"
@@ -80,13 +80,12 @@ def _files(package: Path) -> Iterator[Path]:
         others = [one for one in beside if files.is_file(one / "package.xml") and one != own]
     except OSError:
         pass
-    is_launch = service("is a launch file")
     for folder in [package, *others[:_MOST_PACKAGES]]:
         try:
-            names = service("files below a folder")(folder, skip_built=True)
+            names = files_below(folder, skip_built=True)
         except OSError:
             continue
-        yield from (folder / name for name in names if is_launch(name) or name == "CMakeLists.txt")
+        yield from (folder / name for name in names if is_launch_file(name) or name == "CMakeLists.txt")
 
 
 def _lines(name: str, text: str, source: str, description: str, arguments: Set[str]) -> Iterator[Line]:

@@ -161,8 +161,8 @@ def positions(
     for name, pulse in pulses.items():
         found |= to_radians(robot, {name: whole(str(pulse))})
     for name, value in joints.items():
-        several = isinstance(value, Sequence) and not isinstance(value, str)
-        found[name] = place(robot, name, ",".join(map(str, value)) if several else str(value))  # type: ignore[arg-type]
+        numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else [value]
+        found[name] = place(robot, name, ",".join(map(str, numbers)))
     return found
 
 

@@ -28,8 +28,7 @@ from rosorin_compile import (
     rule,
 )
 from rosorin_compile.model import Box, Joint, Link, Mesh, Output, Pose, Robot, Transform, Vector
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.one_file import write_file
+from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.source.diagnostics import ERROR, Span, counted, did_you_mean, has_errors, listed
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.tree import Map

@@ -7,14 +7,14 @@ others with a conflict. The comments (see support/cases.py) follow ``# options:`
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import pytest
 
+from rosorin_compile.api import check_parameters
+from rosorin_compile.cli.command import Options
 from rosorin_compile.cli.main import main
 from rosorin_compile.output.request import Request
-from rosorin_compile.ros.check_parameters.checking import asked, look
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
@@ -25,21 +25,33 @@ FOLDER = DATA / "parameters"
 CASES = sorted(one for one in FOLDER.glob("*/*.yaml") if one.name != "robot.yaml" and ".launch" not in one.name)
 
 
-def options(case: Path) -> argparse.Namespace:
+def options(case: Path) -> Options:
     """Return the options of a case, as the command line would parse them."""
     lines = case.read_text("utf-8").splitlines()
     words = next((line.split()[2:] for line in lines if line.startswith("# options: ")), [])
     if words[:1] == ["--controllers"]:
-        return parse(["check", "parameters", "robot.yaml", "--controllers", case.name, *words[1:]])
+        made = parse(["check", "parameters", "robot.yaml", "--controllers", case.name, *words[1:]])
+        made.parameters = []
+        return made
     made = parse(["check", "parameters", "robot.yaml", *words])
     made.parameters = [case.name]
     return made
 
 
 def looked_at(case: Path) -> list[Diagnostic]:
-    known = Request(Description("robot", Path("robot.yaml"), Path("outputs"))).understand().case
-    assert known is not None
-    return look(known, asked(options(case))).diagnostics
+    request = Request(Description("robot", Path("robot.yaml"), Path("outputs")))
+    given = options(case)
+    result = check_parameters(
+        request,
+        given.parameters,
+        controllers=given.controllers,
+        launch=given.launch,
+        remaps=given.remap,
+        namespace=given.namespace,
+        distribution=given.distribution,
+    )
+    assert result.robot
+    return list(result.diagnostics)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.parent.name}-{case.stem}")

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 import yaml
 
+from rosorin_compile.api import check_parameters
 from rosorin_compile.output.pipeline import Compiled, compile_robot
 from rosorin_compile.output.request import Request
-from rosorin_compile.ros.check_parameters.checking import asked, look
 from rosorin_compile.ros.check_parameters.files import read_file
 from rosorin_compile.ros.parameters.tables import DISTRIBUTIONS
 from rosorin_compile.source.diagnostics import NOTE, has_errors
@@ -53,9 +53,10 @@ def parameters(path: Path, distribution: str = "jazzy") -> Mapping[str, Any]:
 def held(robot: Path, file: Path, *words: str) -> list[str]:
     """Return what check parameters --controllers says of a file."""
     options = parse(["check", "parameters", str(robot), "--controllers", str(file), *words])
-    known = Request(Description("robot", robot, Path("outputs"))).understand().case
-    assert known is not None
-    return [one.message for one in look(known, asked(options)).diagnostics]
+    request = Request(Description("robot", robot, Path("outputs")))
+    result = check_parameters(request, [], controllers=[file], remaps=options.remap, distribution=options.distribution)
+    assert result.robot
+    return [one.message for one in result.diagnostics]
 
 
 @pytest.mark.parametrize(("name", "distribution"), WRITTEN)

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.ours import RECORD
-from rosorin_compile.ros.package import finding
+from rosorin_compile.output import MANIFEST
+from rosorin_compile.source import ros_packages
 from support.launch import run
 from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN
@@ -30,7 +30,7 @@ def test_the_artifacts_go_where_they_belong(base: Path, capsys: pytest.CaptureFi
     assert deploy(base) == 0
     after = contents(base)
     changed = {name for name in after if after[name] != before.get(name)}
-    own = {"urdf/rosorin.urdf", "config/static_tf.json", "launch/static_tf.launch.py", RECORD}
+    own = {"urdf/rosorin.urdf", "config/static_tf.json", "launch/static_tf.launch.py", MANIFEST}
     moving = {"controllers.yaml", "ekf_frames.yaml", "nav2.yaml"}
     assert changed == {*own, *(f"config/{name}" for name in moving), "sdf/rosorin.sdf", "srdf/rosorin.srdf"}
     assert after["urdf/rosorin.urdf"] == TEXTS["rosorin.urdf"]
@@ -192,7 +192,7 @@ def test_messages(base: Path, capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert f"warning[deploy-not-depended]: {message}\n    add: <exec_depend>tf2_ros</exec_depend>\n" in said
     message = f"{base}/launch/broken.launch.py: not a Python file: '(' was never closed (<unknown>, line 1)"
     assert f"warning[deployed-launch-unread]: {message}\n" in said
-    monkeypatch.setattr(finding, "MAX_FILES", 3)
+    monkeypatch.setattr(ros_packages, "MAX_FILES", 3)
     assert deploy(base) == check(base) == 1
     message = f"cannot read {base}: more than 3 files; name the folder of the package"
     assert capsys.readouterr().err.count(f"error[deploy-unreadable]: {message}\n    name another folder\n") == 2

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypedDict
 
+from .extract import ExtractedFactory
+
 
 class BoxEnds(TypedDict):
     """A box by two corners."""
@@ -64,14 +66,6 @@ class ExtractedHeightMap(TypedDict):
     cell: Annotated[float, "the edge of a cell, metres"]
     method: str
     z: Annotated[list[list[float | None]], "rows along x of heights along y, metres; null where nothing is"]
-
-
-class ExtractedFactory(TypedDict):
-    """What came of a package."""
-
-    joints: list[str]
-    boxes: Annotated[list[str], "the links that have one"]
-    written: Annotated[list[str], "the files that were written"]
 
 
 ANSWERS: dict[str, Any] = {

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.cli.usage import WrongUsage
 from rosorin_compile.model import Controller
+from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import (
     ERROR,
@@ -18,6 +18,7 @@ from rosorin_compile.source.diagnostics import (
     Diagnostic,
     Heading,
     Related,
+    RequestError,
     Rule,
     Source,
     Span,
@@ -27,7 +28,6 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
-from rosorin_compile.source.files import is_file
 from rosorin_compile.source.project import no_file
 
 from ..controllers.checking import against_robot, missing
@@ -56,49 +56,68 @@ _KEY, _USUAL = "odom_topic", "odom"
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
 
 
-class Asked(NamedTuple):
-    """What the command line says: the files, the remaps, the namespace of the nodes, the distribution ("": any).
+@dataclass(frozen=True)
+class ParameterFiles:
+    """Parameter files of nodes, and how the nodes are started.
 
-    ``controllers`` are those of the files that have to have some.
+    ``controllers`` are the files that must have controllers, ``launch`` launch files to read remappings from.
+    ``remaps`` are further ones as NODE:FROM:=TO. Without a distribution, parameters of all ROS 2 distributions are
+    accepted, or of the one that the outputs of the robot name.
     """
 
-    files: Sequence[Path]
-    controllers: Sequence[Path]
-    launch: Sequence[Path]
-    remaps: Sequence[Remap]
-    namespace: str
-    distribution: str
+    files: Sequence[Path] = ()
+    controllers: Sequence[Path] = ()
+    launch: Sequence[Path] = ()
+    remaps: Sequence[str] = ()
+    namespace: str = ""
+    distribution: str = ""
+
+    def remappings(self) -> list[Remap]:
+        """Return the remappings. Raises RequestError for one that is invalid."""
+        found = []
+        for word in self.remaps:
+            remap = of_word(word)
+            if remap is None:
+                raise RequestError(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
+            found.append(remap)
+        return found
+
+    def check(self) -> None:
+        """Raise RequestError for a file that does not exist."""
+        for path in (*self.files, *self.controllers, *self.launch):
+            if not path.is_file():
+                raise RequestError(no_file(path))
 
 
-class Looked(NamedTuple):
-    """What was found: the diagnostics, the edges of nodes that were judged, and those whose nodes are in no file."""
+@dataclass(frozen=True)
+class CheckedParameters:
+    """What was checked: the edges of nodes that were judged, the publishers that no file has, and unknown nodes.
 
-    diagnostics: list[Diagnostic]
-    judged: int
-    absent: list[str]
-    unknown: list[str]
+    ``robot`` is empty if errors of the description kept it from being checked.
+    """
 
-
-def asked(options: argparse.Namespace) -> Asked:
-    """Return what the options ask for. Raises WrongUsage."""
-    remaps = []
-    for word in options.remap:
-        remap = of_word(word)
-        if remap is None:
-            raise WrongUsage(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
-        remaps.append(remap)
-    for path in (*options.parameters, *options.controllers, *options.launch):
-        if not is_file(path):
-            raise WrongUsage(no_file(Path(path)))
-    own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
-    return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")
+    robot: str = ""
+    judged: int = 0
+    absent: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
-def look(case: Case, asked: Asked) -> Looked:
-    """Hold parameter files against a robot."""
+def check_parameters(request: Request, asked: ParameterFiles) -> CheckedParameters:
+    """Check parameter files against a robot, a description or in another format. Raises RequestError."""
+    asked.check()
+    asked.remappings()
+    understood = request.understand()
+    if understood.case is None:
+        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
+    return look(understood.case, asked)
+
+
+def look(case: Case, asked: ParameterFiles) -> CheckedParameters:
+    """Check parameter files against a robot. Raises RequestError."""
     told: list[Diagnostic] = []
-    sections = _read(asked.files, told)
-    remaps = list(asked.remaps)
+    sections = _read((*asked.controllers, *asked.files), told)
+    remaps = asked.remappings()
     for path in asked.launch:
         more, said = of_launch(path)
         remaps += more
@@ -116,7 +135,7 @@ def look(case: Case, asked: Asked) -> Looked:
     told += _unheard(nodes, remaps)
     judged, absent = _judged(case, nodes)
     unknown = [node.shown for node in nodes if node.kind is None and _could_publish(case, node)]
-    return Looked(arrange(told), judged, absent, unknown)
+    return CheckedParameters(case.robot.name, judged, tuple(absent), tuple(unknown), tuple(arrange(told)))
 
 
 def _none(files: Sequence[Sequence[Section]], path: Path) -> Diagnostic:
@@ -194,7 +213,7 @@ def _could_publish(case: Case, node: Node) -> bool:
     return any(node.is_of(publisher, case.robot.publishers) for publisher in case.robot.publishers)
 
 
-def summary(looked: Looked) -> str:
+def summary(looked: CheckedParameters) -> str:
     """Return what was judged, in a line."""
     severities = [one.severity for one in looked.diagnostics]
     told = listed(counted(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)

@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Rule, Source, Span, error
+from rosorin_compile.source.python_values import Unknown, constants, value
 from rosorin_compile.source.xml.markup import Document
-
-from ..package.plain_values import Unknown, constants, value
 
 RULES = (
     Rule(

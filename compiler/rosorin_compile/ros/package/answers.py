@@ -1,4 +1,4 @@
-"""What package, deploy and check deployed answer as JSON: the types of results, of which the schemas are made.
+"""The types of the results of package, deploy and check deployed, from which their schemas are made.
 
 Nothing imports this module at run time.
 """
@@ -7,31 +7,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, TypedDict
 
-
-class WrittenPackage(TypedDict):
-    """A ROS 2 package."""
-
-    package: str
-    folder: str
-    files: Annotated[list[str], "all files of it, as seen from the folder"]
-    written: Annotated[list[str], "those that are new or others than before"]
-
-
-class DeployedCopy(TypedDict):
-    """An artifact in a folder."""
-
-    file: Annotated[str, "as seen from the folder"]
-    output: Annotated[str, "its name under `outputs`"]
-    same: Annotated[bool, "whether it was there as it is compiled before the run"]
-
-
-class Deployed(TypedDict):
-    """The artifacts of a robot in a folder."""
-
-    robot: str
-    folder: str
-    written: Annotated[bool, "false with `--dry-run`"]
-    copies: list[DeployedCopy]
+from .deploy import Deployed
+from .write import WrittenPackage
 
 
 class _CopiesDiffer(TypedDict, total=False):

@@ -9,13 +9,14 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.launching import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.source.diagnostics import Console, Diagnostic, Heading, Rule, Source, Span, error, first_of
+from rosorin_compile.source.diagnostics import Diagnostic, Heading, Rule, Source, Span, error, first_of
 from rosorin_compile.source.files import read_bytes, resolve
 from rosorin_compile.source.project import Description, tool_folders
 
@@ -24,9 +25,9 @@ from .naming import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 
 if TYPE_CHECKING:
-    from rosorin_compile.cli.given import Given
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.output.request import Request
 
     from .package import Options
 
@@ -82,22 +83,20 @@ class Carried(NamedTuple):
         return [one.argument.name for one in self.passed if one.argument.default is None]
 
 
-def described(
-    compiled: Compiled, description: Description, given: Given, options: Options
-) -> tuple[Carried | None, list[Diagnostic]]:
+def described(compiled: Compiled, request: Request, options: Options) -> tuple[Carried | None, list[Diagnostic]]:
     """Return the description that a package with these options carries, if any, or what cannot be carried."""
     if not options.at_launch or compiled.robot is None:
         return None, []
     modes = spelt_statics(compiled.robot, [argument.name for argument in ARGUMENTS]).modes
-    return carry(compiled, description.path, given, options.name, modes.values())
+    return carry(compiled, request, options.name, modes.values())
 
 
 def carry(
-    compiled: Compiled, path: Path, given: Given, package: str, modes: Iterable[str]
+    compiled: Compiled, request: Request, package: str, modes: Iterable[str]
 ) -> tuple[Carried | None, list[Diagnostic]]:
-    """Return the description whose first file is ``path`` as a package carries it, or what cannot be carried.
+    """Return the description as a package carries it, or the errors about what cannot be carried.
 
-    The arguments of this run become the defaults at launch; ``modes`` are names of launch arguments that are taken.
+    The arguments of the request become the defaults at launch; ``modes`` are names of launch arguments in use.
     Raises LoadError.
     """
     from rosorin_compile.language.arguments import Argument
@@ -106,9 +105,8 @@ def carry(
     if main is None:
         return None, []  # a package without a URDF is refused anyway
     statics = next((one.output for one in compiled.artifacts if one.backend == STATICS), STATICS)
-    values = given.values()
-    packages = compiled.packages
-    packages |= given.packages
+    path, values = request.description.path, request.values()
+    packages = {**compiled.packages, **request.packages}
     places, problems = _places(compiled, path, packages)
     problems += _unfindable(main, package, places)
     if problems:
@@ -223,18 +221,16 @@ def _text_of(argument: Argument, value: Any) -> str:
     return value if isinstance(value, str) else _plain(argument.value)
 
 
-def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, package: str) -> list[Diagnostic]:
+def proven(carried: Carried, compiled: Compiled, request: Request, there: Path, package: str) -> list[Diagnostic]:
     """Return why the description of a package that stands in the folder ``there`` does not compile as it did.
 
     It has to say the same to the byte, and to read nothing outside.
     """
     from rosorin_compile.source.diagnostics import has_errors
 
-    packages = compiled.packages
-    packages |= {**given.packages, package: there}
-    alike = given._replace(packages=packages, trust=True)
+    packages = {**compiled.packages, **request.packages, package: there}
     copy = Description(package, there / carried.description, there / Description.OUTPUTS)
-    again = alike.compile(copy, Console("json"), meshes=True, wanted=(carried.urdf,))
+    again = replace(request, description=copy, packages=packages, trust=True).compile((carried.urdf,))
     wrong = [one for one in again.diagnostics if one.severity == "error"]
     if has_errors(again.diagnostics):
         message = f"the description does not compile from the package: {wrong[0].message}"

@@ -26,9 +26,8 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Heading, Rule, Source, Span
+from rosorin_compile.source.python_values import Unknown, constants, value
 from rosorin_compile.source.xml.markup import Document
-
-from .plain_values import Unknown, constants, value
 
 RULES = (
     Rule(
@@ -206,7 +205,6 @@ def _angles(static: Understood, joint: Joint, off: float) -> list[str]:
 
 
 PUBLISHER = "static_transform_publisher"
-_ENDINGS = (".launch.py", "_launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", ".launch")
 _VARIABLE = re.compile(r"\$\((?:var|arg) ([^\s()$]+)\)")
 _MOST = 500  # static transforms in one file
 
@@ -220,11 +218,6 @@ class Call(NamedTuple):
 
 class Unreadable(Exception):
     """A launch file that cannot be parsed; the message says why."""
-
-
-def is_launch_file(name: str) -> bool:
-    """Say whether a file is a launch file, by its name."""
-    return name.endswith(_ENDINGS) or ("launch/" in name and name.endswith(".py"))
 
 
 def calls(name: str, text: str) -> list[Call]:

@@ -1,4 +1,4 @@
-"""Installing: whether a package installs the files that are put into it, and whether an install space has them."""
+"""ROS packages on disk: the package of a folder, its files, what it installs, and its install space."""
 
 from __future__ import annotations
 
@@ -9,14 +9,94 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.source.files import is_file, is_folder, read_text, resolve
+from .files import exists, is_file, is_folder, read_text, resolve
+from .python_values import Unknown, constants, value
 
-from .plain_values import Unknown, constants, value
+MAX_FILES = 50_000
+_SKIPPED = {"__pycache__", "node_modules"}
+# What colcon makes beside the sources; it puts a file COLCON_IGNORE into each.
+BUILT = ("build", "install", "log")
+_LAUNCH_ENDINGS = (".launch.py", "_launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", ".launch")
 
 _AUTO = re.compile(r"\bINSTALL_TO_SHARE\s+([^()]*)\)")
 _INSTALL = re.compile(r"install\s*\(\s*(DIRECTORY|FILES|PROGRAMS)\s+([^()]*?)\bDESTINATION\b", re.IGNORECASE)
 _NODES = ("robot_state_publisher", "tf2_ros")
 _WALKS = ("rglob", "os.walk", "iterdir", "listdir")
+
+
+def package_of(folder: Path) -> tuple[Path, str] | None:
+    """Return the folder of the package that a folder is in, and the name of the package; None if it is in none."""
+    for place in _upwards(resolve(folder)):
+        path = place / "package.xml"
+        if is_file(path):
+            match = re.search(r"<name>\s*([^<\s]+)\s*</name>", read_text(path, errors="replace"))
+            return (place, match[1]) if match else None
+    return None
+
+
+def _upwards(folder: Path) -> Iterator[Path]:
+    yield folder
+    yield from list(folder.parents)[:4]
+
+
+def files_below(folder: Path, skip_built: bool) -> list[str]:
+    """Return the files below a folder by relative POSIX name, sorted; a folder that several names lead to counts once.
+
+    ``skip_built`` leaves out what colcon made and what links to folders lead to: nothing may be written there.
+    Raises OSError, also if there are more than 50,000 files.
+    """
+    names: list[str] = []
+    seen: set[Path] = set()
+    for place, folders, files in _walk(folder, follow=not skip_built):
+        real = resolve(place)
+        if real in seen:
+            folders.clear()
+            continue
+        seen.add(real)
+        folders[:] = [name for name in folders if _is_wanted(place / name, skip_built)]
+        relative = place.relative_to(folder)
+        names += [(relative / name).as_posix() for name in files]
+        if len(names) > MAX_FILES:
+            raise OSError(f"more than {MAX_FILES:,} files; name the folder of the package")
+    return sorted(names)
+
+
+def _walk(folder: Path, follow: bool) -> Iterator[tuple[Path, list[str], list[str]]]:
+    """Walk a folder, and then what links lead to: a file is found by the name without a link, if it has one.
+
+    A link to what the folder itself is in leads nowhere. Raises OSError.
+    """
+    links: list[Path] = []
+    for place, folders, files in _below(folder, follow=False):
+        yield place, folders, files
+        links += [place / name for name in folders if follow and (place / name).is_symlink()]
+    for link in links:
+        if resolve(folder).is_relative_to(resolve(link)):
+            continue
+        yield from _below(link, follow=True)
+
+
+def _below(top: Path, follow: bool) -> Iterator[tuple[Path, list[str], list[str]]]:
+    """Yield each folder with the folders and files in it, sorted; those are gone into that are left. Raises OSError."""
+    waiting = [top]
+    while waiting:
+        place = waiting.pop()
+        inside = sorted(place.iterdir())
+        folders, files = ([path.name for path in inside if test(path)] for test in (is_folder, is_file))
+        yield place, folders, files
+        waiting += [place / name for name in reversed(folders) if follow or not (place / name).is_symlink()]
+
+
+def _is_wanted(folder: Path, skip_built: bool) -> bool:
+    if folder.name.startswith(".") or folder.name in _SKIPPED:
+        return False
+    made = folder.name in BUILT and exists(folder / "COLCON_IGNORE")
+    return not (made and (skip_built or folder.name != "install"))
+
+
+def is_launch_file(name: str) -> bool:
+    """Return True if a file is a launch file, by its name."""
+    return name.endswith(_LAUNCH_ENDINGS) or ("launch/" in name and name.endswith(".py"))
 
 
 class Missing(NamedTuple):

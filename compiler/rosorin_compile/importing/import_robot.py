@@ -1,0 +1,360 @@
+"""Import a robot: convert a URDF, xacro, SDF or MJCF to a description, prove it, and write it."""
+
+from __future__ import annotations
+
+import re
+import stat
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Literal
+
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.format import Format
+from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.output import OutputError, WriteResult, write_set
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    WARNING,
+    Diagnostic,
+    RequestError,
+    arrange,
+    counted,
+    error,
+    has_errors,
+)
+from rosorin_compile.source.project import Description
+from rosorin_compile.source.tree import Map
+
+from .description import tree_of, write
+from .into import Package, in_the_end, inside, package_at, package_report, put_into, to_do
+from .reimport import ENDING, Record, Request, import_again, is_record, record_of, recorded, remove
+from .report import Renamed, accepted, kept, renamed, repeated, sizes
+from .round_trip import RoundTrip, check_round_trip, schema_beside
+from .translating import Changed, Translation, translate
+from .translating.report import translation_report
+from .translating.sharing import Sharing
+from .words import Worded, worded
+from .words.report import told_words
+
+_NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
+
+
+@dataclass(frozen=True)
+class ImportOptions:
+    """The options of an import, named as those of ``rosorin-compile import``.
+
+    ``arguments`` are those of a xacro, as text. ``into`` is the folder of the ROS package that gets the description,
+    ``output`` the folder of the description elsewhere. ``companions`` are files that are read too, by their format.
+    ``warn`` receives the warnings that have to be printed before code is executed.
+    """
+
+    into: Path | None = None
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    packages: Mapping[str, Path] = field(default_factory=dict)
+    output: Path | None = None
+    name: str | None = None
+    meshes: str | None = None
+    companions: Mapping[str, Path] = field(default_factory=dict)
+    strict: bool = False
+    lenient: bool = False
+    parts: bool = True
+    verbatim: bool = False
+    flat: bool = False
+    force: bool = False
+    ours: bool = False
+    trust: bool = False
+    warn: Callable[[Diagnostic], None] | None = None
+
+
+@dataclass(frozen=True)
+class ImportResult:
+    """The description that an import wrote."""
+
+    source: Annotated[str, "the file that was imported"]
+    robot: Annotated[str, "its name"] = ""
+    folder: Annotated[str, "where the description is"] = ""
+    written: Annotated[tuple[str, ...], "the files that are new or changed, relative to the folder"] = ()
+    report: Annotated[tuple[str, ...], "what was converted and compared, in sentences"] = ()
+    to_do: Annotated[tuple[str, ...], "with `--into`: lines to add to or change in files of the package"] = ()
+    inputs: Annotated[tuple[str, ...], "the files that were read"] = ()
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+
+def companions() -> list[Format]:
+    """Return the formats of files that add to a robot in another file, such as SRDF."""
+    return [format for format in FORMATS.values() if format.reading.join is not None]
+
+
+def import_robot(source: Path, options: ImportOptions) -> ImportResult:
+    """Convert the robot in a file to a description, and write it unless an error is found.
+
+    Raises RequestError for options that do not fit each other or the files.
+    """
+    if source is not Description.ON_STDIN:
+        _check_file(source)
+    return _Import(source, options).run()
+
+
+def _check_file(path: Path) -> None:
+    """Raise RequestError if a path is not a file."""
+    try:
+        is_folder = stat.S_ISDIR(path.stat().st_mode)
+    except PermissionError as problem:
+        raise RequestError(f"cannot read {path}: {problem.strerror}") from None
+    except (OSError, ValueError):
+        close = Description.nearest_file(path)
+        raise RequestError(f"{path} is not there" + (f'; did you mean "{close}"?' if close else "")) from None
+    if is_folder:
+        raise RequestError(f"{path} is a folder; name the file of the robot in it")
+
+
+class _Import:
+    """One import: the source with the options, and the diagnostics so far."""
+
+    def __init__(self, source: Path, options: ImportOptions) -> None:
+        self.source = source
+        self.options = options
+        self.diagnostics: list[Diagnostic] = []
+        self.package, self.name_in_package = self._package()
+        packages = dict(options.packages)
+        if self.package is not None:
+            packages.setdefault(self.package.name, self.package.folder)
+        if options.name is not None and not (_NAME.fullmatch(options.name) and options.name.isprintable()):
+            raise RequestError(
+                f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within'
+            )
+        meshes = options.meshes
+        if meshes is not None and (not meshes.isprintable() or not meshes.strip() or meshes.endswith("://")):
+            raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
+        self.reading = ReadOptions(options.arguments, packages, options.lenient, tell=options.warn, trust=options.trust)
+
+    def _package(self) -> tuple[Package | None, str]:
+        """Return the package that gets the description, and the source relative to it. Raises RequestError."""
+        options = self.options
+        if options.into is None:
+            return None, ""
+        if options.output is not None or options.force:
+            word = "-o" if options.output is not None else "--force"
+            raise RequestError(f"--into names the place, and what is there stays: leave {word} out")
+        if self.source is Description.ON_STDIN:
+            raise RequestError("--into holds the description against a file: name it, not -")
+        package = package_at(options.into)
+        return package, inside(self.source, package)
+
+    def run(self) -> ImportResult:
+        """Read, convert, prove and write. Raises RequestError."""
+        imported = self._read()
+        result = ImportResult(str(self.source), inputs=tuple(map(str, imported.files)))
+        if imported.tree is None or has_errors(self.diagnostics):
+            return self._end(result)
+        options = self.options
+        tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
+        base = self.package.folder if self.package else Description.around()
+        called = imported._replace(tree=tree).file_name
+        folder = options.output or Path(base, Description.FOLDER, called)
+        result = replace(result, robot=tree["robot"], folder=str(folder))
+        request = Request(self._command_line(), options.ours)
+        record = recorded(folder, request.words) if self.package is None and not options.force else None
+        if self.package is None and record is None:
+            _check_folder(folder, options.force)
+        keeps = imported.takes_arguments and not options.flat
+        named = renamed(tree, self.source, folder, options.meshes, self.reading.packages, keeps)
+        self.diagnostics += arrange(named.diagnostics)
+        read = imported._replace(tree=named.tree)
+        in_words = Worded(read) if options.verbatim else worded(read)
+        imported = in_words.imported
+        trip = self._prove(in_words, folder)
+        if trip is None or has_errors(self.diagnostics):
+            return self._end(result)
+        lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
+        translation = self._translate(read, named, trip, folder)
+        if translation is not None and translation.files:  # it has words of its own: those of all combinations
+            imported, lines = read._replace(tree=translation.plain or named.tree), list(translation.words)
+            trip = trip._replace(files=translation.files)
+        translated = list(translation_report(translation)) if translation is not None else []
+        if self.package is not None:
+            grown = translation.grown if translation is not None else {}
+            return self._put_into(self.package, result, imported, trip, [*lines, *translated], grown, request)
+        if record is not None:
+            is_program = translation is not None and translation.files
+            files = trip.files if is_program else _as_split(trip, record, folder)
+            return self._import_again(result, record, files, request)
+        written = self._write(folder, {**trip.files, **record_of(trip.files, request.words)})
+        if written is None:
+            return self._end(result)
+        report = [*_report(folder, imported, trip, written.kept, lines), *translated]
+        return self._end(replace(result, written=written.written, report=tuple(report)))
+
+    def _end(self, result: ImportResult) -> ImportResult:
+        return replace(result, diagnostics=tuple(self.diagnostics))
+
+    def _read(self) -> Imported:
+        """Read the source and its companions. Raises RequestError."""
+        imported = Imported.read(self.source, self.reading)
+        if self.options.arguments and not imported.takes_arguments and imported.tree is not None:
+            raise RequestError(f"{self.source} takes no arguments: only a xacro does")
+        for format, path in self.options.companions.items():
+            _check_file(path)
+            imported = imported.joined(format, path, self.reading)
+        found = imported.diagnostics
+        if self.options.strict:
+            found = [replace(one, severity=ERROR) if one.rule == "import-cannot-carry" else one for one in found]
+        self.diagnostics += arrange(found)
+        return imported
+
+    def _command_line(self) -> list[str]:
+        """Return the words of the command line that determine what is written; the next import needs the same."""
+        options = self.options
+        words = [self.source.name, *(f"{name}:={value}" for name, value in options.arguments.items())]
+        for name in ("name", "meshes"):
+            value = getattr(options, name)
+            words += [] if value is None else [f"--{name}", value]
+        flags = {"--no-parts": not options.parts, "--verbatim": options.verbatim, "--flat": options.flat}
+        words += [flag for flag, is_set in flags.items() if is_set]
+        for name, path in options.companions.items():
+            words += [f"--{name}", path.name]
+        return words
+
+    def _prove(self, in_words: Worded, folder: Path) -> RoundTrip | None:
+        """Compile the description in a temporary folder and compare it with the source."""
+        options = self.options
+        try:
+            parts = options.parts and not options.flat
+            trip = check_round_trip(in_words.imported, folder, parts, in_words.plain, self.reading.packages)
+        except OSError as problem:
+            reason = problem.strerror or type(problem).__name__
+            message = f"{self.source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one"
+            self.diagnostics.append(error("output-failed", message, None))
+            return None
+        untold = list(trip.untold)
+        if options.lenient and not options.strict:
+            untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
+        self.diagnostics += arrange([*trip.diagnostics, *untold])
+        return trip
+
+    def _translate(self, read: Imported, named: Renamed, trip: RoundTrip, folder: Path) -> Translation | None:
+        """Translate the macros and arguments of a xacro; None for other formats and with ``flat``."""
+        options = self.options
+        if options.flat or not read.takes_arguments or self.source is Description.ON_STDIN:
+            return None
+        sharing = Sharing(self.package.folder, folder) if self.package is not None else None
+        changed = Changed(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
+        return translate(self.source, self.reading, read, trip.outputs, changed)
+
+    def _put_into(
+        self,
+        package: Package,
+        result: ImportResult,
+        imported: Imported,
+        trip: RoundTrip,
+        lines: Sequence[str],
+        grown: Mapping[str, str],
+        request: Request,
+    ) -> ImportResult:
+        """Write the description to the package of its source."""
+        source, folder = self.name_in_package, Path(result.folder)
+        tree = tree_of(imported)
+        try:
+            put = put_into(package, source, self.options.arguments, folder.name, trip.files, tree, request, grown)
+        except OutputError as problem:
+            self.diagnostics.append(problem.diagnostic)
+            return self._end(result)
+        self.diagnostics += arrange(put.refused)
+        if put.refused:
+            return self._end(result)
+        self.diagnostics += arrange(put.again.diagnostics if put.again else ())
+        report: list[str] = []
+        if put.again is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
+            report += _report(folder, imported, trip, (), lines)
+        report += [*package_report(package, put), *in_the_end(source, put)]
+        return self._end(replace(result, written=put.written, report=tuple(report), to_do=tuple(to_do(package, put))))
+
+    def _import_again(
+        self, result: ImportResult, record: Record, files: Mapping[str, str], request: Request
+    ) -> ImportResult:
+        """Merge a newer state of the source into its description."""
+        folder = Path(result.folder)
+        merged = import_again(folder, record, files, request)
+        if merged.refused:
+            self.diagnostics += arrange(merged.diagnostics)
+            return self._end(result)
+        written = self._write(folder, merged.files, merged.before)
+        if written is None:
+            return self._end(result)
+        with suppress(OSError):  # nothing includes them any more
+            remove(folder, merged)
+        self.diagnostics += arrange(merged.diagnostics)
+        names = [name for name in written.written if not is_record(name)]
+        changed = [*names, *(f"{name} (removed)" for name in merged.removed if not is_record(name))]
+        first = f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged"
+        return self._end(replace(result, written=tuple(names), report=(first, *merged.lines)))
+
+    def _write(
+        self, folder: Path, files: Mapping[str, str], before: Mapping[str, str] = MappingProxyType({})
+    ) -> WriteResult | None:
+        """Write the files of a description; a file that is replaced is kept, unless it is as it was ``before``."""
+
+        def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
+            return "replace" if is_record(name) or old == before.get(name, "").encode() else "keep"
+
+        try:
+            written = write_set(folder, files, judge=judge)
+        except OutputError as problem:
+            self.diagnostics.append(problem.diagnostic)
+            return None
+        self.diagnostics += arrange(written.diagnostics(folder))
+        return written
+
+
+def _as_split(trip: RoundTrip, record: Record, folder: Path) -> Mapping[str, str]:
+    """Return the files of a flat description, in several files if it had several when it was imported."""
+    split = len(record.files) > 1
+    if split == (len(trip.files) > 1):
+        return trip.files
+    return write(trip.shown, trip.outputs, schema_beside(folder), split)
+
+
+def _renamed(tree: Map, name: str) -> Map:
+    """Return a tree with another name of the robot."""
+    made = tree.copied()
+    made["robot"] = name
+    return made
+
+
+def _check_folder(folder: Path, force: bool) -> None:
+    """Raise RequestError if a folder is not empty, unless it is forced, or if it is a file."""
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"{folder} is no folder; name a new one with -o")
+    with suppress(OSError):  # writing to a folder that cannot be read fails with a better message
+        if force or not any(folder.iterdir()):
+            return
+        message = f"{folder} is not empty; name a new folder with -o, or write into this one with --force"
+        if (folder / Description.ROOT_FILE).is_file():
+            record = f"{Description.ROOT_FILE}{ENDING}"
+            message += f" (no {record} there says what was imported, against which changes could be told)"
+        raise RequestError(message)
+
+
+def _report(folder: Path, imported: Imported, trip: RoundTrip, left: Sequence[str], lines: Sequence[str]) -> list[str]:
+    """Return the sentences about a new description: its size, the proof, what is kept and what is left out."""
+    tree = tree_of(imported)
+    report = [
+        f"{folder}: {sizes(tree)} in {', '.join(trip.files)}",
+        f"the compiled {trip.word} is the same robot: {counted(trip.frames, 'frame')} at "
+        f"zero and {trip.states} random joint states, largest difference {trip.largest:.2g}",
+    ]
+    if trip.proof.said or trip.proof.unknown:
+        report.append(trip.proof.said or f"not held against the source in its engine: {trip.proof.unknown}")
+    report += [f"no {name} among its outputs: {reason}" for name, reason in trip.outputs.left_out.items()]
+    report += [*lines, *kept(tree), *accepted(tree)]
+    report += [f"its {FORMATS[name].word} is {remark}" for name, remark in trip.outputs.remarks.items()]
+    if imported.left_out:
+        count = len(imported.left_out)
+        report.append(f"not carried over: {count}, see the {'warning' if count == 1 else 'warnings'} above")
+    others = [name for name in left if not is_record(name)]
+    if others:
+        report.append(f"left alone in {folder}, not written by this import: {', '.join(others)}")
+    return report

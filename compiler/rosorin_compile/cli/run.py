@@ -259,11 +259,12 @@ def write_depfile(
     ``inputs`` are what the target is made of, ``made`` the artifacts.
     """
     from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import touch, write_depfile
+
+    from . import depfile
 
     try:
-        write_depfile(Path(run.options.depfile), target, inputs, made)
-        touch(newer)
+        depfile.write_depfile(Path(run.options.depfile), target, inputs, made)
+        depfile.touch(newer)
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS

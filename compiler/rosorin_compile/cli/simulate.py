@@ -95,8 +95,7 @@ def _show(result: Simulated, options: Options, console: Console) -> None:
 
 def _write_page(result: Simulated, file: Path, console: Console) -> bool:
     """Write the page; return False if that is not possible."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import write_file
+    from rosorin_compile.output import OutputError, write_file
 
     try:
         write_file(file, result.page().encode(), sorted(result.inputs))

@@ -9,13 +9,12 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated
+from typing import Annotated, Literal
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.output import OutputError, Written
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output import OutputError, WriteResult, write_set
 from rosorin_compile.source.diagnostics import (
     ERROR,
     WARNING,
@@ -263,7 +262,7 @@ class _Import:
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return self._end(result)
-        self.diagnostics += [*arrange(put.finished), *arrange(put.refused)]
+        self.diagnostics += arrange(put.refused)
         if put.refused:
             return self._end(result)
         self.diagnostics += arrange(put.again.diagnostics if put.again else ())
@@ -295,18 +294,18 @@ class _Import:
 
     def _write(
         self, folder: Path, files: Mapping[str, str], before: Mapping[str, str] = MappingProxyType({})
-    ) -> Written | None:
+    ) -> WriteResult | None:
         """Write the files of a description; a file that is replaced is kept, unless it is as it was ``before``."""
 
-        def replaces(name: str, old: bytes) -> bool:
-            return is_record(name) or old == before.get(name, "").encode()
+        def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
+            return "replace" if is_record(name) or old == before.get(name, "").encode() else "keep"
 
         try:
-            written = Holding.write_set(folder, files, replaces)
+            written = write_set(folder, files, judge=judge)
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return None
-        self.diagnostics += arrange(written.put_aside(folder))
+        self.diagnostics += arrange(written.diagnostics(folder))
         return written
 
 

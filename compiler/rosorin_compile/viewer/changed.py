@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.model import Robot
-from rosorin_compile.output.one_file import write_file
+from rosorin_compile.output import write_file
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import counted
 

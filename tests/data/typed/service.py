@@ -33,8 +33,7 @@ from rosorin_compile.extend import (
     rule,
 )
 from rosorin_compile.model import Box, Joint, Link, Mesh, Output, Pose, Robot, Transform, Vector
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.one_file import write_file
+from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.source.diagnostics import counted, has_errors, listed
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.tree import Map

@@ -1,7 +1,4 @@
-"""Watch: knowing that what a description was made from is not as it was when it was read.
-
-``Said`` knows what a run before has said already.
-"""
+"""Notice changes of the files from which a robot was compiled."""
 
 from __future__ import annotations
 
@@ -9,12 +6,10 @@ import hashlib
 import os
 import stat
 import time
-from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
-from rosorin_compile.source.files import read_bytes, recording
+from .files import read_bytes, recording
 
 INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
@@ -22,7 +17,7 @@ _SMALL = 1_000_000  # bytes: a larger file is told by its times alone
 _PATIENCE = 20  # looks at files that keep changing, until they are read as they are
 
 
-class Inputs:
+class WatchedFiles:
     """The files that one robot was made from, but for its own artifacts, with the state in which they were."""
 
     def __init__(self, artifacts: Path | None = None) -> None:
@@ -92,34 +87,3 @@ def _content(path: str, signature: tuple[int, ...]) -> object:
 
 def _is_within(path: str, folder: str) -> bool:
     return path == folder or path.startswith(folder + os.sep)
-
-
-class Said:
-    """What has been said of a robot, so that it is not said again at each save."""
-
-    def __init__(self) -> None:
-        self.known: Counter[tuple[str, ...]] = Counter()
-
-    def new(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-        """Return the diagnostics that the run before did not have, and remember all of them.
-
-        One whose line has only moved is the same. An error hides what is asked after it: what was said of that is not
-        forgotten before a run without errors.
-        """
-        told = list(diagnostics)
-        left, new = self.known.copy(), []
-        for one in told:
-            key = _same(one)
-            if left[key]:
-                left[key] -= 1
-            else:
-                new.append(one)
-        hidden = Counter({key: n for key, n in left.items() if key[0] != ERROR}) if has_errors(told) else Counter()
-        self.known = Counter(map(_same, told)) + hidden
-        return new
-
-
-def _same(one: Diagnostic) -> tuple[str, ...]:
-    """Return what is the same of a diagnostic as long as nobody touches its line."""
-    place = (one.span.source.path, one.span.source.line(one.span.line).strip()) if one.span else ()
-    return (one.severity, one.rule, one.message, *place)

@@ -141,10 +141,13 @@ def __getattr__(name: str) -> object:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; plug-ins import {__name__}.extend")
     if name.islower():
-        from rosorin_compile import api as module
+        from rosorin_compile import api
+
+        value = getattr(api, name)
     else:
-        from rosorin_compile import results as module
-    value = getattr(module, name)
+        from rosorin_compile import results
+
+        value = getattr(results, name)
     globals()[name] = value
     return value
 

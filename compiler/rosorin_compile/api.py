@@ -24,21 +24,16 @@ from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.language import arguments as declarations
 from rosorin_compile.language import asked
 from rosorin_compile.language.explain.answer import explain as explain_names
-from rosorin_compile.language.sections.servos.pulses import against_model
 from rosorin_compile.model import Pose, Robot
-from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix, compute_matrix
-from rosorin_compile.mujoco.physics.answers import CheckedPhysics
-from rosorin_compile.mujoco.physics.checking import check_robot
-from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate_robot
-from rosorin_compile.output import OutputError, diff_inputs, new_robot, pipeline, write_outputs
+from rosorin_compile.model.servos import against_model
+from rosorin_compile.output import OutputError, diff_inputs, new_robot, pipeline, write_artifacts
 from rosorin_compile.output.check_outputs import compare_committed
 from rosorin_compile.output.pipeline import Compiled, Reading
 from rosorin_compile.output.request import Request
-from rosorin_compile.recordings.answers import Verified
-from rosorin_compile.ros.srdf.planning import planning_of
-from rosorin_compile.rules import conditions, joint_states, plugged
+from rosorin_compile.rules import conditions, joint_states
 from rosorin_compile.rules import pulses as servo_pulses
 from rosorin_compile.rules import transform as frame_transforms
+from rosorin_compile.rules.check import plugged
 from rosorin_compile.source.diagnostics import (
     ERROR,
     NOTE,
@@ -49,14 +44,12 @@ from rosorin_compile.source.diagnostics import (
     UnknownName,
     did_you_mean,
     has_errors,
-    pip_install,
 )
+from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
-from rosorin_compile.variants.library import compile_variants
-from rosorin_compile.variants.writing import WrittenVariants, write_variants
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.page.write import Page, write_page
@@ -80,11 +73,16 @@ if TYPE_CHECKING:
 
     from rosorin_compile.importing.extract.extract import ExtractedBoxes, ExtractedFactory, ExtractedHeightMap
     from rosorin_compile.importing.import_robot import ImportResult
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.simulate.simulation import Simulated
+    from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
     from rosorin_compile.ros.package.checking import CheckedCopies
     from rosorin_compile.ros.package.deploy import Deployed
     from rosorin_compile.ros.package.write import WrittenPackage
     from rosorin_compile.rules.case import Case
+    from rosorin_compile.variants.writing import WrittenVariants
 
 FilePath = str | os.PathLike[str]
 Packages = Mapping[str, FilePath]
@@ -240,12 +238,12 @@ def write(
     if not compiled.artifacts or has_errors(said):
         return Written(compiled, folder, diagnostics=tuple(said))
     meshes = _belonging(compiled) if only else compiled.mesh_files
-    files = {**meshes, **{artifact.file: artifact.text for artifact in compiled.artifacts}}
+    files: dict[str, str | bytes] = {**meshes, **{artifact.file: artifact.text for artifact in compiled.artifacts}}
     try:
-        done = write_outputs(folder, files, prune, whole=not only)
+        done = write_artifacts(folder, files, prune, complete=not only)
     except OutputError as problem:
         return Written(compiled, folder, diagnostics=(*said, problem.diagnostic))
-    more = done.put_aside(folder)
+    more = done.diagnostics(folder)
     for name in () if only else done.kept:
         message = f"{folder}/{name} is no artifact of this robot; it is kept"
         more.append(Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it"))
@@ -442,7 +440,7 @@ def frames(
         >>> import rosorin_compile
         >>> found = rosorin_compile.frames("rosorin", frame="laser")
         >>> [(edge.parent, edge.child, edge.publisher) for edge in found.situations[0].edges][-1:]
-        [('base_link', 'laser', 'robot_state_publisher')]
+        [('base_link', 'laser', 'tf_base_laser')]
 
     """
     case, diagnostics, request = _case(robot, arguments, packages, trust)
@@ -490,7 +488,7 @@ def pulses(
         >>> import rosorin_compile
         >>> (joint,) = rosorin_compile.pulses("rosorin", {"joint1": "30deg"}).joints
         >>> joint.pulse, round(joint.degrees, 2)
-        (625, 30.0)
+        (375, 30.0)
 
     """
     case, diagnostics, request = _case(robot, arguments, packages, trust)
@@ -643,7 +641,7 @@ def arguments(
         >>> import rosorin_compile
         >>> found = rosorin_compile.arguments("examples/unitree_a1")
         >>> [(one.name, one.allowed, one.default) for one in found.arguments if one.name == "base"]
-        [('base', ('free', 'fixed'), 'free')]
+        [('base', ('fixed', 'free'), 'free')]
 
     """
     request, wrong = Request.of(robot, arguments, packages)
@@ -665,7 +663,7 @@ def outputs(
     Example:
         >>> import rosorin_compile
         >>> [output.file for output in rosorin_compile.outputs("rosorin").outputs][:2]
-        ['rosorin.urdf', 'rosorin.xml']
+        ['controllers.yaml', 'frames.md']
 
     """
     request, wrong = Request.of(robot, arguments, packages)
@@ -686,7 +684,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
     Example:
         >>> import rosorin_compile
         >>> rosorin_compile.explain_rules(["axis-zero"]).rules[0].help
-        'Give the direction of the axis.'
+        'Name one, such as `[0, 0, 1]`.'
 
     """
     diagnostics = (*plugged().diagnostics, *plugged_diagnostics())
@@ -751,6 +749,8 @@ def simulate(
         >>> result.poses[0].worst  # doctest: +SKIP
 
     """
+    from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate_robot
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         return Simulated(str(robot), diagnostics=tuple(wrong))
@@ -781,6 +781,9 @@ def check_physics(
         >>> result.fine, [one.message for one in result.diagnostics]  # doctest: +SKIP
 
     """
+    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.physics.checking import check_robot
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     return CheckedPhysics.of(str(robot), "", None, wrong) if request is None else check_robot(request)
 
@@ -816,6 +819,9 @@ def collisions(
         >>> [pair.links for pair in result.pairs if pair.reason == "Never"]  # doctest: +SKIP
 
     """
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix, compute_matrix
+    from rosorin_compile.ros.srdf.planning import planning_of
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         return CollisionMatrix(str(robot), "", diagnostics=tuple(wrong))
@@ -870,6 +876,8 @@ def verify(
         >>> result.as_described, [finding.message for finding in result.findings]  # doctest: +SKIP
 
     """
+    from rosorin_compile.recordings.answers import Verified
+
     try:
         from rosorin_compile.recordings.verification import verify_recording
     except ModuleNotFoundError as problem:
@@ -930,6 +938,8 @@ def sweep(
         wrong None
 
     """
+    from rosorin_compile.variants.library import compile_variants
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         yield Compiled(None, (), wrong, ())
@@ -975,12 +985,14 @@ def write_sweep(
     Example:
         >>> import rosorin_compile, tempfile
         >>> with open(tempfile.mkdtemp() + "/variants.csv", "w") as file:
-        ...     _ = file.write("name,base\\nlow,fixed\\n")
+        ...     _ = file.write("name,base\nlow,fixed\n")
         >>> result = rosorin_compile.write_sweep("examples/unitree_a1", file.name, tempfile.mkdtemp(), jobs=1)
         >>> result.made, result.error, result.complete
         (1, 0, True)
 
     """
+    from rosorin_compile.variants.writing import WrittenVariants, write_variants
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         return WrittenVariants(str(robot), os.fsdecode(folder), diagnostics=tuple(wrong))

@@ -16,23 +16,23 @@ from rosorin_compile.language.arguments import Argument
 from rosorin_compile.language.explain.explanation import Answer, Explanation
 from rosorin_compile.language.explain.text import lines
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
-from rosorin_compile.mujoco.physics.answers import CheckedPhysics
-from rosorin_compile.mujoco.simulate.simulation import Simulated
 from rosorin_compile.output.new_robot import NewRobot
 from rosorin_compile.output.pipeline import Compiled, Reading, Variant
-from rosorin_compile.recordings.answers import Verified
 from rosorin_compile.rules.pulses import JointPulse, Servos
 from rosorin_compile.rules.transform import FrameTransform, TransformPublisher, TransformStep
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, has_errors
 from rosorin_compile.source.rule_registry import Rule
-from rosorin_compile.variants.writing import WrittenVariants
 from rosorin_compile.viewer.frames import FrameEdge, Frames, FrameSituation
 from rosorin_compile.viewer.page.write import Page
 from rosorin_compile.viewer.picture.draw import Picture
 
 if TYPE_CHECKING:
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.output.check_outputs import Committed
+    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.variants.writing import WrittenVariants
 
 __all__ = [
     "Argument",
@@ -191,3 +191,18 @@ class Rules:
 
     rules: tuple[Rule, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def __getattr__(name: str) -> object:
+    """Return a result of a large feature, which is imported at this moment."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.simulate.simulation import Simulated
+    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.variants.writing import WrittenVariants
+
+    for kind in (CheckedPhysics, CollisionMatrix, Simulated, Verified, WrittenVariants):
+        globals()[kind.__name__] = kind
+    return globals()[name]

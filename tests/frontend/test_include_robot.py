@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import time
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Mapping
@@ -18,7 +17,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.language.expand.prefixing import _Renamer
 from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source.diagnostics import ERROR, WARNING
@@ -357,25 +355,6 @@ def test_all_check_and_the_stamp_know_the_foreign_file(tmp_path, monkeypatch, ca
     assert main(["check", "packaged"]) == 1
     assert main(["all", "packaged"]) == 0
     assert 'upper="0.6"' in (tmp_path / "outputs/packaged/packaged.urdf").read_text("utf-8")
-
-
-def test_a_urdf_that_is_included_is_remembered_until_it_changes(tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
-    shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
-    monkeypatch.chdir(tmp_path)
-    arm = tmp_path / "descriptions/cell/vendor/arm.urdf"
-    seen = []
-    monkeypatch.setattr(
-        "rosorin_compile.formats.reading.read_robot", lambda *given: seen.append(1) or read_robot(*given)
-    )
-    time.sleep(0.05)  # of files that were written just now nobody knows which version was read
-    for text in (None, None, arm.read_text("utf-8").replace('value="4"', 'value="5"')):
-        if text is not None:
-            arm.write_text(text, "utf-8")
-        assert main(["all", "cell"]) == 0
-    capsys.readouterr()
-    assert len(seen) == 2
-    assert '<mass value="5"/>' in (tmp_path / "outputs/cell/cell.urdf").read_text("utf-8")
 
 
 def test_the_list_of_arguments_runs_nothing(monkeypatch, capsys):

@@ -452,7 +452,7 @@ def test_two_packages_with_one_ending(machine: Machine):
     other.mkdir()
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: other-toy\nVersion: 2\n", "utf-8")
     (other / "entry_points.txt").write_text("[rosorin_compile.formats]\nother = other_toy:FORMAT\n", "utf-8")
-    code = "from rosorin_compile import Format\n"
+    code = "from rosorin_compile.extend import Format\n"
     code += "FORMAT = Format(name='other', word='Other', endings=('.toy',), read=print)\n"
     (machine.packages / "other_toy.py").write_text(code, "utf-8")
     printed = machine.run("all", "plain", code=1)
@@ -463,7 +463,7 @@ def test_two_packages_with_one_ending(machine: Machine):
 
 
 def _rule(body: str, head: str = '@rule("ball-too-heavy", "It is too heavy.")') -> str:
-    top = "from rosorin_compile import Case, Diagnostic, function, rule\n\n\n"
+    top = "from rosorin_compile.extend import Case, Diagnostic, function, rule\n\n\n"
     text = f'{top}@function("ball_mass", "x")\ndef ball_mass(radius, density):\n    return 1\n\n\n'
     return f"{text}{head}\ndef light_enough(case):\n    print('a forgotten print')\n    {body}\n"
 

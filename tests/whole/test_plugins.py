@@ -264,7 +264,7 @@ def test_a_plugin_is_found_whatever_the_time_of_its_folder_is(tmp_path: Path, mo
     (tmp_path / "packages" / "q-1.dist-info").mkdir()
     (tmp_path / "packages" / "q-1.dist-info" / "entry_points.txt").write_bytes(b"[rosorin_compile.rules]")
     os.utime(tmp_path / "packages", ns=(10**18, 10**18))  # as a copy keeps it
-    assert find(path) == (str(info), str(tmp_path / "packages" / "q-1.dist-info"))
+    assert find(path) == (str(tmp_path / "packages" / "q-1.dist-info"),)
 
 
 def test_nothing_is_imported_where_there_is_no_plugin(machine: Machine):
@@ -273,48 +273,6 @@ def test_nothing_is_imported_where_there_is_no_plugin(machine: Machine):
     code += "print('importlib.metadata' in sys.modules)"
     ran = subprocess.run([sys.executable, "-c", code], cwd=machine.work, capture_output=True, text=True, check=True)
     assert ran.stdout.splitlines()[-1] == "False"
-
-
-HELPED = """\
-import os
-from pathlib import Path
-from rosorin_compile.language.expression.functions import function
-from toy_helper import FACTOR
-
-
-@function("halved", "half of it")
-def halved(value):
-    print("asked", file=Path(__file__).with_name("log").open("a"))
-    data = float(Path(__file__).with_name("toy.txt").read_text())
-    return value / 2 * FACTOR * data * float(os.environ.get("TOY", "1"))
-"""
-
-
-def test_a_run_with_a_plugin_is_remembered_with_all_that_the_plugin_opens(
-    machine: Machine, monkeypatch: pytest.MonkeyPatch
-):
-    (machine.packages / "toy_helper.py").write_text("FACTOR = 1\n", "utf-8")
-    (machine.packages / "toy.txt").write_text("1\n", "utf-8")
-    machine.install("[rosorin_compile.functions]\nhalved = toy:halved\n", HELPED)
-    log = machine.packages / "log"
-    log.write_text("", "utf-8")
-
-    def made() -> tuple[str, bool]:
-        """Return the number that is made, and whether the plug-in was asked for it."""
-        before = len(log.read_text("utf-8"))
-        code, printed = machine.run("print", "robot.yaml", "urdf")
-        assert code == 0, printed
-        return printed.partition("axle")[2].partition('xyz="0 ')[2].partition(" ")[0], len(
-            log.read_text("utf-8")
-        ) > before
-
-    assert [made() for _ in range(2)] == [("0.1", True), ("0.1", False)]
-    (machine.packages / "toy_helper.py").write_text("FACTOR = 2\n", "utf-8")
-    assert [made() for _ in range(2)] == [("0.2", True), ("0.2", False)]
-    (machine.packages / "toy.txt").write_text("2\n", "utf-8")
-    assert [made() for _ in range(2)] == [("0.4", True), ("0.4", False)]
-    monkeypatch.setenv("TOY", "2")
-    assert [made() for _ in range(2)] == [("0.8", True), ("0.8", False)]
 
 
 # ---- Commands and checks ----

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from .answer import give_result
 from .command import Options, command
 from .options import robots_argument
-from .robots import descriptions
+from .robots import descriptions, warn_of_no_robots
 from .run import Run
 from .usage import FINE, PROBLEMS
 
@@ -27,9 +27,13 @@ def run(options: Options) -> int:
     from rosorin_compile import api
 
     run = Run.of(options)
+    if not run.words:
+        warn_of_no_robots(run.console)
     results = [api.arguments(run.request(description)) for description in descriptions(run.words)]
     for result in results:
         run.console.show(result.diagnostics)
+    if not options.words:
+        warn_of_no_robots(run.console)
     fine = [result for result in results if not result.diagnostics]
     robots = [{"robot": one.robot, "arguments": [_object(argument) for argument in one.arguments]} for one in fine]
     give_result(options, robots, lambda: "\n".join(line for one in fine for line in _lines(one.robot, one.arguments)))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from rosorin_compile.source.project import data_folder
 
+from .answer import give_result
 from .command import Options, command
 from .usage import FINE
 
 
 @command("bazel-dir", exits="0 printed", more="rosorin_robot.bzl defines the rule; see docs/builds.md.")
-def run(_: Options) -> int:
+def run(options: Options) -> int:
     """Print the folder that has rosorin_robot.bzl."""
-    print(data_folder("bazel"))
+    folder = data_folder("bazel")
+    give_result(options, str(folder), lambda: str(folder))
     return FINE

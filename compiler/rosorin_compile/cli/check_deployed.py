@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
-import argparse
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from rosorin_compile.compare.tables import blocks
 from rosorin_compile.source.diagnostics import error, has_errors
 from rosorin_compile.source.project import Description
 
+from .command import Options, check, option
+from .options import check_options
 from .run import Run, for_each, nothing_written
 from .usage import FINE, PROBLEMS, WrongUsage
-
-if TYPE_CHECKING:
-    from .parser import Parser
 
 _HOW = "rosorin-compile check deployed ROBOT FOLDER"
 
 
-def options(command: Parser) -> None:
-    """Add what this check takes."""
-    command.add_check_options(
-        "ROBOT FOLDER", "the robot, required if there are several, and a package, install space or folder"
-    )
-    command.add_argument("--full", action="store_true", help="print differences of texts in full")
-
-
-def run(options: argparse.Namespace) -> int:
+@check("deployed", exits="0 no differences, 1 differences or errors")
+@check_options("[ROBOT] FOLDER", "the robot, required if there are several, and a package, install space or folder")
+@option("--full", is_flag=True, help="print differences of texts in full")
+def run(options: Options) -> int:
     """Compare the copies in a folder with what robots are compiled to."""
     names = Run.of(options).words
     if not names:
@@ -51,7 +44,8 @@ def _check(run: Run, description: Description, folder: str) -> int:
     if result.differing:
         told = error("deployed-differs", "\n".join(result.lines), None, "rosorin-compile deploy writes them anew")
         compared, others = result.compared()
-        console.differ("not as deployed", result.lines, told, lambda: compared.blocks(others))
+        table = blocks(compared.changes, compared.texts, others)
+        console.differ("not as deployed", result.lines, told, lambda: table)
     console.show(result.diagnostics)
     if not result.robot:
         nothing_written(run.console, description.name, result.diagnostics)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+
+import click
 
 from rosorin_compile.output.request import is_foreign
 from rosorin_compile.ros.parameters import DISTRIBUTION
@@ -13,12 +13,10 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import Description
 
+from .command import Options, check, option
+from .options import PATH, check_options
 from .run import Run, for_each
 from .usage import FINE, PROBLEMS, WrongUsage
-
-if TYPE_CHECKING:
-    from .parser import Parser
-
 
 _HOW = "rosorin-compile check parameters ROBOT FILE ..."
 _DESCRIPTION = re.compile(r"""^["']?robot["']?[ \t]*:[ \t]*[^\s#{]""", re.MULTILINE)
@@ -26,26 +24,38 @@ _MARK = ":="
 _MOST = 1_000_000  # bytes of a file that are looked at
 
 
-def options(command: Parser) -> None:
-    """Add what this check takes."""
-    command.add_check_options(
-        "ROBOT FILE", "the robot, required if there are several, and parameter files of its nodes"
-    )
-    add = command.add_argument_group("parameter files").add_argument
-    many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": "path", "metavar": "FILE"}
-    command.set_defaults(parameters=[])
-    add("--controllers", **many, help="parameter files of a controller_manager")
-    add("--launch", **many, help="launch files to read remappings from")
-    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="add a remapping")
-    add("--namespace", default="", metavar="NS", help="namespace of the nodes")
-    add(
-        "--distribution",
-        choices=DISTRIBUTION["enum"],
-        help="ROS 2 distribution; default: that of the outputs, else any",
-    )
+_FILES = "Parameter files"
 
 
-def run(options: argparse.Namespace) -> int:
+@check("parameters", exits="0 no errors, 1 errors")
+@check_options("[ROBOT] FILE ...", "the robot, required if there are several, and parameter files of its nodes")
+@option(
+    "--controllers",
+    multiple=True,
+    many=True,
+    type=PATH,
+    metavar="FILE ...",
+    help="parameter files of a controller_manager",
+    section=_FILES,
+)
+@option(
+    "--launch",
+    multiple=True,
+    many=True,
+    type=PATH,
+    metavar="FILE ...",
+    help="launch files to read remappings from",
+    section=_FILES,
+)
+@option("--remap", multiple=True, metavar="NODE:FROM:=TO", help="add a remapping", section=_FILES)
+@option("--namespace", default="", metavar="NS", help="namespace of the nodes", section=_FILES)
+@option(
+    "--distribution",
+    type=click.Choice(DISTRIBUTION["enum"]),
+    help="ROS 2 distribution; default: that of the outputs, else any",
+    section=_FILES,
+)
+def run(options: Options) -> int:
     """Hold the parameter files against the robot."""
     from rosorin_compile.api import check_parameters
     from rosorin_compile.ros.check_parameters.checking import summary
@@ -72,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
     return for_each(options, checked, alone=_HOW)
 
 
-def _take_words(options: argparse.Namespace) -> None:
+def _take_words(options: Options) -> None:
     """Leave the robot and its arguments in the words; the others are parameter files. Raises WrongUsage."""
     for words in (options.controllers, options.launch):  # arguments may stand behind files
         options.words += [word for word in words if _MARK in word]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rosorin_compile.source.project import data_folder
 
+from .answer import give_result
 from .command import Options, command
 from .usage import FINE
 
@@ -13,7 +14,8 @@ from .usage import FINE
     exits="0 printed",
     more="Pass it to find_package(rosorin_compile) as rosorin_compile_DIR; see docs/builds.md.",
 )
-def run(_: Options) -> int:
+def run(options: Options) -> int:
     """Print the folder that has rosorin_compileConfig.cmake."""
-    print(data_folder("cmake"))
+    folder = data_folder("cmake")
+    give_result(options, str(folder), lambda: str(folder))
     return FINE

@@ -37,7 +37,7 @@ class Options(SimpleNamespace):
 
 
 Run = Callable[[Options], int]
-Any_ = TypeVar("Any_", bound=Callable[..., Any])
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
 
 class Option(click.Option):
@@ -62,19 +62,25 @@ class Argument(click.Argument):
         super().__init__(*words, **settings)
         self.help = help
 
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str]:
         """Return the name and the help of this argument."""
-        return (self.metavar or self.human_readable_name, self.help) if self.help else None
+        return self.metavar or self.human_readable_name, self.help or ""
 
 
-option = partial(click.option, cls=Option)
-argument = partial(click.argument, cls=Argument)
+def option(*names: str, **settings: Any) -> Callable[[Decorated], Decorated]:
+    """Return a decorator that adds an ``Option``; it can be used several times, also with click 8.0."""
+    return lambda function: click.option(*names, cls=Option, **settings)(function)
 
 
-def combined(*decorators: Callable[[Any_], Any_]) -> Callable[[Any_], Any_]:
+def argument(*names: str, **settings: Any) -> Callable[[Decorated], Decorated]:
+    """Return a decorator that adds an ``Argument``; it can be used several times, also with click 8.0."""
+    return lambda function: click.argument(*names, cls=Argument, **settings)(function)
+
+
+def combined(*decorators: Callable[[Decorated], Decorated]) -> Callable[[Decorated], Decorated]:
     """Return one decorator that adds the parameters of several, in their order."""
 
-    def decorate(function: Any_) -> Any_:
+    def decorate(function: Decorated) -> Decorated:
         for decorator in reversed(decorators):
             function = decorator(function)
         return function

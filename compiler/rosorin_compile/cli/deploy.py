@@ -2,44 +2,39 @@
 
 from __future__ import annotations
 
-import argparse
 from typing import TYPE_CHECKING
 
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, has_errors
 
+from . import complete
 from .answer import give_result
+from .command import Options, command, option
+from .options import PATH, robot_argument, robot_options
 from .run import Run, nothing_written
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.ros.package.deploy import Deployed
 
-    from .parser import Parser
 
 _HOW = "rosorin-compile deploy ROBOT -o FOLDER"
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robot()
-    command.add_argument("-o", "--output", type="path", metavar="FOLDER", help="existing package or folder")
-    command.add_argument(
-        "--map",
-        action="append",
-        default=[],
-        metavar="OUTPUT=PLACE",
-        help="path of an output in FOLDER, or none to skip it; stored in FOLDER",
-    )
-    command.add_argument(
-        "--install", type="path", metavar="FOLDER", help="install space; default: the one of the workspace, if any"
-    )
-    command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; print what would change")
-    command.add_argument("--full", action="store_true", help="print differences of texts in full")
-    command.add_messages()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("deploy", exits="0 written or unchanged, 1 errors or, with --dry-run, a file would change")
+@robot_argument
+@option("-o", "--output", type=PATH, metavar="FOLDER", help="existing package or folder")
+@option(
+    "--map",
+    multiple=True,
+    metavar="OUTPUT=PLACE",
+    help="path of an output in FOLDER, or none to skip it; stored in FOLDER",
+    shell_complete=complete.of("output="),
+)
+@option("--install", type=PATH, metavar="FOLDER", help="install space; default: the one of the workspace, if any")
+@option("-n", "--dry-run", is_flag=True, help="write nothing; print what would change")
+@option("--full", is_flag=True, help="print differences of texts in full")
+@robot_options
+def run(options: Options) -> int:
     """Deploy the artifacts of a robot, and print what became of them."""
     from rosorin_compile.api import deploy
 

@@ -16,7 +16,7 @@ from rosorin_compile.source.console import Console
 from .answer import give_result
 from .command import Options, command, option
 from .given import named
-from .options import page_options, robot_options, words_argument
+from .options import Decorator, page_options, robot_options, words_argument
 from .robots import one, take_stdin
 from .run import Run, write_page
 from .usage import FINE, PROBLEMS, WrongUsage
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _SIDES = ("A", "B")
 
 
-class _Tolerance(click.ParamType):
+class _Tolerance(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
     """A finite number from zero upwards."""
 
     name = "number"
@@ -48,7 +48,7 @@ class _Tolerance(click.ParamType):
 TOLERANCE = _Tolerance()
 
 
-def _robots() -> Any:
+def _robots() -> Decorator[Any]:
     """Return the argument for two robots, with the endings of files that can be read."""
     from rosorin_compile.formats import FORMATS
 

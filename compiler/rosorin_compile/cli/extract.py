@@ -2,152 +2,93 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rosorin_compile.source.diagnostics import Console, Diagnostic, has_errors
+import click
+
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
 from .answer import give_result
+from .command import Options, Ways, combined, command, option
+from .options import PATH, robot_options, words_argument
+from .registry import entry
 from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 
-if TYPE_CHECKING:
-    from .parser import Parser
-
 _LENGTH = Quantity.one("m")
 _KINDS = ("box", "oriented_box", "cylinder", "capsule", "stack", "smallest")
+_EXITS = "0 written, 1 errors"
 _STATUSES = ("calculated", "measured", "factory")
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    ways = command.add_subparsers(required=True, metavar="WHAT", dest="what")
-    for name, words, help, more in (
-        (
-            "boxes",
-            "SOURCE ...",
-            "fit boxes, oriented boxes, cylinders, capsules and stacks of boxes to meshes",
-            _boxes_options,
-        ),
-        ("heightmap", "SOURCE ...", "compute the top surface of a mesh as heights on a grid", _heightmap_options),
-        (
-            "factory",
-            "PACKAGE -o FOLDER",
-            "extract joints, boxes and a height map from a ROS description package",
-            _factory_options,
-        ),
-    ):
-        way = ways.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
-        more(way)
-        way.add_result()
-        way.add_given()
-        way.usage = f"rosorin-compile extract {name} [options] {words}"
+_section_option = option(
+    "--from",
+    "section",
+    type=click.Choice(("auto", "collision", "visual")),
+    default="auto",
+    help="use meshes of these shapes; default: collision, else visual",
+)
+_scale_option = option("--scale", default="1", metavar="S", help="scale factor of mesh files, such as 0.001, or X,Y,Z")
+_grid_options = combined(
+    option("--cell", metavar="LENGTH", help="edge length of a cell; default: 10mm"),
+    option("--origin", metavar="X,Y", help="corner of the first cell; default: corner of the mesh"),
+    option("--cells", metavar="NXxNY", help="number of cells along x and y; default: cover the mesh"),
+    option("--size", metavar="X,Y", help="size of the grid, instead of --cells"),
+    option("--spacing", metavar="LENGTH", help="maximum distance between samples; default: a third of a cell"),
+    option("--exact", is_flag=True, help="compute the highest point in each cell exactly instead of sampling"),
+    option("--below", metavar="Z", help="ignore surfaces above this height"),
+    option("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4"),
+    option("--step", metavar="LENGTH", help="round heights of boxes to multiples of this length; default: the cell"),
+)
+_output_options = combined(
+    option("-o", "--output", type=PATH, metavar="FILE", help="write to a file instead of standard output"),
+    option("--force", is_flag=True, help="replace a file that this command did not write"),
+)
 
 
-def _boxes_options(way: Parser) -> None:
-    way.add_argument(
-        "words", nargs="+", metavar="SOURCE", help="mesh files, or one robot: description, URDF, xacro, SDF or MJCF"
-    )
-    way.add_argument("--link", action="append", default=[], help="use only this link of the robot; repeatable")
-    _section_option(way)
-    way.add_argument("--shape", choices=_KINDS, default="box", help="shape to write; default: box")
-    way.add_argument("--stack", type=int, default=4, metavar="N", help="number of boxes in a stack; default: 4")
-    way.add_argument(
-        "--axis", choices=("x", "y", "z", "auto"), default="auto", help="axis of the stack; default: auto, the best fit"
-    )
-    way.add_argument("--scale", default="1", metavar="S", help="scale factor of mesh files, such as 0.001, or X,Y,Z")
-    way.add_argument("--digits", type=int, default=5, metavar="N", help="decimals of lengths in metres; default: 5")
-    _output_options(way)
-
-
-def _heightmap_options(way: Parser) -> None:
-    way.add_argument("words", nargs="+", metavar="SOURCE", help="mesh files, or one robot with --link")
-    way.add_argument("--link", help="link of the robot whose meshes are used")
-    _section_option(way)
-    way.add_argument("--frame", help="link whose frame the height map uses")
-    _grid_options(way)
-    way.add_argument("--bottom", action="store_true", help="also compute the lowest point in each cell")
-    way.add_argument(
-        "--xyz", default="0,0,0", metavar="X,Y,Z", help="position of the mesh in the frame, such as 0,0,25mm"
-    )
-    way.add_argument(
-        "--rpy",
-        default="0,0,0",
-        metavar="R,P,Y",
-        help="orientation of the mesh in the frame, in radians or with a unit (90deg)",
-    )
-    way.add_argument("--scale", default="1", metavar="S", help="scale factor of mesh files, such as 0.001, or X,Y,Z")
-    way.add_argument("--into", metavar="FILE", help="replace the height map in a description file, with the same grid")
-    way.add_argument(
-        "--status",
-        choices=_STATUSES,
-        default="calculated",
-        help="status of the source in the description; default: calculated",
-    )
-    way.add_argument("--note", help="note of the source in the description; default: the names of the meshes")
-    _output_options(way)
-
-
-def _factory_options(way: Parser) -> None:
-    way.add_argument("words", nargs="+", metavar="PACKAGE", help="folder of a ROS description package")
-    way.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help="folder to write")
-    way.add_argument("--robot", metavar="FILE", help="robot file in the package; default: the only one")
-    way.add_argument("--heightmap-link", metavar="LINK", help="link whose meshes are used for the height map")
-    way.add_argument(
-        "--frame", metavar="LINK", help="link whose frame the height map uses; default: that of --heightmap-link"
-    )
-    way.add_argument("--lenient", action="store_true", help="accept violations of the specification where possible")
-    _section_option(way)
-    _grid_options(way)
-
-
-def _section_option(way: Parser) -> None:
-    way.add_argument(
-        "--from",
-        choices=("auto", "collision", "visual"),
-        default="auto",
-        dest="section",
-        help="use meshes of these shapes; default: collision, else visual",
-    )
-
-
-def _grid_options(way: Parser) -> None:
-    way.add_argument("--cell", metavar="LENGTH", help="edge length of a cell; default: 10mm")
-    way.add_argument("--origin", metavar="X,Y", help="corner of the first cell; default: corner of the mesh")
-    way.add_argument("--cells", metavar="NXxNY", help="number of cells along x and y; default: cover the mesh")
-    way.add_argument("--size", metavar="X,Y", help="size of the grid, instead of --cells")
-    way.add_argument("--spacing", metavar="LENGTH", help="maximum distance between samples; default: a third of a cell")
-    way.add_argument(
-        "--exact", action="store_true", help="compute the highest point in each cell exactly instead of sampling"
-    )
-    way.add_argument("--below", metavar="Z", help="ignore surfaces above this height")
-    way.add_argument("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4")
-    way.add_argument(
-        "--step", metavar="LENGTH", help="round heights of boxes to multiples of this length; default: the cell"
-    )
-
-
-def _output_options(way: Parser) -> None:
-    way.add_argument("-o", "--output", type="path", metavar="FILE", help="write to a file instead of standard output")
-    way.add_argument("--force", action="store_true", help="replace a file that this command did not write")
-
-
-def run(options: argparse.Namespace) -> int:
-    """Extract what the options ask for, and print or write it. Raises WrongUsage."""
+def _run(options: Options) -> Run:
     run = Run.of(options)
     run.no_stdin(run.words, "name a file")
-    return {"boxes": _boxes, "heightmap": _heightmap, "factory": _factory}[options.what](run)
+    return run
 
 
-def _boxes(run: Run) -> int:
+@command(
+    "boxes",
+    within="extract",
+    help="fit boxes, oriented boxes, cylinders, capsules and stacks of boxes to meshes",
+    exits=_EXITS,
+)
+@words_argument(
+    "SOURCE ...",
+    "mesh files, or one robot: description, URDF, xacro, SDF or MJCF",
+    required=True,
+    offers=("file",),
+)
+@option("--link", multiple=True, help="use only this link of the robot; repeatable")
+@_section_option
+@option("--shape", type=click.Choice(_KINDS), default="box", help="shape to write; default: box")
+@option("--stack", type=int, default=4, metavar="N", help="number of boxes in a stack; default: 4")
+@option(
+    "--axis",
+    type=click.Choice(("x", "y", "z", "auto")),
+    default="auto",
+    help="axis of the stack; default: auto, the best fit",
+)
+@_scale_option
+@option("--digits", type=int, default=5, metavar="N", help="decimals of lengths in metres; default: 5")
+@_output_options
+@robot_options
+def boxes(options: Options) -> int:
+    """Fit boxes to meshes. Raises WrongUsage."""
     from rosorin_compile.api import extract_boxes
 
-    options = run.options
+    run = _run(options)
     result = extract_boxes(
         run.words,
         **_given(run),
@@ -165,10 +106,36 @@ def _boxes(run: Run) -> int:
     return _print(options, result.parts, result.text, result.report, result.diagnostics)
 
 
-def _heightmap(run: Run) -> int:
+@command("heightmap", within="extract", help="compute the top surface of a mesh as heights on a grid", exits=_EXITS)
+@words_argument("SOURCE ...", "mesh files, or one robot with --link", required=True, offers=("file",))
+@option("--link", help="link of the robot whose meshes are used")
+@_section_option
+@option("--frame", help="link whose frame the height map uses")
+@_grid_options
+@option("--bottom", is_flag=True, help="also compute the lowest point in each cell")
+@option("--xyz", default="0,0,0", metavar="X,Y,Z", help="position of the mesh in the frame, such as 0,0,25mm")
+@option(
+    "--rpy",
+    default="0,0,0",
+    metavar="R,P,Y",
+    help="orientation of the mesh in the frame, in radians or with a unit (90deg)",
+)
+@_scale_option
+@option("--into", metavar="FILE", help="replace the height map in a description file, with the same grid")
+@option(
+    "--status",
+    type=click.Choice(_STATUSES),
+    default="calculated",
+    help="status of the source in the description; default: calculated",
+)
+@option("--note", help="note of the source in the description; default: the names of the meshes")
+@_output_options
+@robot_options
+def heightmap(options: Options) -> int:
+    """Compute a height map. Raises WrongUsage."""
     from rosorin_compile.api import extract_height_map
 
-    options = run.options
+    run = _run(options)
     if options.format != "text" and (options.into or options.bottom):
         word = "--into edits a file; it" if options.into else "--bottom"
         raise WrongUsage(f"{word} goes with neither {'-o' if options.into else '--into'} nor JSON")
@@ -197,10 +164,26 @@ def _heightmap(run: Run) -> int:
     return _print(options, result.values, result.text, result.report, result.diagnostics)
 
 
-def _factory(run: Run) -> int:
+@command(
+    "factory",
+    within="extract",
+    help="extract joints, boxes and a height map from a ROS description package",
+    exits=_EXITS,
+)
+@words_argument("PACKAGE", "folder of a ROS description package", required=True, offers=("file",))
+@option("-o", "--output", required=True, type=PATH, metavar="FOLDER", help="folder to write")
+@option("--robot", metavar="FILE", help="robot file in the package; default: the only one")
+@option("--heightmap-link", metavar="LINK", help="link whose meshes are used for the height map")
+@option("--frame", metavar="LINK", help="link whose frame the height map uses; default: that of --heightmap-link")
+@option("--lenient", is_flag=True, help="accept violations of the specification where possible")
+@_section_option
+@_grid_options
+@robot_options
+def factory(options: Options) -> int:
+    """Extract the numbers of a ROS description package. Raises WrongUsage."""
     from rosorin_compile.api import extract_factory
 
-    options = run.options
+    run = _run(options)
     if len(run.words) != 1:
         raise WrongUsage(f"extract factory takes one PACKAGE, not {len(run.words)}")
     result = extract_factory(
@@ -220,6 +203,9 @@ def _factory(run: Run) -> int:
     return PROBLEMS if has_errors(result.diagnostics) else FINE
 
 
+run = Ways("extract", [boxes, heightmap, factory], help=entry("extract").help)
+
+
 def _given(run: Run) -> dict[str, Any]:
     """Return what the API needs to read a robot."""
     given = run.given
@@ -231,7 +217,7 @@ def _given(run: Run) -> dict[str, Any]:
     }
 
 
-def _grid(options: argparse.Namespace) -> dict[str, Any]:
+def _grid(options: Options) -> dict[str, Any]:
     """Return the grid of a height map, lengths in metres. Raises WrongUsage."""
     lengths = {name: getattr(options, name) for name in ("cell", "step")}
     pairs = {name: getattr(options, name) for name in ("origin", "size")}
@@ -247,7 +233,7 @@ def _grid(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _print(
-    options: argparse.Namespace, result: object, text: str, report: Sequence[str], diagnostics: Sequence[Diagnostic]
+    options: Options, result: object, text: str, report: Sequence[str], diagnostics: Sequence[Diagnostic]
 ) -> int:
     """Print a text that was not written to a file, and the report; return the exit code."""
     if has_errors(diagnostics):

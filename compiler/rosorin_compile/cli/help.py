@@ -7,7 +7,7 @@ import click
 from . import complete
 from .answer import give_result
 from .command import Options, argument, command
-from .usage import FINE
+from .usage import FINE, WrongUsage
 
 
 @command("help", exits="0 shown")
@@ -22,12 +22,15 @@ def run(options: Options) -> int:
     """Print the help of a command, or the list of commands."""
     from .main import PROGRAM, program
 
-    found: click.Command = program()
-    context = click.Context(found, info_name=PROGRAM, help_option_names=["-h", "--help"])
+    found: click.Command | None = program()
+    context = click.Context(program(), info_name=PROGRAM, help_option_names=["-h", "--help"])
     words = list(options.names)
     while words and isinstance(found, click.Group):
         name, found, words = found.resolve_command(context, words)
-        context = click.Context(found, info_name=name, parent=context)
+        if found is not None:
+            context = click.Context(found, info_name=name, parent=context)
+    if words:
+        raise WrongUsage(f'{context.command_path} has no command "{words[0]}"')
     text = context.get_help()
     give_result(options, text, lambda: text)
     return FINE

@@ -2,70 +2,71 @@
 
 from __future__ import annotations
 
-import argparse
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from rosorin_compile.source.diagnostics import ERROR, counted, has_errors
 from rosorin_compile.source.project import Description
 
 from .answer import give_result
+from .command import Options, combined, command, option
+from .options import PATH, Decorator, robot_options, words_argument
 from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 
-if TYPE_CHECKING:
-    from .parser import Parser
 
-
-def options(command: Parser) -> None:
-    """Add what this command takes."""
+def _source() -> Decorator[Any]:
+    """Return the argument for the source, with the endings of files that can be imported."""
     from rosorin_compile.formats import FORMATS
-    from rosorin_compile.importing.import_robot import companions
 
     *others, last = FORMATS.endings(include=True)
-    command.add_argument("words", nargs="+", metavar="SOURCE", help=f"a {', '.join(others)} or {last} file")
-    command.add_argument(
-        "-o",
-        "--output",
-        type="path",
-        metavar="FOLDER",
-        help="new folder of the description; default: descriptions/ROBOT",
-    )
-    command.add_argument(
-        "--into",
-        type="path",
-        metavar="FOLDER",
-        help="write the description to the ROS package of SOURCE, with a test that compares both",
-    )
-    command.add_argument("--name", metavar="NAME", help="name of the robot; default: that of SOURCE")
-    command.add_argument("--strict", action="store_true", help="treat unsupported elements as errors")
-    command.add_argument("--lenient", action="store_true", help="accept violations of the specification where possible")
-    command.add_argument("--no-parts", action="store_true", help="do not factor repeated structures into parts")
-    command.add_argument(
-        "--verbatim", action="store_true", help="copy the Gazebo and ros2_control elements of a URDF unchanged"
-    )
-    command.add_argument(
-        "--flat", action="store_true", help="import the URDF that a xacro generates, without its macros"
-    )
-    command.add_argument("--force", action="store_true", help="write to a folder that is not empty")
-    command.add_argument(
-        "--ours", action="store_true", help="if both SOURCE and the description changed, keep the description"
-    )
-    command.add_argument(
-        "--meshes",
-        metavar="FOLDER",
-        help="prefix of relative mesh names: a folder relative to the artifacts, or package://NAME",
-    )
-    for format in companions():
-        command.add_argument(
-            f"--{format.name}", type="path", metavar="FILE", help=f"also read the {format.word} of the robot"
+    return words_argument("SOURCE", f"a {', '.join(others)} or {last} file", required=True, offers=("file", "argument"))
+
+
+def _companion_options() -> Decorator[Any]:
+    """Return an option for each format whose files add to the robot of another file."""
+    from rosorin_compile.importing.import_robot import companions
+
+    return combined(
+        *(
+            option(f"--{one.name}", type=PATH, metavar="FILE", help=f"also read the {one.word} of the robot")
+            for one in companions()
         )
-    command.add_messages()
-    command.add_given()
+    )
 
 
-def run(options: argparse.Namespace) -> int:
+@command("import", exits="0 written, 1 the source has errors")
+@_source()
+@option(
+    "-o",
+    "--output",
+    type=PATH,
+    metavar="FOLDER",
+    help="new folder of the description; default: descriptions/ROBOT",
+)
+@option(
+    "--into",
+    type=PATH,
+    metavar="FOLDER",
+    help="write the description to the ROS package of SOURCE, with a test that compares both",
+)
+@option("--name", metavar="NAME", help="name of the robot; default: that of SOURCE")
+@option("--strict", is_flag=True, help="treat unsupported elements as errors")
+@option("--lenient", is_flag=True, help="accept violations of the specification where possible")
+@option("--no-parts", is_flag=True, help="do not factor repeated structures into parts")
+@option("--verbatim", is_flag=True, help="copy the Gazebo and ros2_control elements of a URDF unchanged")
+@option("--flat", is_flag=True, help="import the URDF that a xacro generates, without its macros")
+@option("--force", is_flag=True, help="write to a folder that is not empty")
+@option("--ours", is_flag=True, help="if both SOURCE and the description changed, keep the description")
+@option(
+    "--meshes",
+    metavar="FOLDER",
+    help="prefix of relative mesh names: a folder relative to the artifacts, or package://NAME",
+)
+@_companion_options()
+@robot_options
+def run(options: Options) -> int:
     """Import a robot, and print what became of it."""
     from rosorin_compile.api import import_robot
     from rosorin_compile.importing.import_robot import companions

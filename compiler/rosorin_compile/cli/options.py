@@ -24,7 +24,7 @@ POSITIONS = "Joint positions (default: zero)"
 _ARGUMENTS = "Arguments of the description or the xacro file"
 
 
-class _Path(click.ParamType):
+class _Path(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
     """The name of a file or folder, which must not be empty."""
 
     name = "path"
@@ -41,7 +41,7 @@ class _Path(click.ParamType):
         return [click.shell_completion.CompletionItem(incomplete, type="dir" if folders else "file")]
 
 
-class _Seconds(click.ParamType):
+class _Seconds(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
     """A time in whole seconds."""
 
     name = "seconds"

@@ -2,59 +2,58 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import TYPE_CHECKING
+from typing import Any
+
+import click
 
 from rosorin_compile.ros.package.naming import CONTROL, MOVEIT, NAV2
 from rosorin_compile.source.diagnostics import has_errors
 
 from .answer import give_result
+from .command import Options, command, option
+from .options import PATH, Decorator, robot_argument, robot_options
 from .run import Run, nothing_written
 from .usage import FINE, PROBLEMS, WrongUsage
-
-if TYPE_CHECKING:
-    from .parser import Parser
 
 _HOW = "rosorin-compile package ROBOT -o FOLDER"
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robot()
-    command.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help="folder of the package")
-    command.add_argument("--name", metavar="NAME", help="name of the package; default: ROBOT_description")
-    command.add_argument(
-        "--build-type", choices=("ament_cmake", "ament_python"), help="build type of the package; default: ament_cmake"
-    )
-    command.add_argument("--package-version", metavar="X.Y.Z", help="version of the package; default: 0.1.0")
-    command.add_argument("--maintainer", metavar="'NAME <MAIL>'", help="maintainer of the package")
-    command.add_argument("--license", metavar="SPDX", help="license of the package, such as Apache-2.0")
-    command.add_argument("--url", metavar="URL", help="website of the package")
-    command.add_argument(
-        "--topic",
-        action="append",
-        default=[],
-        dest="topics",
-        metavar="SENSOR=TOPIC",
-        help="topic of a sensor, for the RViz configuration; repeatable",
-    )
-    command.add_argument(
-        "--compile-at-launch",
-        action=argparse.BooleanOptionalAction,
-        help="compile the description at launch, with its arguments as launch arguments",
-    )
-    for word, what in (
-        (CONTROL, "the controller_manager and the controllers"),
-        (MOVEIT, "MoveIt"),
-        (NAV2, "Nav2 and robot_localization"),
-    ):
-        help = f"add a launch file that starts {what} with the parameters of the robot"
-        command.add_argument(f"--{word}", action=argparse.BooleanOptionalAction, help=help)
-    command.add_messages()
-    command.add_given()
+def _launch(name: str, started: str) -> Decorator[Any]:
+    """Return an option that adds a launch file."""
+    text = f"add a launch file that starts {started} with the parameters of the robot"
+    return option(f"--{name}/--no-{name}", default=None, help=text)
 
 
-def run(options: argparse.Namespace) -> int:
+@command("package", exits="0 written or unchanged, 1 errors")
+@robot_argument
+@option("-o", "--output", required=True, type=PATH, metavar="FOLDER", help="folder of the package")
+@option("--name", metavar="NAME", help="name of the package; default: ROBOT_description")
+@option(
+    "--build-type",
+    type=click.Choice(("ament_cmake", "ament_python")),
+    help="build type of the package; default: ament_cmake",
+)
+@option("--package-version", metavar="X.Y.Z", help="version of the package; default: 0.1.0")
+@option("--maintainer", metavar="'NAME <MAIL>'", help="maintainer of the package")
+@option("--license", metavar="SPDX", help="license of the package, such as Apache-2.0")
+@option("--url", metavar="URL", help="website of the package")
+@option(
+    "--topic",
+    "topics",
+    multiple=True,
+    metavar="SENSOR=TOPIC",
+    help="topic of a sensor, for the RViz configuration; repeatable",
+)
+@option(
+    "--compile-at-launch/--no-compile-at-launch",
+    default=None,
+    help="compile the description at launch, with its arguments as launch arguments",
+)
+@_launch(CONTROL, "the controller_manager and the controllers")
+@_launch(MOVEIT, "MoveIt")
+@_launch(NAV2, "Nav2 and robot_localization")
+@robot_options
+def run(options: Options) -> int:
     """Write the package of a robot, and print what became of it."""
     from rosorin_compile.api import package
 

@@ -42,7 +42,7 @@ _SERVO_HEADS = ("joint", "servos", "pulses", "positions", "degrees", "limits", "
 def run(options: Options) -> int:
     """Print pulses and the positions that they set."""
     from rosorin_compile import api
-    from rosorin_compile.language.sections.servos.pulses import NoModel, NoPulse
+    from rosorin_compile.model.servos import NoModel, NoPulse
     from rosorin_compile.source.diagnostics import has_errors
 
     run = Run.of(options)
@@ -66,16 +66,16 @@ def run(options: Options) -> int:
         console.warn(f"{options.model}: {problem}" if isinstance(problem, NoModel) else f"rosorin-compile: {problem}")
         return PROBLEMS
     if found.without_servo:
-        names = ", ".join(found.without_servo)
-        console.warn(f'without a servo, and not shown, of the pose "{options.pose}": {names}')
+        without = ", ".join(found.without_servo)
+        console.warn(f'without a servo, and not shown, of the pose "{options.pose}": {without}')
     console.show(found.diagnostics)
-    if found.robot is None:
+    robot = found.robot
+    if robot is None:
         run.no_robot(description)
-    if has_errors(found.diagnostics):
+    if robot is None or has_errors(found.diagnostics):
         return PROBLEMS
     if found.model is not None:
         return _compared(found.model, found, options, console)
-    robot = found.robot
     give_result(options, found, lambda: "\n".join(_rows(found.joints) if found.joints else _calibration(robot)))
     return FINE
 
@@ -106,7 +106,7 @@ def _cells(row: JointPulse) -> tuple[str, ...]:
 
 def _calibration(robot: Robot) -> list[str]:
     """Return the servo groups: the formula of each, and what every joint can be sent."""
-    from rosorin_compile.language.sections.servos.pulses import travel, within
+    from rosorin_compile.model.servos import travel, within
     from rosorin_compile.rules.pulses import servos
 
     lines, rows = [], []

@@ -115,13 +115,7 @@ def check(name: str) -> click.Command | None:
 def _find(name: str, group: str, typed: str) -> click.Command | None:
     if typed == name and is_own(name, group):
         warn_of_plugins(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
-        own = entry(name, group)
-        module = import_module(f"rosorin_compile.cli.{own.module}")
-        if hasattr(module, "options"):
-            from .parser import made
-
-            return made(own, module, group == "checks")
-        found: click.Command = module.run
+        found: click.Command = import_module(f"rosorin_compile.cli.{entry(name, group).module}").run
         return found
     if not whose(group, name):
         return None

@@ -79,7 +79,8 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
 def warn_of_no_robots(console: Console) -> None:
     """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
     wrong = without_first_file(Description.around())
-    console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
+    if wrong:
+        console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
 def descriptions_of(names: list[str]) -> list[Description]:

@@ -19,7 +19,6 @@ from rosorin_compile.language.expand import Expanded, expand
 from rosorin_compile.language.expression.functions import plugged as plugged_functions
 from rosorin_compile.language.lower import Lowered, lower
 from rosorin_compile.language.section_registry import plugged as sections_of_plugins
-from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
 from rosorin_compile.language.validate import validate
 from rosorin_compile.language.wanted import with_wanted
 from rosorin_compile.model import Link, Mesh, Output, Robot
@@ -27,6 +26,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, arrange, 
 from rosorin_compile.source.files import recording
 from rosorin_compile.source.load import unreadable
 from rosorin_compile.source.load import unsaved as held_in_memory
+from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import of_tool
@@ -68,7 +68,8 @@ class Compiled:
     """What became of a description: the model and the artifacts (both only without errors), and all that is to say.
 
     ``inputs`` are the files that were read, or looked for and not found: another content of one may change the result;
-    ``missing`` are those of them that were not found. ``resolved`` says where the names of packages and of mesh files
+    ``missing`` are those of them that were not found. A package.xml, which only
+    says what a package is called, is no input. ``resolved`` says where the names of packages and of mesh files
     led. ``meshes`` are the mesh files that were looked for; None if none were.
     ``variant`` is which of many robots it is, if ``sweep`` made it.
     """
@@ -196,7 +197,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     ``wanted`` are outputs that somebody asks for: names under ``outputs``, or of formats, which are taken with their
     defaults (see ``frontend.wanted``).
     """
-    from rosorin_compile.rules import acceptable, check
+    from rosorin_compile.rules.check import acceptable, check
 
     plugged = (*plugged_functions().diagnostics, *plugged_diagnostics(), *sections_of_plugins().diagnostics)
     if expanded.tree is None:
@@ -240,7 +241,7 @@ def _by_cause(expanded: Expanded, diagnostics: list[Diagnostic]) -> list[Diagnos
 
 def _plugged_rules() -> tuple[Diagnostic, ...]:
     """Return what is wrong with the rules of plug-ins."""
-    from rosorin_compile.rules import plugged
+    from rosorin_compile.rules.check import plugged
 
     return plugged().diagnostics
 
@@ -258,7 +259,7 @@ class Readers:
         """Return the robot of a file; ``by`` is the place that names it."""
         from rosorin_compile.formats.imported import ReadOptions
         from rosorin_compile.formats.reading import read_robot
-        from rosorin_compile.rules import acceptable
+        from rosorin_compile.rules.check import acceptable
 
         read = read_robot(path, ReadOptions(texts, packages, how.lenient, tell=tell, trust=how.trust), by)
         # Notes on what is accepted: the rules say so again, of the whole robot.
@@ -366,7 +367,11 @@ def compile_robot(
                 raise
             compiled = Compiled(None, (), [unreadable(problem)], (path,))
     known = {*map(os.path.abspath, compiled.inputs)}
-    new = {path: found for path, found in recorded.items() if os.path.abspath(path) not in known and not of_tool(path)}
+    new = {
+        path: found
+        for path, found in recorded.items()
+        if path.name != PACKAGE_XML and os.path.abspath(path) not in known and not of_tool(path)
+    }
     missing = tuple(path for path, found in new.items() if not found)
     return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
 
@@ -423,7 +428,7 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
     expanded, lowered, diagnostics, used = understood
     if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
-    from rosorin_compile.rules import acceptable
+    from rosorin_compile.rules.check import acceptable
 
     robot, meshes = lowered.robot, None
     outputs = _outputs(robot, wanted)
@@ -453,7 +458,7 @@ def _outputs(robot: Robot, wanted: Sequence[str]) -> tuple[Output, ...]:
 
 def _has_files(robot: Robot) -> bool:
     """Say whether a robot has meshes or textures, or elements of MJCF that may name files."""
-    texts = (robot.sections[MJCF_ELEMENTS], *(link.mjcf_elements for link in robot.links))
+    texts = (robot.mjcf_elements, *(link.mjcf_elements for link in robot.links))
     return (
         any(map(_has_file, robot.links))
         or any(one.texture for one in robot.materials)

@@ -143,6 +143,3 @@ class Verified:
     findings: Annotated[tuple[Finding, ...], "What is not as described, the most serious first."] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     verdict: Any = field(default=None, repr=False, compare=False)
-
-
-ANSWERS: dict[str, Any] = {"verify": Verified}

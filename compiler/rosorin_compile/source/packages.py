@@ -15,6 +15,7 @@ from urllib.parse import unquote
 from . import files
 
 # The variables of the environment that say where models of Gazebo are, the first asked first.
+PACKAGE_XML = "package.xml"
 OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
 
 # How deep a workspace nests its packages, and how many folders are looked into: enough for ROS, not for a whole disk.
@@ -130,7 +131,7 @@ class Packages:
 
 def package_name(folder: Path) -> str:
     """Return what the package.xml of a folder calls the package; empty if there is none."""
-    path = folder / "package.xml"
+    path = folder / PACKAGE_XML
     if not files.is_file(path):
         return ""
     from .xml.files import read_source

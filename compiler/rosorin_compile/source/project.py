@@ -216,17 +216,18 @@ def all_with(files: Iterable[str]) -> list[Path]:
 def _upwards() -> Iterator[Path]:
     """Yield this folder and those above it, as seen from here.
 
-    A folder above that everybody can write into, such as /tmp, is nobody's project.
+    A folder above that everybody can write into, such as /tmp, is nobody's project. Raises OSError if this folder was
+    removed.
     """
     above = Path()
+    here = Path.cwd()
     try:
-        here = Path.cwd()
         for folder in (here, *here.parents):
             if folder != here and folder.stat().st_mode & stat.S_IWOTH:
                 return
             yield above
             above = above / os.pardir
-    except OSError:  # the folder of this process is gone, or one above may not be read
+    except OSError:  # a folder above may not be read
         return
 
 

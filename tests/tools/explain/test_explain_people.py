@@ -113,7 +113,7 @@ def test_several_robots_or_none(project: Path, capsys: pytest.CaptureFixture[str
     start("second", project)
     assert main(["explain", "shelf"]) == 2
     told = capsys.readouterr().err
-    assert "there are several robots here: handy, second; write explain ROBOT shelf" in told
+    assert "there are several robots here: handy, second; name one: rosorin-compile explain ROBOT shelf" in told
     assert main(["explain", "second", "laser"]) == 0
     monkeypatch.chdir(project / "descriptions" / "handy")
     assert main(["explain", "shelf"]) == 0

@@ -130,7 +130,7 @@ def test_the_edges_of_one_publisher(capsys: Shown) -> None:
 
 def test_json_says_all_of_it(capsys: Shown) -> None:
     document = json.loads("\n".join(shown(capsys, "--format", "json")))["result"]
-    assert document["robot"] == "rosorin"
+    assert document["name"] == "rosorin"
     on, off = document["situations"]
     assert (on["when"], on["modes"], off["modes"]) == (ON, [{"slam": True}], [{"slam": False}])
     assert len(on["frames"]) == len(off["frames"]) == 23

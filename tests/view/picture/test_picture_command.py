@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.cli import picture as picture_command
 from rosorin_compile.cli.main import main
 from rosorin_compile.source.installing import pip_install
+from rosorin_compile.viewer.picture import draw
 from rosorin_compile.viewer.picture.labels import AXIS_COLOURS, LINE_HEIGHT, place_labels
 from support.drawings import hue_name, pixels, rgba
 from support.paths import IMPORTED, OUTPUTS, ROOT
@@ -237,7 +237,7 @@ def test_meshes_are_drawn_and_missing_ones_reported(capsys):
 def test_a_broken_robot_is_not_drawn(capsys):
     assert main(["picture", "broken", "-o", "b.png"]) == 1
     said = capsys.readouterr().err
-    assert said.endswith("broken: a robot with errors is not drawn\n")
+    assert said.endswith("broken: no picture was drawn\n")
     assert not Path("b.png").exists()
 
 
@@ -293,7 +293,7 @@ def test_what_is_not_installed_is_named(capsys, monkeypatch, package, what):
     folder = Path("descriptions/meshes")
     folder.mkdir()
     (folder / "robot.yaml").write_text(MESHES, "utf-8")
-    monkeypatch.setattr(picture_command, "is_installed", lambda name: name != package)
+    monkeypatch.setattr(draw, "is_installed", lambda name: name != package)
     assert main(["picture", "meshes", "-o", "a.png"]) == 1
     said = capsys.readouterr().err
     assert f"error[extra-missing]: {what} needs the package {package}, which is not installed" in said

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 from rosorin_compile.source.diagnostics import Diagnostic, counted, has_errors, listed
 
@@ -44,6 +44,3 @@ class PhysicsOfRobots:
     """The results of all requested robots."""
 
     robots: list[CheckedPhysics]
-
-
-ANSWERS: dict[str, Any] = {"check physics": PhysicsOfRobots}

@@ -5,26 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from importlib.util import find_spec
 from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Mesh
 from rosorin_compile.model.mesh_triangles import TriangleMesh
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.one_file import write_file
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    Diagnostic,
-    Progress,
-    RequestError,
-    did_you_mean,
-    error,
-    pip_install,
-)
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, did_you_mean, error
+from rosorin_compile.source.installing import is_installed, pip_install
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.drawing.situations import TooMany, situations
 from rosorin_compile.viewer.page.data import mesh_names
@@ -98,7 +89,7 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
     try:
         poses = robot.poses_in_root(positions)
         file = _picture(looked.shown, poses, frames, direction, size, appearance, diagnostics)
-        write_file(target, file, looked.files, None if force else Holding.wrote)
+        write_file(target, file, looked.files, None if force else may_replace)
     except MemoryError:
         message = f"{robot.name} cannot be drawn: out of memory; --collision draws simpler shapes"
         return failed((*diagnostics, error("picture-file", message, None)))
@@ -161,11 +152,11 @@ def _meshes(shown: Shown, diagnostics: list[Diagnostic]) -> dict[Mesh, MeshParts
 
 def _missing_package(robot: Robot) -> tuple[str, str] | None:
     """Return a package that is not installed and what it is needed for, or None."""
-    if not find_spec("numpy"):
+    if not is_installed("numpy"):
         return "numpy", ""
     if any(mesh_names(robot)):
         for name in ("trimesh", "scipy"):
-            if not find_spec(name):
+            if not is_installed(name):
                 return name, " of meshes"
     return None
 
@@ -199,7 +190,7 @@ def _check(target: Path, force: bool) -> None:
         raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
     try:
         exists, is_file = target.exists() or target.is_symlink(), target.is_file()
-        ours = force or not is_file or Holding.wrote(target)
+        ours = force or not is_file or may_replace(target)
     except OSError:
         return  # it is reported when the file is written
     if exists and not is_file:

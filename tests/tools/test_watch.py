@@ -277,6 +277,14 @@ def test_a_file_that_changes_while_it_is_read_is_read_again(tmp_path: Path) -> N
     assert inputs.changed(), "a file that was missing is there now"
 
 
+def test_a_file_that_goes_while_it_is_read_is_read_again(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("1", "utf-8")
+    inputs = WatchedFiles()
+    inputs.read(lambda: [read_bytes(path), path.unlink()])
+    assert inputs.changed()
+
+
 def test_the_artifacts_of_a_robot_are_none_of_its_inputs(tmp_path: Path) -> None:
     inputs = WatchedFiles(tmp_path / "outputs")
     inputs.read(lambda: [exists(tmp_path / "outputs"), exists(tmp_path / "outputs" / "a.stl")])

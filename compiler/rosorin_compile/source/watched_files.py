@@ -45,9 +45,12 @@ class WatchedFiles:
         with recording() as paths:
             used()
         own = self.artifacts
-        absolute = dict.fromkeys(map(os.path.abspath, paths))
-        self.states = [State(path) for path in absolute if own is None or not _is_within(path, own)]
-        self.is_outdated = any(max(state.signature[2:], default=0) > begun for state in self.states)
+        found = {os.path.abspath(path): is_there for path, is_there in paths.items()}
+        self.states = [State(path) for path in found if own is None or not _is_within(path, own)]
+        self.is_outdated = any(
+            found[state.path] != bool(state.signature) or max(state.signature[2:], default=0) > begun
+            for state in self.states
+        )
 
 
 class State:

@@ -112,7 +112,7 @@ class _Deployment:
         """Write the artifacts. Raises LoadError, OutputError, OSError."""
         robot, folder, held = self.robot, self.folder, self.held
         files = files_below(folder, skip_built=True)
-        places = naming.read(folder, robot.name) | mapped
+        places = {**naming.read(folder, robot.name), **mapped}
         planned = plan(robot, self.artifacts, folder, files, places)
         self.diagnostics.extend(planned.diagnostics)
         if has_errors(planned.diagnostics):

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile import output
-from rosorin_compile.output import OutputError, Written, read_set, staging, write_set
+from rosorin_compile.output import OutputError, WriteResult, artifact_set, read_set, staging, write_set
 from support.output_child import A, B, encoded, files_in, names, no_swap, refused, stages
 
 STALE = ".rosorin-compile-0123456789abcdef"
@@ -30,7 +29,7 @@ def marks(folder):
 
 def test_makes_the_folder_and_the_folders_above_it(tmp_path):
     written = write_set(tmp_path / "a" / "b", {"z.txt": "z", "sub/deep/a.txt": "ä\n", "empty": ""})
-    assert written == Written(("empty", "sub/deep/a.txt", "z.txt"), (), (), ())
+    assert written == WriteResult(("empty", "sub/deep/a.txt", "z.txt"), (), (), ())
     assert files_in(tmp_path / "a" / "b") == {"z.txt": b"z", "sub/deep/a.txt": "ä\n".encode(), "empty": b""}
     assert names(tmp_path / "a") == ["b"]
 
@@ -52,7 +51,7 @@ def test_an_empty_set_keeps_and_prunes(folder):
 def test_an_equal_set_is_not_touched(folder):
     (folder / "mine.txt").write_text("mine")
     before = marks(folder)
-    assert write_set(folder, A) == Written((), tuple(sorted(A)), ("mine.txt",), ())
+    assert write_set(folder, A) == WriteResult((), tuple(sorted(A)), ("mine.txt",), ())
     assert marks(folder) == before
 
 
@@ -89,7 +88,7 @@ def test_what_others_keep_there_stays_theirs(folder, monkeypatch, way):
     (folder / "run.bag").write_bytes(bytes(range(256)))
     os.utime(folder / "run.bag", ns=(1_000_000_001, 2_000_000_002))
     if way == "aside":
-        monkeypatch.setattr(staging, "swap", no_swap)
+        monkeypatch.setattr(staging, "exchange", no_swap)
     elif way == "copies":
         monkeypatch.setattr(os, "link", lambda *_, **__: no_swap(folder, folder))
     else:
@@ -116,12 +115,12 @@ def test_prune_leaves_the_set_alone(folder, tmp_path):
     (folder / "out_there").symlink_to(tmp_path)
     written = write_set(folder, B, prune=True)
     gone = sorted({*A} - {*B} | {"some/deep/mine.txt", "out_there"})
-    assert written == Written(tuple(sorted(B)), (), (), tuple(gone))
+    assert written == WriteResult(tuple(sorted(B)), (), (), tuple(gone))
     assert files_in(folder) == encoded(B)
     assert names(folder) == sorted({name.split("/")[0] for name in B})
     assert (tmp_path / "precious.txt").read_text() == "precious"
     (folder / "empty").mkdir()
-    assert write_set(folder, B, prune=True) == Written((), tuple(sorted(B)), (), ())
+    assert write_set(folder, B, prune=True) == WriteResult((), tuple(sorted(B)), (), ())
     assert not (folder / "empty").exists()
 
 
@@ -165,16 +164,28 @@ def test_folders_that_are_none_of_their_own(tmp_path, monkeypatch, name):
         read_set(Path(name))
 
 
-def test_folders_that_are_something_else(folder, tmp_path):
+def test_folders_that_are_something_else(tmp_path):
     (tmp_path / "file").write_text("file")
-    (tmp_path / "link").symlink_to(folder)
     (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
     assert "is not a folder" in refused(tmp_path / "file", A, "output-folder")
-    assert "is a symbolic link" in refused(tmp_path / "link", A, "output-folder")
-    assert "is a symbolic link" in refused(tmp_path / "dangling", A, "output-folder", prune=True)
+    assert "is not a folder" in refused(tmp_path / "dangling", A, "output-folder", prune=True)
     with pytest.raises(OutputError, match=r"file/out: .*file is not a folder") as caught:
         write_set(tmp_path / "file" / "out", A)
     assert caught.value.diagnostic.rule == "output-folder"
+
+
+@pytest.mark.parametrize("prune", [False, True])
+def test_a_symbolic_link_to_an_output_folder(folder, tmp_path, prune):
+    (tmp_path / "elsewhere").mkdir()
+    link = tmp_path / "elsewhere" / "link"
+    link.symlink_to(folder)
+    assert read_set(link) == encoded(A)
+    assert set(write_set(link, B, prune).written) == set(B)
+    assert read_set(link) == files_in(folder) == encoded(B if prune else {**A, **B})
+    (folder / "f5.txt").unlink()
+    assert write_set(link, B, prune).written == ("f5.txt",)
+    assert link.readlink() == folder
+    assert (names(tmp_path), names(tmp_path / "elsewhere")) == (["elsewhere", "out"], ["link"])
 
 
 def test_the_folder_the_command_stands_in(folder, monkeypatch):
@@ -210,9 +221,9 @@ def test_folders_that_are_for_something_else(folder):
     (folder / ".git").rmdir()
     many = folder / "many"
     many.mkdir()
-    for number in range(output.MAX_FOREIGN - 1):
+    for number in range(artifact_set.MAX_FOREIGN - 1):
         (many / str(number)).write_text("")
-    assert len(write_set(folder, {**A, "f0.txt": ""}).kept) == output.MAX_FOREIGN - 1
+    assert len(write_set(folder, {**A, "f0.txt": ""}).kept) == artifact_set.MAX_FOREIGN - 1
     (many / "last").write_text("")
     assert "more than 200" in refused(folder, B, "output-foreign", prune=True)
 

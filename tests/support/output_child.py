@@ -145,10 +145,8 @@ def die_at(step: int) -> None:
         if event.startswith(("os.", "open", "fcntl.")):
             reached()
 
-    write = os.write
-    os.write = stepping(lambda handle, data: write(handle, data[:300]))
     os.fsync = stepping(os.fsync)
-    staging.swap = stepping(staging.swap)
+    staging.exchange = stepping(staging.exchange)
     sys.addaudithook(heard)
 
 
@@ -156,7 +154,7 @@ def each_step(folder: Path, how: str) -> list[dict[str, object]]:
     """Kill a write of NEW over OLD at its first step, at its second step and so on; return what was found each time."""
     found: list[dict[str, object]] = []
     if how == "aside":
-        staging.swap = no_swap
+        staging.exchange = no_swap
     while not found or found[-1]["exit"] != 0:
         if how != "overlay":
             shutil.rmtree(folder.parent, ignore_errors=True)
@@ -209,18 +207,18 @@ def on_overlay(base: Path) -> dict[str, object]:
     folder = base / "top" / "out"
     found: dict[str, object] = {"steps": each_step(folder, "overlay")}
     remount_overlay(folder)
-    swap, swaps = staging.swap, []
+    replace, moved = Path.replace, []
 
-    def failing(one: Path, other: Path) -> None:
-        swaps.append(one)
-        if len(swaps) == 3:  # the folder, the first file, and now the second
+    def failing(one: Path, other: Path) -> Path:
+        moved.append(one)
+        if len(moved) == 2:
             raise OSError(errno.EIO, "broken")
-        swap(one, other)
+        return replace(one, other)
 
-    staging.swap = failing
+    Path.replace = failing
     found["failed"] = attempt(folder, NEW)
     found["after failure"] = state(folder, {"old": OLD}), stages(folder)
-    staging.swap = swap
+    Path.replace = replace
     pruned = {"f3.txt": "only", "sub/new.txt": "new"}
     found["pruned"] = attempt(folder, pruned, prune=True)
     found["after pruning"] = files_in(folder) == encoded(pruned), names(folder), stages(folder)

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli.depfile import escaped
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import OutputError
-from rosorin_compile.output.one_file import escaped
 from support.commands import Shown, ask, write_files
 from support.paths import ROOT
 from support.projects import foreign, meshes, packaged, rosorin_alone, stl, ur5e

@@ -54,6 +54,7 @@ def test_a_folder_of_descriptions_that_cannot_be_read(project: Path) -> None:
         (project / "descriptions").chmod(0o755)
     assert done.returncode == 1
     assert "descriptions: Permission denied\n" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,11 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli.watch import ReportedDiagnostics
 from rosorin_compile.output.new_robot import start
-from rosorin_compile.output.watch import Inputs, Said
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.files import exists, read_bytes
+from rosorin_compile.source.watched_files import WatchedFiles
 from support.robots import copy_of_rosorin
 
 pytestmark = pytest.mark.slow
@@ -169,7 +170,7 @@ def _told(severity: str, message: str, line: int) -> Diagnostic:
 
 
 def test_said_tells_the_new_from_the_old() -> None:
-    said = Said()
+    said = ReportedDiagnostics()
     one, moved, other = (_told("error", "wrong", line) for line in (1, 4, 2))
     note = _told("note", "by the way", 2)
     assert said.new([one, note]) == [one, note]
@@ -259,7 +260,7 @@ def test_no_description(tmp_path: Path) -> None:
 def test_a_file_that_changes_while_it_is_read_is_read_again(tmp_path: Path) -> None:
     path, other = tmp_path / "a.yaml", tmp_path / "b.yaml"
     path.write_text("1", "utf-8")
-    inputs = Inputs()
+    inputs = WatchedFiles()
     inputs.read(lambda: [read_bytes(path), exists(other)])
     assert not inputs.changed()
     os.utime(path, ns=(0, 10**18))
@@ -276,8 +277,16 @@ def test_a_file_that_changes_while_it_is_read_is_read_again(tmp_path: Path) -> N
     assert inputs.changed(), "a file that was missing is there now"
 
 
+def test_a_file_that_goes_while_it_is_read_is_read_again(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("1", "utf-8")
+    inputs = WatchedFiles()
+    inputs.read(lambda: [read_bytes(path), path.unlink()])
+    assert inputs.changed()
+
+
 def test_the_artifacts_of_a_robot_are_none_of_its_inputs(tmp_path: Path) -> None:
-    inputs = Inputs(tmp_path / "outputs")
+    inputs = WatchedFiles(tmp_path / "outputs")
     inputs.read(lambda: [exists(tmp_path / "outputs"), exists(tmp_path / "outputs" / "a.stl")])
     (tmp_path / "outputs").mkdir()
     (tmp_path / "outputs" / "a.stl").write_text("", "utf-8")
@@ -287,7 +296,7 @@ def test_the_artifacts_of_a_robot_are_none_of_its_inputs(tmp_path: Path) -> None
 def test_settling_waits_for_the_last_write(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text("", "utf-8")
-    inputs = Inputs()
+    inputs = WatchedFiles()
     inputs.read(lambda: read_bytes(path))
     waits: list[float] = []
 

@@ -27,6 +27,8 @@ def run(options: Options) -> int:
     from rosorin_compile import api
 
     run = Run.of(options)
+    if not run.words:
+        warn_of_no_robots(run.console)
     results = [api.arguments(run.request(description)) for description in descriptions(run.words)]
     for result in results:
         run.console.show(result.diagnostics)

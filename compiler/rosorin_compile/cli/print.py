@@ -108,7 +108,8 @@ def _put(options: Options, console: Console, request: Request, compiled: Compile
     # What writes files is not imported for nothing: most of what is printed is text that UTF-8 has.
     if options.output is not None or options.depfile is not None or not _is_text(artifact.text):
         from rosorin_compile.output import OutputError, encoded
-        from rosorin_compile.output.one_file import write_depfile
+
+        from .depfile import write_depfile
 
         try:
             data = encoded(artifact.file, artifact.text)
@@ -126,13 +127,14 @@ def _put(options: Options, console: Console, request: Request, compiled: Compile
 def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
     """Write an artifact; what no line in it tells to be ours, its format or the cache knows. Raises OutputError."""
     from rosorin_compile.formats import FORMATS
-    from rosorin_compile.output.one_file import write_file
-    from rosorin_compile.output.ours import is_marked, knows, remember, wrote
+    from rosorin_compile.output import is_generated, may_replace, write_file
+    from rosorin_compile.source.cache import remember, remembered
 
     robot_of = FORMATS[backend].ros.robot_of
-    write_file(path, data, inputs, lambda old: wrote(old) or bool(robot_of and robot_of(old)) or knows(path))
-    if not is_marked(data):
-        remember(path, ())
+    is_known = remembered(path) is not None
+    write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
+    if not is_generated(data):
+        remember(path)
 
 
 def _is_text(text: str) -> bool:

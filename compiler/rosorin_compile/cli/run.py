@@ -114,7 +114,7 @@ class Run:
 
         Positions beyond a limit are printed. Raises WrongUsage.
         """
-        from rosorin_compile.language.sections.servos.pulses import NoPulse
+        from rosorin_compile.model.servos import NoPulse
         from rosorin_compile.rules.joint_states import beyond, beyond_limit, positions
 
         joints = assignments(self.options.joints, "JOINT=POSITION")
@@ -259,11 +259,12 @@ def write_depfile(
     ``inputs`` are what the target is made of, ``made`` the artifacts.
     """
     from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import touch, write_depfile
+
+    from . import depfile
 
     try:
-        write_depfile(Path(run.options.depfile), target, inputs, made)
-        touch(newer)
+        depfile.write_depfile(Path(run.options.depfile), target, inputs, made)
+        depfile.touch(newer)
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS

@@ -11,7 +11,8 @@ import click
 
 from rosorin_compile import api
 from rosorin_compile.mujoco.simulate.judging import LIMITS
-from rosorin_compile.source.diagnostics import Console, counted, listed
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import counted, listed
 
 from .answer import give_result
 from .command import Options, command, option
@@ -95,8 +96,7 @@ def _show(result: Simulated, options: Options, console: Console) -> None:
 
 def _write_page(result: Simulated, file: Path, console: Console) -> bool:
     """Write the page; return False if that is not possible."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import write_file
+    from rosorin_compile.output import OutputError, write_file
 
     try:
         write_file(file, result.page().encode(), sorted(result.inputs))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile import api
 from rosorin_compile.output.request import is_foreign
-from rosorin_compile.source.diagnostics import Console
+from rosorin_compile.source.console import Console
 from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription
 
@@ -177,8 +177,7 @@ def _write(verdict: Verdict, options: Options) -> None:
 
 def _save(name: str, text: str, kind: str) -> None:
     """Write a file; what is there is replaced if it is of that kind, as the one of the last run. Raises WrongUsage."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import write_file
+    from rosorin_compile.output import OutputError, write_file
 
     try:
         there = exists(name)
@@ -187,7 +186,7 @@ def _save(name: str, text: str, kind: str) -> None:
         begins = read_bytes(name, 1000) if there else b""
         if begins and kind.encode() not in begins:
             raise WrongUsage(f"{name} is there, and verify did not write it; name another file, or move it away")
-        write_file(Path(name), text.encode(), ours=None)
+        write_file(Path(name), text.encode(), may_replace=None)
     except OSError as problem:
         raise WrongUsage(f"{name} cannot be written: {problem.strerror}") from None
     except OutputError as problem:

@@ -14,10 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Joint
-from rosorin_compile.output.watch import Inputs
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Console, Diagnostic, Progress, pip_install
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.watched_files import WatchedFiles
 from rosorin_compile.viewer.page import html
 from rosorin_compile.viewer.server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
 from rosorin_compile.viewer.showing import Shown, look, served
@@ -86,7 +89,7 @@ class _Followed:
         self.console = Console("text", quiet)
         self.request = replace(request, warn=self.console.ahead)
         self.description = request.description
-        self.inputs = Inputs()
+        self.inputs = WatchedFiles()
         self.page = Page()
         self.numbers: dict[Path, str] = {}  # of mesh files: a page that is older than a save finds its own ones
         self.compiled = threading.Lock()  # explanations and contacts are made of one robot at a time

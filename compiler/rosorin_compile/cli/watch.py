@@ -5,13 +5,16 @@ from __future__ import annotations
 import signal
 import sys
 import time
+from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from rosorin_compile.output.watch import INTERVAL, Inputs, Said
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
+from rosorin_compile.source.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.wording import and_more, counted
 
 from .command import Options, command
@@ -80,14 +83,45 @@ def _notice_new(watched: dict[Path, _Robot], run: Run) -> None:
             watched[description.path].compile()
 
 
+class ReportedDiagnostics:
+    """The diagnostics that were reported about a robot, so that they are not repeated at each save."""
+
+    def __init__(self) -> None:
+        self._reported: Counter[tuple[str, ...]] = Counter()
+
+    def new(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+        """Return the diagnostics that the previous run did not have, and remember all of them.
+
+        One whose line has only moved is the same. While there are errors, other rules may not be checked, so what they
+        reported is remembered until a run without errors.
+        """
+        current = list(diagnostics)
+        left, new = self._reported.copy(), []
+        for diagnostic in current:
+            key = _key(diagnostic)
+            if left[key]:
+                left[key] -= 1
+            else:
+                new.append(diagnostic)
+        hidden = Counter({key: n for key, n in left.items() if key[0] != ERROR}) if has_errors(current) else Counter()
+        self._reported = Counter(map(_key, current)) + hidden
+        return new
+
+
+def _key(diagnostic: Diagnostic) -> tuple[str, ...]:
+    span = diagnostic.span
+    place = (span.source.path, span.source.line(span.line).strip()) if span else ()
+    return (diagnostic.severity, diagnostic.rule, diagnostic.message, *place)
+
+
 class _Robot:
     """One robot that is watched."""
 
     def __init__(self, description: Description, run: Run) -> None:
         self.description = description
         self.request, self.console = run.request(description), run.console
-        self.inputs = Inputs(description.outputs)
-        self.said = Said()
+        self.inputs = WatchedFiles(description.outputs)
+        self.reported = ReportedDiagnostics()
 
     def compile(self) -> None:
         """Compile the robot, write what changed, and say what that means; after an error all stays as it is."""
@@ -99,7 +133,7 @@ class _Robot:
         compiled = self.request.compile()
         self.console.tell_read(self.request.inputs(compiled))
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
-        new = self.said.new(compiled.diagnostics)
+        new = self.reported.new(compiled.diagnostics)
         self.console.show(new)
         name = self.description.name
         if errors:
@@ -113,7 +147,7 @@ class _Robot:
 
     def _write(self, compiled: Compiled) -> None:
         from rosorin_compile.compare.committed import compare
-        from rosorin_compile.output import OutputError, read_set, write_outputs
+        from rosorin_compile.output import OutputError, read_set, write_artifacts
 
         if compiled.robot is None:
             return
@@ -122,12 +156,12 @@ class _Robot:
         try:
             before = read_set(self.description.outputs)
             comparison = compare(compiled.robot, compiled.artifacts, before)
-            done = write_outputs(self.description.outputs, {**meshes, **files})
+            done = write_artifacts(self.description.outputs, {**meshes, **files})
         except OutputError as problem:
             self.console.show([problem.diagnostic])
             return
         written = done.written
-        self.console.show(done.put_aside(self.description.outputs))
+        self.console.show(done.diagnostics(self.description.outputs))
         summary = f"{self.description.name}: {count(files)} in {self.description.outputs}"
         _say(f"{summary}, {'written: ' + ', '.join(written) if written else 'unchanged'}")
         for line in _moved(comparison):

@@ -9,13 +9,13 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated
+from typing import Annotated, Literal
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.output import OutputError, Written
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.formats.reading import join, read_robot
+from rosorin_compile.output import OutputError, WriteResult, write_set
 from rosorin_compile.source.diagnostics import (
     ERROR,
     WARNING,
@@ -194,12 +194,12 @@ class _Import:
 
     def _read(self) -> Imported:
         """Read the source and its companions. Raises RequestError."""
-        imported = Imported.read(self.source, self.reading)
+        imported = read_robot(self.source, self.reading)
         if self.options.arguments and not imported.takes_arguments and imported.tree is not None:
             raise RequestError(f"{self.source} takes no arguments: only a xacro does")
         for format, path in self.options.companions.items():
             _check_file(path)
-            imported = imported.joined(format, path, self.reading)
+            imported = join(imported, format, path, self.reading)
         found = imported.diagnostics
         if self.options.strict:
             found = [replace(one, severity=ERROR) if one.rule == "import-cannot-carry" else one for one in found]
@@ -263,7 +263,7 @@ class _Import:
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return self._end(result)
-        self.diagnostics += [*arrange(put.finished), *arrange(put.refused)]
+        self.diagnostics += arrange(put.refused)
         if put.refused:
             return self._end(result)
         self.diagnostics += arrange(put.again.diagnostics if put.again else ())
@@ -295,18 +295,18 @@ class _Import:
 
     def _write(
         self, folder: Path, files: Mapping[str, str], before: Mapping[str, str] = MappingProxyType({})
-    ) -> Written | None:
+    ) -> WriteResult | None:
         """Write the files of a description; a file that is replaced is kept, unless it is as it was ``before``."""
 
-        def replaces(name: str, old: bytes) -> bool:
-            return is_record(name) or old == before.get(name, "").encode()
+        def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
+            return "replace" if is_record(name) or old == before.get(name, "").encode() else "keep"
 
         try:
-            written = Holding.write_set(folder, files, replaces)
+            written = write_set(folder, files, judge=judge)
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return None
-        self.diagnostics += arrange(written.put_aside(folder))
+        self.diagnostics += arrange(written.diagnostics(folder))
         return written
 
 

@@ -14,12 +14,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.output.placing import holding
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, Rule, error, listed
+from rosorin_compile.output import open_package_folder
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, listed
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
-from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.ros_packages import missing, package_of
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove, text_of
@@ -69,7 +70,7 @@ class Put(NamedTuple):
     """What was put into a package: the files that are new, those that were there and are other ones, and what to do.
 
     ``add`` are lines by the file that they belong to, ``change`` lines of launch files. ``holds`` says whether the test
-    is one of this source. ``finished`` is what is to be said of a run before, ``refused`` is why nothing was put,
+    is one of this source. ``refused`` is why nothing was put,
     ``again`` what came of it where the description was there. ``others`` are robots that have a changed file, too.
     """
 
@@ -78,7 +79,6 @@ class Put(NamedTuple):
     add: Mapping[str, Sequence[str]]
     change: Sequence[Line]
     test: str
-    finished: list[Diagnostic]
     holds: bool = True
     refused: Sequence[Diagnostic] = ()
     again: Merged | None = None
@@ -195,7 +195,7 @@ def _in_package(value: ast.expr) -> ast.expr:
 def _note(root: Path) -> str | None:
     """Return what a description says that it is from."""
     try:
-        source = Map.load(root, root.name).get("source")
+        source = load_mapping(root, root.name).get("source")
     except LoadError:
         return None
     note = source.get("note") if isinstance(source, Map) else None
@@ -205,7 +205,7 @@ def _note(root: Path) -> str | None:
 def _arguments(root: Path) -> frozenset[str]:
     """Return the names of the arguments that a description declares."""
     try:
-        declared = Map.load(root, root.name).get("args")
+        declared = load_mapping(root, root.name).get("args")
     except LoadError:
         return frozenset()
     return frozenset(declared) if isinstance(declared, Map) else frozenset()
@@ -230,15 +230,15 @@ def put_into(
     """
     description, test = _places(name)
     there = package.folder / description
-    with holding(package.folder) as held:
-        finished = held.finished.diagnostics()
+    with open_package_folder(package.folder) as target:
         taken = _taken(package, Said(source, dict(given), f"{description}/{Description.ROOT_FILE}"), name, files, tree)
         again = None if taken or not _has_files(there) else _again(package, description, files, asked)
         refused = [taken] if taken else again.diagnostics if again and again.refused else []
         if refused:
-            return Put((), (), {}, (), test, finished, refused=refused)
+            return Put((), (), {}, (), test, refused=refused)
         made = again.files if again else {**files, **_records(there, files, grown, asked)}
         wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in made.items()}
+        record = f"{description}/{Description.ROOT_FILE}{ENDING}"
         wanted[test] = _test(package, source, f"{description}/{Description.ROOT_FILE}", given).encode()
         more = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in grown.items()}
         kept = [
@@ -248,7 +248,9 @@ def put_into(
             and (file == test or not (again or is_record(file)))
             and (file not in more or _differs(package.folder / file, more[file]))
         ]
-        fresh = held.place({file: data for file, data in wanted.items() if file not in kept})
+        # The records are the manifest of the description, and its own is the last.
+        order = sorted(wanted.keys() - kept, key=lambda file: (is_record(file), file == record, file))
+        fresh = target.write({file: wanted[file] for file in order}, manifest=False)
         if again:
             remove(there, again)
     change = lines_to_change(package.folder, source, description, _arguments(there / Description.ROOT_FILE))
@@ -256,7 +258,7 @@ def put_into(
     written = tuple(file for file in fresh if not is_record(file))
     others = _others(package.folder, name, written) if again else []
     holds = _said(package.folder / test) is not None
-    return Put(written, tuple(kept), add, change, test, finished, holds, (), again, others)
+    return Put(written, tuple(kept), add, change, test, holds, (), again, others)
 
 
 def _has_files(folder: Path) -> bool:
@@ -281,8 +283,9 @@ def _again(package: Package, description: str, files: Mapping[str, str], asked: 
     if record is not None:
         return import_again(there, record, files, asked)
     others = [file for file, text in files.items() if _differs(there / file, text.encode())]
-    if not others:
-        return Merged({}, record_of(files, asked.words), [], [], [])
+    if not others:  # it is as it would be imported, or an import was killed before it had written all files
+        missing = {file: text for file, text in files.items() if not os.path.lexists(there / file)}
+        return Merged({}, {**missing, **record_of(files, asked.words)}, [], [], [])
     called = f"{Description.ROOT_FILE}{ENDING}"
     message = (
         f"{description} stands otherwise than it would be imported ({listed(others)}), and no {called} "

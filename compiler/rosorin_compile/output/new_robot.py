@@ -13,8 +13,7 @@ from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.project import DESCRIPTIONS, ROOT_FILE, SCHEMA, data_folder
 
-from . import cleared
-from .staging import staged
+from . import locked, staging_folder
 
 
 class Template(NamedTuple):
@@ -91,7 +90,7 @@ def start(name: str, project: Path, template: str = DEFAULT) -> NewRobot:
     target = folder / name
     texts = texts_of(template, name)
     folder.mkdir(parents=True, exist_ok=True)
-    with cleared(folder), staged(folder) as stage:
+    with locked(folder, tidy=True), staging_folder(folder) as stage:
         (stage / name).mkdir()
         for file, text in texts.items():
             (stage / name / file).write_text(text, "utf-8", newline="\n")

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from hashlib import blake2b
 from pathlib import Path
 
 from . import system
+from .bounded import json_of
 from .files import shown
 
 MAX_KEPT = 400  # files of a folder of the cache; when there are more, the older half is deleted
@@ -139,3 +141,29 @@ def _forget_some(folder: Path) -> None:
     kept = sorted((path.lstat().st_mtime_ns, path) for path in folder.iterdir())
     for _, path in kept[: len(kept) // 2] if len(kept) > MAX_KEPT else ():
         path.unlink(missing_ok=True)
+
+
+def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> None:
+    """Store the names of the artifacts in a folder, or that the file ``path`` is an artifact, in the user's cache.
+
+    Without ``complete``, ``files`` are added to the names that are stored, if there are any.
+    """
+    record, known = _record(path), remembered(path)
+    names = set(files) if complete else set(files) | (known or set())
+    if record is not None and known != names and (complete or known is not None):
+        keep(record, json.dumps(sorted(names)).encode())
+
+
+def remembered(path: Path) -> set[str] | None:
+    """Return the names that ``remember`` stored, or None."""
+    record = _record(path)
+    try:
+        names = json_of((recalled(record) if record else None) or b"null")
+    except ValueError:
+        return None
+    return {str(name) for name in names} if isinstance(names, list) else None
+
+
+def _record(path: Path) -> Path | None:
+    folder = cache_folder("outputs")
+    return folder and folder / f"{digest(os.fsencode(os.path.abspath(path)))}.json"

@@ -15,12 +15,12 @@ from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.output import OutputError
+from rosorin_compile.output import OutputError, digest
 from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
-from rosorin_compile.output.placing import Holding
 from rosorin_compile.output.request import Request
-from rosorin_compile.source.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, has_errors
 from rosorin_compile.source.files import read_bytes, read_text
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
@@ -44,7 +44,7 @@ class Job:
         packages = sorted((name, os.path.abspath(folder)) for name, folder in self.request.packages.items())
         job = [self.state, str(self.request.description.path), str(self.current), self.request.trust, packages]
         arguments = plain([self.shared, variant.arguments], typed=True)
-        return Holding.digest(json.dumps([*job, variant.name, arguments]).encode())
+        return digest(json.dumps([*job, variant.name, arguments]).encode())
 
 
 def state_digest() -> str:
@@ -53,7 +53,7 @@ def state_digest() -> str:
     parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
     parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
     variables = [os.environ.get(name, "") for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
-    return Holding.digest(json.dumps([variables, sorted(parts)]).encode())
+    return digest(json.dumps([variables, sorted(parts)]).encode())
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def compile_variant(job: Job, variant: Variant) -> Result:
             files = {} if has_errors(found) else compiled.files()
         except OutputError as problem:
             found.append(problem.diagnostic)
-        entry = entry_of(variant, found, {name: Holding.digest(data) for name, data in files.items()})
+        entry = entry_of(variant, found, {name: digest(data) for name, data in files.items()})
         # A diagnostic with a place in the list is outdated when rows move.
         mentioned = {place.get("file") for one in entry["diagnostics"] for place in (one, *one["related"])}
         listed = mentioned & {span.source.path for span in variant.arguments.value_spans.values()}
@@ -175,4 +175,4 @@ def input_digest(path: str, start: float = math.inf) -> str:
 
 @lru_cache(maxsize=4096)
 def _content_digest(path: str, *_: int) -> str:
-    return Holding.digest(read_bytes(path))
+    return digest(read_bytes(path))

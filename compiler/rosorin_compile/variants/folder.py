@@ -14,9 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.placing import Holding
-from rosorin_compile.output.staging import Stage
+from rosorin_compile.output import OutputError, digest, entries_below, locked, may_replace, staging_folder, write_set
 from rosorin_compile.source import system
 
 INDEX = "sweep.json"
@@ -50,7 +48,8 @@ class VariantsFolder:
             with suppress(FileNotFoundError), (self.path / INDEX).open("rb") as file:
                 if file.read(10) not in (b'{"sweep": ', b""):
                     raise _not_ours(self.path / INDEX)
-            Stage.tidy(self.path)
+            with locked(self.path, tidy=True):
+                pass
             yield
 
     def names(self) -> list[str]:
@@ -69,7 +68,7 @@ class VariantsFolder:
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
         """Return True if the artifacts of a variant have these digests."""
         try:
-            return all(Holding.digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
+            return all(digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
         except OSError:
             return False
 
@@ -79,14 +78,14 @@ class VariantsFolder:
         if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
             raise OutputError("output-in-the-way", f"{folder} is not a folder", "move it away, or rename the variant")
         for path, data in ((folder / file, data) for file, data in files.items() if file not in known):
-            is_ours = path.is_file() and not path.is_symlink() and (Holding.wrote(path) or path.read_bytes() == data)
+            is_ours = path.is_file() and not path.is_symlink() and (may_replace(path) or path.read_bytes() == data)
             if os.path.lexists(path) and not is_ours:
                 raise _not_ours(path)
         # After a kill from here on, the next run knows both the old and the new files as its own.
         artifacts = dict.fromkeys(sorted(known | set(files)), "")
         self._write_record(name, {"key": "", "inputs": {}, "entry": {"artifacts": artifacts}})
         if files:
-            Holding.write_set(folder, files, lambda *_: True, tidied=True)
+            write_set(folder, files, tidy=False)
         self._remove(folder, known - set(files))
         self._write_record(name, record)
 
@@ -101,9 +100,9 @@ class VariantsFolder:
         """Remove files of a variant, all in one step if there is nothing else in its folder."""
         if not names or not folder.is_dir():
             return
-        if all(name in names or entry.is_dir(follow_symlinks=False) for name, entry in Stage.below(folder)):
-            with Stage.within(self.path) as stage:
-                folder.rename(stage.path / "removed")
+        if all(name in names or entry.is_dir(follow_symlinks=False) for name, entry in entries_below(folder)):
+            with locked(self.path), staging_folder(self.path) as stage:
+                folder.rename(stage / "removed")
             return
         for path in (folder / name for name in names if ".." not in Path(name).parts):
             path.unlink(missing_ok=True)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import NOBODY, Row, lines, rows, way
-from rosorin_compile.output import OutputError, write_set
-from rosorin_compile.output.one_file import replace_text
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, UnknownName, did_you_mean
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.output import OutputError, write_file, write_set
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, did_you_mean
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .drawing import SUFFIXES, picture, suffix
 from .drawing.situations import Situation, TooMany, situations
@@ -140,9 +139,13 @@ def draw_frames(robot: Robot, shown: Sequence[Situation], output: str, force: bo
         if folder:
             write_set(Path(os.path.abspath(target)), {path.name: text for path, text in files.items()})
         else:
-            replace_text(target, files[target], "picture-file")
+            write_file(target, files[target].encode(), may_replace=None)
     except OutputError as problem:
-        return Frames(robot.name, diagnostics=(problem.diagnostic,), robot=robot)
+        return Frames(
+            robot.name,
+            diagnostics=(problem.diagnostic if folder else replace(problem.diagnostic, rule="picture-file"),),
+            robot=robot,
+        )
     return Frames(robot.name, files=tuple(files), robot=robot, trees=tuple(shown))
 
 

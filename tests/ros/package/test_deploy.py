@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.ours import RECORD
+from rosorin_compile.output import MANIFEST
 from rosorin_compile.source import ros_packages
 from support.launch import run
 from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
@@ -30,7 +30,7 @@ def test_the_artifacts_go_where_they_belong(base: Path, capsys: pytest.CaptureFi
     assert deploy(base) == 0
     after = contents(base)
     changed = {name for name in after if after[name] != before.get(name)}
-    own = {"urdf/rosorin.urdf", "config/static_tf.json", "launch/static_tf.launch.py", RECORD}
+    own = {"urdf/rosorin.urdf", "config/static_tf.json", "launch/static_tf.launch.py", MANIFEST}
     moving = {"controllers.yaml", "ekf_frames.yaml", "nav2.yaml"}
     assert changed == {*own, *(f"config/{name}" for name in moving), "sdf/rosorin.sdf", "srdf/rosorin.srdf"}
     assert after["urdf/rosorin.urdf"] == TEXTS["rosorin.urdf"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.ours import RECORD
+from rosorin_compile.output import MANIFEST
 from rosorin_compile.source.ros_packages import files_below
 from support.paths import ROSORIN
 from support.robots import compiled, texts
@@ -36,7 +36,7 @@ def package(tmp_path: Path) -> Path:
 
 
 def contents(folder: Path) -> dict[str, str]:
-    files = [path for path in folder.rglob("*") if path.is_file() and path.name != RECORD]
+    files = [path for path in folder.rglob("*") if path.is_file() and path.name != MANIFEST]
     return {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in files}
 
 
@@ -87,6 +87,6 @@ def test_links_in_a_circle_end(package: Path) -> None:
     (package / "urdf/again").symlink_to(package)
     (package / "config/above").symlink_to(package.parent)
     (package / "config/beside").symlink_to(package / "urdf")
-    found = [*contents(package), RECORD]
+    found = [*contents(package), MANIFEST]
     assert files_below(package, skip_built=False) == sorted(found)
     assert main(["check", "deployed", str(ROSORIN), str(package)]) == 0

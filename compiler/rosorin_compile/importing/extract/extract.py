@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.model import HeightMap, Pose
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output import OutputError, write_set
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, arrange, masked
 
 from . import boxes, factory, into, writing
@@ -325,7 +324,7 @@ def extract_factory(
         return ExtractedFactory(diagnostics=tuple(_reasons(problem)))
     diagnostics = arrange(made.diagnostics)
     try:
-        Holding.write_set(output, made.files, writing.is_made, refuse=True)
+        write_set(output, made.files, judge=lambda _, old, __: "replace" if writing.is_made(old) else "refuse")
     except OutputError as problem:
         return ExtractedFactory(diagnostics=(*diagnostics, problem.diagnostic))
     written = tuple(str(Path(output, file)) for file in sorted(made.files))

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from collections.abc import Iterable, Sequence
@@ -13,11 +14,10 @@ from typing import Any
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Heading, Rule
 from rosorin_compile.source.numbers import exact
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..layout import escaped
@@ -152,13 +152,13 @@ def replace(path: Path, text: str) -> None:
     A link stays a link, and permissions stay as they are.
     """
     try:
-        Holding.write_text(path, text, "extract-file")
+        write_file(path, text.encode(), may_replace=None)
     except OutputError as problem:
-        raise ExtractProblem(problem.diagnostic) from None
+        raise ExtractProblem(dataclasses.replace(problem.diagnostic, rule="extract-file")) from None
 
 
-def is_made(_: str, old: bytes) -> bool:
-    """Say whether extract made a file: no other is replaced."""
+def is_made(old: bytes) -> bool:
+    """Return True if extract made a file: no other is replaced."""
     return old.startswith(MARK.encode())
 
 

@@ -10,12 +10,11 @@ from typing import Annotated
 
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.model import DisabledCollision, Robot
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.one_file import write_file
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, Rule, counted, error
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, counted, error
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..physics.checking import require
@@ -99,7 +98,7 @@ def compute_matrix(
 def _is_ours(path: Path) -> bool:
     """Return True if a file may be replaced."""
     try:
-        return Holding.wrote(path)
+        return may_replace(path)
     except (OSError, ValueError):
         return True  # it does not exist, or writing reports the reason
 

@@ -8,13 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from rosorin_compile.compare.committed import Comparison
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
+from rosorin_compile.output import MANIFEST, digest, read_manifest
 from rosorin_compile.output.request import Request
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error, has_errors
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error, has_errors
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.ros_packages import files_below, is_launch_file, package_of
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import launch_files as static_check
 from . import naming
@@ -36,6 +39,12 @@ RULES = (
         "deployed-differs",
         "A copy is not the compiled one (in the forms for programs).",
         "`rosorin-compile deploy`",
+        Heading.PACKAGES,
+    ),
+    Rule(
+        "deployed-mixed",
+        "A run of `deploy` or `package` was ended while it wrote: some files are of that run, and others older.",
+        "Run it again.",
         Heading.PACKAGES,
     ),
     Rule(
@@ -141,7 +150,7 @@ def check(
     ``carry`` returns the description as a package with some options carries it. Raises OSError.
     """
     by_place = _by_place(robot, artifacts, folder, files, told)
-    urdfs = [place for place, those in by_place.items() if any(one.names_meshes for one in those)]
+    urdfs = [place for place, those in by_place.items() if any(FORMATS.names_meshes(one) for one in those)]
     same, lines = [], []
     unlike: list[tuple[str, Difference | None]] = []
     for place, those in sorted(by_place.items()):
@@ -161,7 +170,7 @@ def check(
         else:
             unlike.append((place, None))
             lines.append(f"{place}: it is not there" if there is None else f"{place}: {what}")
-    diagnostics = list(_missing(artifacts, by_place, folder, told))
+    diagnostics = [*unfinished_runs(folder, files), *_missing(artifacts, by_place, folder, told)]
     diagnostics += launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
     differing = tuple(place for place, _ in unlike)
     return CheckedCopies(
@@ -210,6 +219,22 @@ def _generated(
             yield name, data, _NOT_AS_WRITTEN
 
 
+def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield an error for each manifest of an unfinished run that has written some of its files, and not all."""
+    for name in (name for name in files if name.rpartition("/")[2] == MANIFEST):
+        package = (folder / name).parent
+        states: dict[str, list[str]] = {"new": [], "old": [], "changed since": []}
+        for file, digests in read_manifest(package).items():
+            if not isinstance(digests, str):
+                current = digest((package / file).read_bytes()) if (package / file).is_file() else None
+                is_old = current == digests[0] if len(digests) > 1 else current is None
+                states["new" if current == digests[-1] else "old" if is_old else "changed since"].append(file)
+        if len([group for group in states.values() if group]) > 1:
+            groups = "; ".join(f"{', '.join(group)}: {state}" for state, group in states.items() if group)
+            message = f"{package} has files of two runs, because the last one was ended while it wrote: {groups}"
+            yield error("deployed-mixed", message, None, "deploy the robot again")
+
+
 def _missing(
     artifacts: Sequence[Artifact], by_place: Mapping[str, Sequence[Artifact]], folder: Path, told: Mapping[str, str]
 ) -> Iterator[Diagnostic]:
@@ -221,7 +246,7 @@ def _missing(
         name = place or artifact.file.rpartition("/")[2]
         if artifact.output in there or place == NOWHERE:
             continue
-        if place or artifact.feeds(ROBOT_STATE_PUBLISHER):
+        if place or FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER):
             message = f"there is no {name} in {folder}"
             yield error("deployed-missing", message, None, "rosorin-compile deploy writes it")
         else:

@@ -10,17 +10,16 @@ from typing import Annotated
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import Robot
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.ours import ProtectedFile
-from rosorin_compile.output.placing import Holding, holding
+from rosorin_compile.output import OutputError, PackageFolder, digest, open_package_folder
 from rosorin_compile.output.request import Request
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, Rule, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.ros_packages import files_below
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import naming
 from .checking import launch_files, unreadable
-from .deploy_plan import Plan, afterwards, change_lines, not_ours, plan
+from .deploy_plan import Plan, ProtectedFile, afterwards, change_lines, not_ours, plan, protected_files
 
 RULES = (
     Rule(
@@ -74,9 +73,8 @@ def deploy(
     diagnostics = [*compiled.diagnostics]
     if compiled.robot is not None and not has_errors(diagnostics):
         try:
-            with holding(folder, dry_run) as held:
-                diagnostics += held.finished.diagnostics(dry_run)
-                deployment = _Deployment(compiled.robot, compiled.artifacts, folder, held, diagnostics)
+            with open_package_folder(folder, dry_run) as target:
+                deployment = _Deployment(compiled.robot, compiled.artifacts, folder, target, diagnostics)
                 result = deployment.run(result, _mapped(places, compiled.artifacts), install, dry_run, full)
         except (LoadError, OutputError) as problem:
             diagnostics.append(problem.diagnostic)
@@ -103,14 +101,14 @@ class _Deployment:
     robot: Robot
     artifacts: tuple[Artifact, ...]
     folder: Path
-    held: Holding
+    target: PackageFolder
     diagnostics: list[Diagnostic]
 
     def run(
         self, result: Deployed, mapped: Mapping[str, str], install: Path | None, dry_run: bool, full: bool
     ) -> Deployed:
         """Write the artifacts. Raises LoadError, OutputError, OSError."""
-        robot, folder, held = self.robot, self.folder, self.held
+        robot, folder = self.robot, self.folder
         files = files_below(folder, skip_built=True)
         places = {**naming.read(folder, robot.name), **mapped}
         planned = plan(robot, self.artifacts, folder, files, places)
@@ -118,10 +116,10 @@ class _Deployment:
         if has_errors(planned.diagnostics):
             return result
         for copy in planned.copies:
-            held.check_way(copy.place)
+            self.target.check_name(copy.place)
         data = {copy.place: copy.artifact.text.encode() for copy in planned.copies}
-        there = held.protected(data, {**self._written_before(planned), **held.finished.before})
-        found = list(not_ours(planned, there, held.record))
+        there = protected_files(folder, data, self._digests(planned))
+        found = list(not_ours(planned, there))
         self.diagnostics.extend(found)
         if has_errors(found):
             return result
@@ -134,21 +132,20 @@ class _Deployment:
         changes = tuple(change_lines(planned.copies, full))
         return replace(result, robot=robot.name, written=not dry_run, copies=copies, changes=changes)
 
-    def _written_before(self, planned: Plan) -> dict[str, str]:
+    def _digests(self, planned: Plan) -> dict[str, list[str]]:
         """Return the digests of files written before; one of a format without a mark is as it was written."""
         ours = {}
         for copy in planned.copies:
             robot_of = FORMATS[copy.artifact.backend].ros.robot_of
             if copy.old is not None and robot_of is not None and robot_of(self.folder / copy.place) == self.robot.name:
-                ours[copy.place] = self.held.digest(copy.old)
-        return {**ours, **self.held.recorded()}
+                ours[copy.place] = [digest(copy.old)]
+        return {**ours, **self.target.digests()}
 
     def _write(
         self, data: Mapping[str, bytes], there: Sequence[ProtectedFile], places: Mapping[str, str] | None
     ) -> None:
         """Write files, and the places of outputs if they are new. Raises LoadError, OutputError."""
-        files = self.held.with_record(data)
-        files |= {one.kept: one.data for one in there}
+        unlisted = {file.kept: file.data for file in there}
         if places is not None:
-            files[naming.FILE] = naming.text(self.folder, self.robot.name, places).encode()
-        self.held.place(files)
+            unlisted[naming.FILE] = naming.text(self.folder, self.robot.name, places).encode()
+        self.target.write(data, unlisted)

@@ -8,14 +8,16 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
+from rosorin_compile.output import MANIFEST, digest, is_generated, kept_name
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error
 from rosorin_compile.source.files import exists, is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.ros_packages import install_space, missing, package_of, share_folder, undeclared
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError
 
 from .copies import Difference, difference, forms, placed
@@ -24,9 +26,6 @@ from .meshes import named_files, not_placed, settle
 from .naming import FILE, NOWHERE
 from .package import Options, folder_of
 from .views import topics_of
-
-if TYPE_CHECKING:
-    from rosorin_compile.output.ours import ProtectedFile
 
 RULES = (
     Rule(
@@ -157,7 +156,7 @@ def plan(
 
 def _is_main(artifact: Artifact) -> bool:
     """Say whether an artifact is what robot_state_publisher reads."""
-    return artifact.feeds(ROBOT_STATE_PUBLISHER)
+    return FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER)
 
 
 def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:
@@ -184,7 +183,7 @@ def _others(robot: Robot, artifact: Artifact, folder: Path, place: str) -> Itera
 
 def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: list[Diagnostic]) -> Artifact:
     """Return a URDF whose meshes are in the package, if they are there; else say what is missing."""
-    if not artifact.names_meshes:
+    if not FORMATS.names_meshes(artifact):
         return artifact
     settled = settle(artifact.text, package, (), folder)
     diagnostics += settled.diagnostics
@@ -210,18 +209,51 @@ def _copy(robot: Robot, artifact: Artifact, folder: Path) -> Copy:
 _OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", FILE)
 
 
-def not_ours(plan: Plan, there: Sequence[ProtectedFile], record: str) -> Iterator[Diagnostic]:
-    """Yield what is in the way of a plan: files of others are not replaced, those that were changed are kept.
+@dataclasses.dataclass(frozen=True)
+class ProtectedFile:
+    """A file that is not replaced without a copy: ``kept`` is the name for the copy, ``data`` the content.
 
-    ``record`` is the name of the note on what was written.
+    It is "foreign" if the tool did not write it, "edited" if it was changed since, "unknown" if that is not recorded.
     """
+
+    name: str
+    reason: Literal["foreign", "edited", "unknown"]
+    kept: str
+    data: bytes
+
+
+def protected_files(
+    folder: Path, files: Mapping[str, bytes], digests: Mapping[str, Sequence[str]], own_package: bool = False
+) -> list[ProtectedFile]:
+    """Return the files that ``files`` would replace and that have none of the ``digests`` of what was written.
+
+    In a package of the tool's own no file is foreign: older versions wrote no manifest. Raises OSError.
+    """
+    protected = []
+    for name, new in files.items():
+        path = folder / name
+        old = path.read_bytes() if path.is_file() and not path.is_symlink() else new
+        if old == new or not old.strip() or digest(old) in digests.get(name, ()):
+            continue
+        if name not in digests and is_generated(old):
+            continue
+        reason: Literal["foreign", "edited", "unknown"] = "edited" if name in digests else "unknown"
+        if name not in digests and is_generated(new) and not own_package:
+            reason = "foreign"
+        kept = Path(name).with_name(kept_name(path, old).name).as_posix()
+        protected.append(ProtectedFile(name, reason, kept, old))
+    return protected
+
+
+def not_ours(plan: Plan, there: Sequence[ProtectedFile]) -> Iterator[Diagnostic]:
+    """Yield what is in the way of a plan: files of others are not replaced, those that were changed are kept."""
     outputs = {copy.place: copy.artifact.output for copy in plan.copies}
-    of_package = [place for place in outputs if place.rpartition("/")[2] in (*_OF_PACKAGES, record)]
+    of_package = [place for place in outputs if place.rpartition("/")[2] in (*_OF_PACKAGES, MANIFEST)]
     for place in of_package:
         message = f"{place} is a file of the package itself: no artifact goes there"
         yield error("deploy-not-ours", message, None, f"say another place with --map {outputs[place]}=PLACE")
     for one in there:
-        if one.is_foreign and one.name not in of_package:
+        if one.reason == "foreign" and one.name not in of_package:
             message = f"this tool did not write {one.name}: it is not replaced"
             help = f"move it away, or say another place with --map {outputs[one.name]}=PLACE ({NOWHERE} for nowhere)"
             yield error("deploy-not-ours", message, None, help)
@@ -231,9 +263,9 @@ def not_ours(plan: Plan, there: Sequence[ProtectedFile], record: str) -> Iterato
 def kept(there: Iterable[ProtectedFile]) -> Iterator[Diagnostic]:
     """Yield which files are kept beside those that replace them, and why."""
     for one in there:
-        if one.is_foreign:
+        if one.reason == "foreign":
             continue
-        if one.is_edited:
+        if one.reason == "edited":
             message = f"{one.name} was changed since this tool wrote it; as it was, it goes to {one.kept}"
             help = "bring the change into the description, and remove that file"
         else:
@@ -290,7 +322,7 @@ def _undeclared(plan: Plan, root: Path, name: str) -> Iterator[Diagnostic]:
 def _stale(robot: Robot, plan: Plan, names: Sequence[str], share: Path, package: str) -> Iterator[Diagnostic]:
     """Yield which files of an install space are not those that the sources hold now."""
     stale = []
-    urdfs = [copy.place for copy in plan.copies if copy.artifact.names_meshes]
+    urdfs = [copy.place for copy in plan.copies if FORMATS.names_meshes(copy.artifact)]
     for copy, name in zip(plan.copies, names, strict=True):
         path = share / name
         texts = [form.text.encode() for form in forms(robot, copy.artifact, copy.place, urdfs, package)]

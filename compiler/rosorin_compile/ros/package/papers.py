@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.output.placing import Holding
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading, Rule
+from rosorin_compile.output import digest
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.files import is_file, read_bytes
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 if TYPE_CHECKING:
     from .package import Options
@@ -50,13 +51,13 @@ def values(options: Options, target: Path) -> dict[str, Any]:
     return {"holder": holder, "license_file": LICENSE if has_license else ""}
 
 
-def left_alone(target: Path, files: Mapping[str, bytes], record: Mapping[str, str]) -> set[str]:
+def left_alone(target: Path, files: Mapping[str, bytes], record: Mapping[str, list[str]]) -> set[str]:
     """Return which papers in a folder are people's: those that are not as we wrote them, by the digests in ``record``.
 
     Raises OSError.
     """
     papers = [name for name in (CHANGELOG, LICENSE) if name in files and is_file(target / name)]
-    return {name for name in papers if Holding.digest(read_bytes(target / name)) != record.get(name)}
+    return {name for name in papers if digest(read_bytes(target / name)) not in record.get(name, ())}
 
 
 def remarks(options: Options, target: Path) -> list[Diagnostic]:

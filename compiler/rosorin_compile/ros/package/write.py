@@ -9,14 +9,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
-from rosorin_compile.output import OutputError
+from rosorin_compile.output import OutputError, PackageFolder, open_package_folder
 from rosorin_compile.output.pipeline import Compiled
-from rosorin_compile.output.placing import Holding, holding
 from rosorin_compile.output.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
 
 from .carrying import Carried, described, proven
-from .deploy_plan import kept, refused, told_before
+from .deploy_plan import kept, protected_files, refused, told_before
 from .naming import OF_A_NAME, STARTS, is_legal, package_name
 from .package import BUILD_TYPES, Options, make
 from .papers import left_alone
@@ -64,10 +63,9 @@ def write_package(request: Request, folder: Path, options: PackageOptions) -> Wr
     diagnostics = [*compiled.diagnostics]
     if compiled.robot is not None and not has_errors(diagnostics):
         try:
-            with holding(folder) as held:
-                diagnostics += held.finished.diagnostics()
+            with open_package_folder(folder) as target:
                 asked = _options(options, folder, compiled.robot.name, [one.name for one in compiled.robot.sensors])
-                result = _write(request, compiled, folder, asked, held, result, diagnostics)
+                result = _write(request, compiled, folder, asked, target, result, diagnostics)
         except OutputError as problem:
             diagnostics.append(problem.diagnostic)
     return replace(result, diagnostics=tuple(diagnostics))
@@ -78,7 +76,7 @@ def _write(
     compiled: Compiled,
     folder: Path,
     options: Options,
-    held: Holding,
+    target: PackageFolder,
     result: WrittenPackage,
     diagnostics: list[Diagnostic],
 ) -> WrittenPackage:
@@ -94,12 +92,12 @@ def _write(
     diagnostics += [*wrong, *package.diagnostics, *([problem] if problem else [])]
     if wrong or problem or not package.files:
         return result
-    left = left_alone(folder, package.files, held.recorded())
+    left = left_alone(folder, package.files, target.digests())
     ours = {name: data for name, data in package.files.items() if name not in left}
-    there = held.protected(ours, held.recorded(), own=True)
+    there = protected_files(folder, ours, target.digests(), own_package=True)
     diagnostics += kept(there)
-    files = {**held.with_record(ours), **{one.kept: one.data for one in there}}
-    fresh = [name for name in held.place(files) if name in package.files]
+    written = target.write(ours, {file.kept: file.data for file in there})
+    fresh = [name for name in written if name in package.files]
     return replace(result, package=options.name, files=tuple(sorted(package.files)), written=tuple(sorted(fresh)))
 
 

@@ -11,20 +11,11 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Mesh
 from rosorin_compile.model.mesh_triangles import TriangleMesh
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.one_file import write_file
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    Diagnostic,
-    Progress,
-    RequestError,
-    did_you_mean,
-    error,
-    pip_install,
-)
-from rosorin_compile.source.installing import is_installed
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, did_you_mean, error
+from rosorin_compile.source.installing import is_installed, pip_install
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.drawing.situations import TooMany, situations
 from rosorin_compile.viewer.page.data import mesh_names
@@ -98,7 +89,7 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
     try:
         poses = robot.poses_in_root(positions)
         file = _picture(looked.shown, poses, frames, direction, size, appearance, diagnostics)
-        write_file(target, file, looked.files, None if force else Holding.wrote)
+        write_file(target, file, looked.files, None if force else may_replace)
     except MemoryError:
         message = f"{robot.name} cannot be drawn: out of memory; --collision draws simpler shapes"
         return failed((*diagnostics, error("picture-file", message, None)))
@@ -199,7 +190,7 @@ def _check(target: Path, force: bool) -> None:
         raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
     try:
         exists, is_file = target.exists() or target.is_symlink(), target.is_file()
-        ours = force or not is_file or Holding.wrote(target)
+        ours = force or not is_file or may_replace(target)
     except OSError:
         return  # it is reported when the file is written
     if exists and not is_file:

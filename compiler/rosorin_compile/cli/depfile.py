@@ -1,0 +1,54 @@
+"""Depfiles: what a target was made from, in the syntax of Make and Ninja (``--depfile``)."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.source.rule_registry import WRITING, Rule
+
+RULES = (Rule("depfile-name", "The name of a file in the depfile has a line break.", "Rename the file.", WRITING),)
+
+_DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
+
+
+def touch(files: Iterable[Path]) -> None:
+    """Set the times of files to now, so that they are newer than a depfile. Raises OutputError."""
+    for file in files:
+        try:
+            os.utime(file)
+        except OSError as problem:
+            raise OutputError.of(problem, file, "write", "output file") from None
+
+
+def write_depfile(path: Path, target: str, inputs: Sequence[Path], artifacts: Iterable[Path]) -> None:
+    """Write the rule that says what a target was made from.
+
+    Raises OutputError, also if ``path`` is one of the inputs or artifacts.
+    """
+    names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
+    text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
+    if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *artifacts)):
+        raise OutputError("output-is-input", f"{path} is what the depfile would tell of", "name another file")
+    write_file(path, os.fsencode(text), may_replace=_is_depfile)
+
+
+def _is_depfile(path: Path) -> bool:
+    data = path.read_bytes()
+    return not data.strip() or _DEPFILE.fullmatch(data) is not None
+
+
+def escaped(name: str) -> str:
+    r"""Return the name of a file in the syntax of a depfile, as GCC writes it. Raises OutputError for a line break.
+
+    >>> print(escaped("my robot/$x#1.yaml"))
+    my\ robot/$$x\#1.yaml
+    """
+    if re.search(r"[\n\r\0]", name):
+        help = "a depfile has no way to write it: give the file another name"
+        raise OutputError("depfile-name", f"the name of {name} has a line break", help)
+    name = re.sub(r"(\\*)([ \t])", r"\1\1\\\2", name)
+    return re.sub("[#:]", r"\\\g<0>", name).replace("$", "$$")

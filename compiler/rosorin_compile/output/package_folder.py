@@ -1,0 +1,137 @@
+"""Write files into a package that has other files, too: each file in one step, and the manifest last.
+
+The manifest has the digest of each file that was written. While files are replaced, it has both digests of each of
+them, the old one, if there is one, and the new one: after a kill it says which files are of two runs.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+
+from rosorin_compile.source.bounded import json_of
+
+from .artifact_set import is_inside, obstacle
+from .single_file import OutputError, digest
+from .staging import locked, replace_files, replace_folder, staging_folder, write_synced
+
+MANIFEST = ".rosorin-compile-written.json"
+
+
+class PackageFolder:
+    """A folder into which files are written, whose lock is held. With ``is_new`` it does not exist yet."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.is_new = not path.is_dir()
+        self._manifest = read_manifest(path)
+
+    def digests(self) -> dict[str, list[str]]:
+        """Return the digests of the files that were written here, by name: two of those of an unfinished run."""
+        return {name: [value] if isinstance(value, str) else value for name, value in self._manifest.items()}
+
+    def check_name(self, name: str) -> None:
+        """Raise OutputError for a name that leads out of the folder or through a link, or is not a file there."""
+        if not is_inside(name):
+            message = f'"{name}" does not stand in the folder'
+            raise OutputError("deploy-outside", message, "name a file below the folder")
+        path, kind = obstacle(self.path, name) or (self.path, "")
+        if kind == "a symbolic link":
+            message = f"{path} is a symbolic link to {path.readlink()}; nothing is written through links"
+            raise OutputError("deploy-link", message, "name the folder that it leads to, or remove the link")
+        if kind:
+            message = f"{path} is not {'a file' if path == self.path / name else 'a folder'}"
+            raise OutputError("deploy-in-the-way", message, "move it away, or choose another place")
+
+    def write(
+        self, files: Mapping[str, bytes], unlisted: Mapping[str, bytes] | None = None, manifest: bool = True
+    ) -> tuple[str, ...]:
+        """Write ``files`` in their order, and the manifest last; return the new and changed ones, sorted.
+
+        Files that are ``unlisted`` in the manifest are written first. If a step fails, the folder is unchanged. A new
+        folder is written as a whole. Raises OutputError.
+        """
+        contents = {**(unlisted or {}), **files}
+        for name in contents:
+            self.check_name(name)
+        try:
+            before = {name: _content(self.path / name) for name in contents}
+            changed = {name: data for name, data in contents.items() if data != before[name]}
+            listed = {name for name in self._manifest if name in files or (self.path / name).is_file()}
+            if any(name not in files and not isinstance(self._manifest[name], str) for name in listed):
+                listed |= self._manifest.keys()  # of another unfinished run, also what it has not written yet
+            final = {name: self._manifest[name] for name in listed} | {n: digest(data) for n, data in files.items()}
+            last = {MANIFEST: _manifest_text(final)} if manifest else {}
+            if self.is_new:
+                with staging_folder(self.path.parent) as stage:
+                    replace_folder(self.path, stage, {**contents, **last})
+            elif changed or (last and _content(self.path / MANIFEST) != last[MANIFEST]):
+                for name in (n for n in files if n in changed or not isinstance(self._manifest.get(n, ""), str)):
+                    final[name] = [digest(data) for data in (before[name], files[name]) if data is not None]
+                unfinished = dict.fromkeys(last, _manifest_text(final))
+                first = {name: data for name, data in changed.items() if name not in files}
+                steps = {**first, **unfinished, **{name: files[name] for name in files if name in changed}}
+                with staging_folder(self.path) as stage:
+                    for folder, new in (("new", steps), ("last", last)):
+                        for name, data in new.items():
+                            write_synced(stage / folder / name, data, self.path / name)
+                    if any(_content(self.path / name) != before[name] for name in changed):
+                        message = f"a file in {self.path} was changed just now: nothing is written"
+                        raise OutputError("deploy-failed", message, "run the command again")
+                    replace_files(stage / "new", self.path, stage / "undo", list(steps))
+                    for name in last:
+                        (stage / "last" / name).replace(self.path / name)
+            return tuple(sorted(changed))
+        except OSError as problem:
+            raise _failed(problem, self.path) from None
+
+
+@contextmanager
+def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[PackageFolder]:
+    """Lock a folder, which need not exist, and yield it. With ``dry_run`` nothing is locked. Raises OutputError."""
+    with ExitStack() as stack:
+        try:
+            path = folder.resolve()
+            if path.exists() and not path.is_dir():
+                raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
+            if not dry_run:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with suppress(OSError), locked(path.parent, tidy=True):
+                    pass  # what is left of a process that was killed when it had just made the folder
+                stack.enter_context(locked(path if path.is_dir() else path.parent, tidy=True))
+            package = PackageFolder(path)
+        except OSError as problem:
+            raise _failed(problem, folder) from None
+        yield package
+
+
+def _content(path: Path) -> bytes | None:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return None
+
+
+def read_manifest(folder: Path) -> dict[str, str | list[str]]:
+    """Return the digests of the manifest by name, lists for an unfinished run; {} if it is missing or damaged."""
+    try:
+        values = json_of((folder / MANIFEST).read_bytes())
+    except (OSError, ValueError):
+        return {}
+    digests = values if isinstance(values, dict) else {}
+    lists = {n: v for n, v in digests.items() if isinstance(v, list) and v and all(isinstance(d, str) for d in v)}
+    return {n: v for n, v in digests.items() if isinstance(v, str)} | lists
+
+
+def _manifest_text(digests: Mapping[str, str | list[str]]) -> bytes:
+    return json.dumps(digests, indent=1, sort_keys=True).encode() + b"\n"
+
+
+def _failed(problem: OSError, folder: Path) -> OutputError:
+    place = problem.filename if isinstance(problem.filename, str) else folder
+    message = f"cannot write into {folder}: {problem.strerror or type(problem).__name__} ({place})"
+    return OutputError("deploy-failed", message, "give yourself the right to write there, or name another folder")

@@ -1,0 +1,92 @@
+"""Notice changes of the files from which a robot was compiled."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from .files import read_bytes, recording
+
+INTERVAL = 0.3  # seconds between two looks
+SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
+_SMALL = 1_000_000  # bytes: a larger file is told by its times alone
+_PATIENCE = 20  # looks at files that keep changing, until they are read as they are
+
+
+class WatchedFiles:
+    """The files that one robot was made from, but for its own artifacts, with the state in which they were."""
+
+    def __init__(self, artifacts: Path | None = None) -> None:
+        self.artifacts = None if artifacts is None else os.path.abspath(artifacts)
+        self.states: list[State] = []
+        self.is_outdated = False
+
+    def changed(self) -> bool:
+        """Whether a file has another content, has gone or has come since it was read or looked for."""
+        return self.is_outdated or any(state.differs() for state in self.states)
+
+    def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:
+        """Wait until the files stop changing, for a second at most."""
+        before = [_signature(state.path) for state in self.states]
+        for _ in range(_PATIENCE):
+            sleep(SETTLE)
+            after = [_signature(state.path) for state in self.states]
+            if after == before:
+                return
+            before = after
+
+    def read(self, used: Callable[[], object]) -> None:
+        """Take down which files ``used`` reads or looks for; what changes meanwhile is read once more."""
+        begun = time.time_ns()
+        with recording() as paths:
+            used()
+        own = self.artifacts
+        found = {os.path.abspath(path): is_there for path, is_there in paths.items()}
+        self.states = [State(path) for path in found if own is None or not _is_within(path, own)]
+        self.is_outdated = any(
+            found[state.path] != bool(state.signature) or max(state.signature[2:], default=0) > begun
+            for state in self.states
+        )
+
+
+class State:
+    """A file as it is now, there or not."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.signature = _signature(path)
+        self.content = _content(path, self.signature)
+
+    def differs(self) -> bool:
+        """Whether the file is another one by now."""
+        signature = _signature(self.path)
+        return signature != self.signature and _content(self.path, signature) != self.content
+
+
+def _signature(path: str) -> tuple[int, ...]:
+    """Return what tells a file from another version of it; nothing if it is not there. A folder is always the same."""
+    try:
+        status = Path(path).stat()
+    except (OSError, ValueError):
+        return ()
+    if stat.S_ISDIR(status.st_mode):
+        return (status.st_ino,)
+    return (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+
+
+def _content(path: str, signature: tuple[int, ...]) -> object:
+    """Return what a file holds, in short; of what is large or no file, its signature."""
+    if len(signature) < 2 or signature[1] > _SMALL:
+        return signature
+    try:
+        return hashlib.sha256(read_bytes(path)).digest()
+    except OSError:
+        return ()
+
+
+def _is_within(path: str, folder: str) -> bool:
+    return path == folder or path.startswith(folder + os.sep)

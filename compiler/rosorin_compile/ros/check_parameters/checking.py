@@ -26,6 +26,7 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
+from rosorin_compile.source.files import is_file
 from rosorin_compile.source.project import no_file
 from rosorin_compile.source.rule_registry import Heading, Rule
 

@@ -123,7 +123,7 @@ output_options = combined(
         default="text",
         help=f"format of the output: {', '.join(FORMAT_NAMES[:-1])} or {FORMAT_NAMES[-1]}; default: text",
     ),
-    option("-q", "--quiet", is_flag=True, help="print only errors and the number of stand-ins", excludes=("verbose",)),
+    option("-q", "--quiet", is_flag=True, help="print only errors and the result", excludes=("verbose",)),
     option("-v", "--verbose", is_flag=True, help="print all notes, and the files that were read"),
 )
 

@@ -261,7 +261,7 @@ class Readers:
         from rosorin_compile.formats.reading import read_robot
         from rosorin_compile.rules.check import acceptable
 
-        read = read_robot(path, ReadOptions(texts, packages, how.lenient, tell=tell, trust=how.trust), by)
+        read = read_robot(path, ReadOptions(texts, packages, how.lenient, tell=tell), by)
         # Notes on what is accepted: the rules say so again, of the whole robot.
         new = [one for one in read.diagnostics if one.severity != NOTE or one.rule not in acceptable()]
         return read._replace(diagnostics=new)

@@ -129,8 +129,8 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         diagnostics = []
     system.needs("resource", system.NO_LIMITS)
     answer = _expand(path, options)
-    for name, found in answer.get("recorded", ()):
-        record(name, found)
+    for name, version in answer.get("recorded", ()):
+        record(name, tuple(version))
     files = _files(path, answer)
     sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
     diagnostics += _remarks(answer, first)

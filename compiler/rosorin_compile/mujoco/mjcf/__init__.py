@@ -36,7 +36,7 @@ from rosorin_compile.formats.format import (
     Writing,
     by_name,
 )
-from rosorin_compile.source.files import record
+from rosorin_compile.source.files import record, version
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -77,7 +77,8 @@ def _refusal(text: str, folder: Path) -> Refusal:
 
     names = _FILE.findall(text)
     for name in names:
-        record(folder / unescape(name, {"&quot;": '"'}))
+        file = folder / unescape(name, {"&quot;": '"'})
+        record(file, version(file))
     return refusal(text, folder, by_itself=not names)
 
 

@@ -24,15 +24,16 @@ from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.language import arguments as declarations
 from rosorin_compile.language import asked
 from rosorin_compile.language.explain.answer import explain as explain_names
-from rosorin_compile.language.sections.servos.pulses import against_model
 from rosorin_compile.model import Pose, Robot
+from rosorin_compile.model.servos import against_model
 from rosorin_compile.output import OutputError, diff_inputs, new_robot, pipeline, write_artifacts
 from rosorin_compile.output.check_outputs import compare_committed
 from rosorin_compile.output.pipeline import Compiled, Reading
 from rosorin_compile.output.request import Request
-from rosorin_compile.rules import conditions, joint_states, plugged
+from rosorin_compile.rules import conditions, joint_states
 from rosorin_compile.rules import pulses as servo_pulses
 from rosorin_compile.rules import transform as frame_transforms
+from rosorin_compile.rules.check import plugged
 from rosorin_compile.source.diagnostics import (
     ERROR,
     NOTE,
@@ -43,8 +44,8 @@ from rosorin_compile.source.diagnostics import (
     UnknownName,
     did_you_mean,
     has_errors,
-    pip_install,
 )
+from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import no_file

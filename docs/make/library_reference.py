@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.source.tree import Map
+from rosorin_compile.source.load import load_mapping
 from rosorin_compile.source.units import Quantity
 
 LIBRARY = Path(__file__).parents[2] / "parts"
@@ -28,7 +28,7 @@ def text() -> str:
     """Return the page as it is committed."""
     lines = [HEAD.read_text("utf-8").rstrip()]
     for name, title in TITLES.items():
-        file = Map.load(LIBRARY / f"{name}.yaml", f"{name}.yaml")
+        file = load_mapping(LIBRARY / f"{name}.yaml", f"{name}.yaml")
         lines += ["", f"## {title}", "", str(file["help"]).strip()]
         for part, body in file.get("parts", {}).items():
             lines += ["", f"### {name}/{part}", "", *_part(body)]

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from rosorin_compile.source.diagnostics import Rule
+from rosorin_compile.source.rule_registry import Rule
 
 HEAD = Path(__file__).parents[1] / "_rules_head.md"
 MARK = "<!-- rules -->"

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.source.diagnostics import Progress
+from rosorin_compile.source.progress import Progress
 from support.commands import of_a_person
 
 CHAIN = """robot: chain

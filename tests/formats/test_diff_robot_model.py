@@ -11,7 +11,6 @@ import pytest
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.language.lower import lower
-from rosorin_compile.language.sections.servos import SERVOS
 from rosorin_compile.model import Box, HeightMap
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.tree import locate
@@ -48,7 +47,7 @@ def test_the_driver_model_of_the_reference_robot_is_read_whole() -> None:
     assert {n: {"min": list(b.lower), "max": list(b.upper)} for n, b in boxes.items()} == model["boxes"]
     (grid,) = [s.geometry for link in robot.links for s in link.collision if isinstance(s.geometry, HeightMap)]
     assert [list(line) for line in grid.heights] == model["chassis_heightmap"]["z"]
-    (group,) = robot.sections[SERVOS]
+    (group,) = robot.servos
     assert group.radians(600) == pytest.approx(-100 * model["pulse_to_rad"]["rad_per_pulse"])
     # 2.09 rad are 498.95 pulses of 0.24 deg.
     assert group.pulse_range == (1, 999)

@@ -13,7 +13,6 @@ from rosorin_compile.formats import Fact, Value, frames
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
     Box,
     Edge,
     HeightMap,
@@ -26,7 +25,7 @@ from rosorin_compile.model import (
     Robot,
     Shape,
 )
-from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.robot import JointPose
 from support.robots import compiled, texts

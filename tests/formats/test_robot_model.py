@@ -14,11 +14,9 @@ import pytest
 from rosorin_compile.formats import Fact, Value, robot_model
 from rosorin_compile.formats.expectation import Expectation
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.language.sections import servos
 from rosorin_compile.model import Box, Cylinder, HeightMap, Inertial, Joint, Limit, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.joint import Mimic
 from rosorin_compile.model.link import Source
-from rosorin_compile.model.sections import Sections
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.source.diagnostics import Diagnostic
 from support.robots import compiled, texts
@@ -45,7 +43,7 @@ TESTER = Robot(
         Joint("rail_joint", "prismatic", "base", "rail", limit=Limit(0.0, 0.5, 1.0, 1.0)),
         Joint("wheel_joint", "continuous", "base", "wheel", limit=Limit(effort=1.0, velocity=1.0)),
     ),
-    sections=Sections({"servos": (SERVOS,)}),
+    servos=(SERVOS,),
     source=Source("measured", "measured by hand"),
 )
 
@@ -149,12 +147,12 @@ def test_a_robot_of_one_link() -> None:
 
 def test_one_of_several_servo_groups_is_named() -> None:
     other = replace(SERVOS, name="hand", zero_pulse=400)
-    two = TESTER.having(servos.SERVOS, (SERVOS, other))
+    two = replace(TESTER, servos=(SERVOS, other))
     assert said(two) == ["robot-model-servos: pulse_to_rad has room for one servo group, the robot has arm, hand"]
     model, diagnostics = emit(two, {"servos": "hand"})
     assert diagnostics == []
     assert model["pulse_to_rad"]["zero"] == 400
-    assert "pulse_to_rad" not in emit(TESTER.having(servos.SERVOS, ()))[0]
+    assert "pulse_to_rad" not in emit(replace(TESTER, servos=()))[0]
 
 
 def test_unknown_names_are_errors() -> None:

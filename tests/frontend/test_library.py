@@ -11,8 +11,8 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 import library_reference  # noqa: E402
-from rosorin_compile.language.sections.servos import SERVOS  # noqa: E402
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, UNPUBLISHED  # noqa: E402
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER  # noqa: E402
+from rosorin_compile.model.joint import UNPUBLISHED  # noqa: E402
 from rosorin_compile.output.pipeline import compile_robot  # noqa: E402
 from rosorin_compile.source.load import load_mapping  # noqa: E402
 from support.paths import ROOT  # noqa: E402
@@ -259,7 +259,7 @@ def test_a_servo_turns_by_its_calibration_and_holds(tmp_path: Path, flipped: boo
     text = SERVO.replace("FLIPPED", f"flipped: {str(flipped).lower()}")
     made = compiled(written(tmp_path, text))
     assert made.robot is not None
-    (group,) = made.robot.sections[SERVOS]
+    (group,) = made.robot.servos
     assert (group.joints, group.zero_pulse, group.pulse_range) == (("lift_joint",), 1500, (500, 2500))
     sign = -1 if flipped else 1
     angle = made.robot.poses[1].positions["lift_joint"]

@@ -10,7 +10,7 @@ from typing import Any
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.reading import outputs_of, read_robot
 from rosorin_compile.importing.description import write
 from rosorin_compile.importing.reimport import Request, import_again, record_of, recorded
 from rosorin_compile.importing.repeats import with_parts
@@ -101,7 +101,7 @@ def files_of(folder: Path, robot: Robot) -> dict[str, str]:
     source.write_text(urdf(robot))
     imported = read_robot(source)
     assert imported.tree is not None
-    return write(with_parts(imported), imported.outputs())
+    return write(with_parts(imported), outputs_of(imported))
 
 
 def saved(folder: Path, files: dict[str, str]) -> Path:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import file_name as safe
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.reading import outputs_of, read_robot
 from rosorin_compile.importing.description import named, write
 from rosorin_compile.importing.layout import ROTATING
 from rosorin_compile.importing.round_trip import check_round_trip
@@ -59,7 +59,7 @@ def test_any_robot_is_written_as_it_was_read(text: str) -> None:
         source.write_text(text, "utf-8")
         imported = read_robot(source)
         assert imported.tree is not None, report(imported.diagnostics)
-        for file, written in write(imported, imported.outputs()).items():
+        for file, written in write(imported, outputs_of(imported)).items():
             Path(name, file).write_text(written, "utf-8")
         expanded = expand(Path(name, "robot.yaml"), {}, None)
     assert expanded.tree is not None, report(expanded.diagnostics)
@@ -221,7 +221,7 @@ def test_digits_beyond_a_double_are_left_out_and_nothing_is_said_twice(
     source = tmp_path / "printed.urdf"
     source.write_text(PRINTED.format(mass=digits), "utf-8")
     imported = read_robot(source)
-    (text,) = write(imported, imported.outputs()).values()
+    (text,) = write(imported, outputs_of(imported)).values()
     assert text.count("# and nothing else") == 1
     assert f"      mass: {written}\n" in text or f"mass: {written}," in text
     assert "xyz: [0.05, -0.1, 1.50]" in text

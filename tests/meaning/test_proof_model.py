@@ -12,7 +12,6 @@ from rosorin_compile.model.control import Block, Component
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.moveit import Moveit
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.model.sections import Sections
 from support.comparing import different
 
 
@@ -53,10 +52,10 @@ def test_what_a_urdf_has_no_word_for_is_not_held_against_it() -> None:
     posed, driven, measured, otherwise = (
         replace(plain, **more)
         for more in (
-            {"poses": (pose,), "modes": ("docked",), "sections": Sections({"disabled_contacts": (("a", "b"),)})},
-            {"sections": Sections({"moveit": Moveit()}), "sensors": (Sensor("s", "imu", "a", "j"),)},
-            {"sections": Sections({"control": (gauge,)})},
-            {"sections": Sections({"control": (other,)})},
+            {"poses": (pose,), "modes": ("docked",), "disabled_contacts": (("a", "b"),)},
+            {"moveit": Moveit(), "sensors": (Sensor("s", "imu", "a", "j"),)},
+            {"control": (gauge,)},
+            {"control": (other,)},
         )
     )
     for robot in (posed, driven):

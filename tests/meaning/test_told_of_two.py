@@ -12,7 +12,6 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Link, Mesh, Pose, Robot, Shape
 from rosorin_compile.model.moveit import CollisionSearch, Moveit
 from rosorin_compile.model.robot import JointPose, Sensor
-from rosorin_compile.model.sections import Sections
 from rosorin_compile.model.simulated import BODY_ELEMENT, Simulated
 
 URDF, MJCF, DRIVER = FORMATS["urdf"], FORMATS["mjcf"], FORMATS["robot_model"]
@@ -52,8 +51,8 @@ TOLD = {
         [("the robot: modes fast -> fast slow", "fast", "fast slow")],
     ),
     "planning": (
-        replace(ROBOT, sections=Sections({"moveit": Moveit(urdf="r.urdf", search=CollisionSearch(trials=10))})),
-        replace(ROBOT, sections=Sections({"moveit": Moveit(urdf="s.urdf", search=CollisionSearch(trials=20))})),
+        replace(ROBOT, moveit=Moveit(urdf="r.urdf", search=CollisionSearch(trials=10))),
+        replace(ROBOT, moveit=Moveit(urdf="s.urdf", search=CollisionSearch(trials=20))),
         [
             ("MoveIt: urdf r.urdf -> s.urdf", "r.urdf", "s.urdf"),
             ("MoveIt: search trials 10 -> 20", "10", "20"),

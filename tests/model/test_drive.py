@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Box, Capsule, Cylinder, Joint, Link, Pose, Robot, Shape, Sphere
 from rosorin_compile.model.drive import Drive
 from rosorin_compile.model.driving import Twist, driving_of, rolling_radius
@@ -29,7 +28,7 @@ def robot(drive: Drive, places: Mapping[str, Pose], steered: Mapping[str, str] |
         axis = (0.0, 0.0, 1.0) if name in drive.steering else (0.0, 1.0, 0.0)
         links.append(Link(f"{name}_link", collision=() if name in drive.steering else (TYRE,)))
         joints.append(Joint(name, "continuous", parent, f"{name}_link", pose, axis))
-    return Robot("r", tuple(links), tuple(joints)).having(DRIVE, drive)
+    return Robot("r", tuple(links), tuple(joints), drive=drive)
 
 
 def at(x: float, y: float, yaw: float = 0.0) -> Pose:

@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.language.sections.servos import SERVOS
-from rosorin_compile.language.sections.servos.pulses import (
+from rosorin_compile.model import Joint, Limit, Link, Robot
+from rosorin_compile.model.servos import (
     Nearest,
     NoModel,
     NoPulse,
     NoServo,
+    ServoGroup,
     against_model,
     nearest,
     position_of,
@@ -24,8 +25,6 @@ from rosorin_compile.language.sections.servos.pulses import (
     travel,
     within,
 )
-from rosorin_compile.model import Joint, Limit, Link, Robot
-from rosorin_compile.model.servos import ServoGroup
 from support.paths import OUTPUTS
 from support.robots import RECORDED, compiled, texts
 
@@ -65,8 +64,8 @@ def test_a_position_comes_back_within_half_a_pulse(group: ServoGroup, share: flo
 
 
 def test_every_pulse_of_every_group_comes_back(rosorin: Robot) -> None:
-    assert rosorin.sections[SERVOS]
-    for group in rosorin.sections[SERVOS]:
+    assert rosorin.servos
+    for group in rosorin.servos:
         for pulse in range(group.pulse_range[0], group.pulse_range[1] + 1):
             assert nearest(group, position_of(group, pulse)).pulse == pulse
 

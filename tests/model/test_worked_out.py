@@ -6,7 +6,7 @@ import pickle
 from dataclasses import replace
 
 from rosorin_compile.model import Link, Robot
-from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.cached import of_robot
 
 
 def test_a_function_of_a_robot_is_worked_out_once_a_robot() -> None:

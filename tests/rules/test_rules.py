@@ -16,7 +16,7 @@ from rosorin_compile.language.schema import schema, with_formats
 from rosorin_compile.model import Inertial
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.mass import principal_moments
-from rosorin_compile.rules import check
+from rosorin_compile.rules.check import check
 from rosorin_compile.source.diagnostics import NOTE
 from support.paths import ROSORIN
 from support.robots import compiled, found, robot, rules

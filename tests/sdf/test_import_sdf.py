@@ -17,7 +17,6 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.model.sections import NO_SECTIONS
 from rosorin_compile.sdf.bodies import bodies_of
 from rosorin_compile.source.diagnostics import ERROR, has_errors
 from support.cases import as_xml_comment, check, read
@@ -91,7 +90,7 @@ def test_the_reference_robot_and_the_examples_come_back_as_they_were(file, tmp_p
     path.write_text(written(robot, gazebo=False), "utf-8")
     weightless = frozenset(bodies_of(robot).weightless)
     # Hardware and controllers are said in a URDF and beside it.
-    plain = replace(robot, sections=NO_SECTIONS)
+    plain = replace(robot, control=(), controllers=())
     sides = (as_in_sdf(one, weightless) for one in (plain, robot_in(path)))
     assert different(*sides, 1e-12, carried_by_urdf=True) == []
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.compare.renaming import renamed
-from rosorin_compile.language.sections.drive import DRIVE
-from rosorin_compile.language.sections.drive.standing import stands_free
 from rosorin_compile.model import Drive, Joint, Link, Output, Robot
 from support.robots import compiled_text
 
@@ -18,7 +17,7 @@ ROBOT = Robot(
     (Link("footprint"), Link("l_link"), Link("r_link")),
     tuple(Joint(name, "continuous", "footprint", f"{name}_link", axis=(0, 1, 0)) for name in "lr"),
 )
-DRIVEN = ROBOT.having(DRIVE, Drive(Drive.DIFFERENTIAL, SIDES, "footprint", 0.05))
+DRIVEN = replace(ROBOT, drive=Drive(Drive.DIFFERENTIAL, SIDES, "footprint", 0.05))
 
 
 @pytest.mark.parametrize("said", ["{}", "{radius: 4 cm}"])
@@ -30,17 +29,15 @@ def test_a_drive_that_says_no_kind_is_refused(tmp_path: Path, said: str) -> None
 def test_a_section_that_is_left_empty_says_nothing(tmp_path: Path) -> None:
     made = compiled_text(tmp_path, "robot: base\nlinks: {footprint: {}}\nmoveit: {}\nservos: {}\n").robot
     assert made is not None
-    assert made.sections.values == {}
+    assert (made.moveit, made.servos, made.sections.values) == (None, (), {})
 
 
-def test_a_drive_is_found_and_put_by_its_record_and_by_its_name() -> None:
-    assert ROBOT.having("drive", DRIVEN.sections[DRIVE]) == DRIVEN
-    assert DRIVEN.sections["drive"] is DRIVEN.sections[DRIVE]
+def test_the_wheels_of_a_drive() -> None:
     assert [wheel.joint for wheel in DRIVEN.driving.wheels] == ["l", "r"]
 
 
 def test_a_drive_follows_new_names_of_its_joints_and_its_frame() -> None:
-    other = renamed(DRIVEN, {"footprint": "ground"}, {"l": "port"}).sections[DRIVE]
+    other = renamed(DRIVEN, {"footprint": "ground"}, {"l": "port"}).drive
     assert other == Drive(Drive.DIFFERENTIAL, {"left": ("port",), "right": ("r",)}, "ground", 0.05)
 
 
@@ -49,4 +46,4 @@ def test_a_drive_follows_new_names_of_its_joints_and_its_frame() -> None:
     [(ROBOT, "", False), (DRIVEN, "", True), (ROBOT, "free", True), (DRIVEN, "fixed", False)],
 )
 def test_a_base_that_drives_is_free_unless_an_output_says_otherwise(robot: Robot, base: str, free: bool) -> None:
-    assert stands_free(robot, Output("mjcf", "mjcf", "base.xml", {"base": base} if base else {})) == free
+    assert robot.has_free_base(Output("mjcf", "mjcf", "base.xml", {"base": base} if base else {})) == free

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile import Robot, Section
+from rosorin_compile import Robot
+from rosorin_compile.extend import Section
 from rosorin_compile.language import section_registry as sections
 from rosorin_compile.language.lower import sections as lowering
 from rosorin_compile.language.section_registry import Plugged, _marks

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.compare.entities import Change
-from rosorin_compile.compare.others import _compared
 from rosorin_compile.compare.wording import Row
 from rosorin_compile.language.explain.answer import explain
 from rosorin_compile.language.explain.explanation import Explanation
@@ -56,10 +55,3 @@ def test_a_page_shows_a_change_of_servos_at_their_first_joint() -> None:
     assert lowered.robot is not None
     change = Change("servo", "small", "zero", "zero 450 -> 451", "", Row("small", "zero", "450", "451"), ("model",))
     assert change_data(change, [lowered.robot])["frame"] == "tool"
-
-
-def test_sections_are_told_where_they_ask_to_be() -> None:
-    order = list(_compared())
-    assert order.index("servo") == order.index("pose") + 1
-    assert order.index("planning") == order.index("drive") + 1
-    assert order.index("contact") == order.index("rest") + 1

@@ -1,4 +1,4 @@
-"""The sections that only a simulation has: gathered under one name, renamed each by itself, told in one order."""
+"""The sections that only a simulation has: renamed each by itself, told in one order."""
 
 from __future__ import annotations
 
@@ -11,16 +11,7 @@ from rosorin_compile.compare.renaming import renamed
 from rosorin_compile.model import Robot
 from rosorin_compile.model.geometry import Pose
 from rosorin_compile.model.simulation import Actuator, Root
-from rosorin_compile.model.simulator import NO_SIMULATION, ContactPair, Entry, Simulation, Stop, Tendon
-from rosorin_compile.mujoco.sections.simulation import (
-    ACTUATORS,
-    CONSTRAINTS,
-    CONTACT_LAYERS,
-    CONTACT_PAIRS,
-    MJCF_ELEMENTS,
-    MJCF_SENSORS,
-    TENDONS,
-)
+from rosorin_compile.model.simulator import ContactPair, Entry, Stop, Tendon
 from support.robots import compiled_text
 
 ROBOT = """robot: r
@@ -40,7 +31,6 @@ contact_pairs: [{links: [base, arm]}, {name: both, shapes: [base_collision_1, ar
 mjcf_elements: [<custom><text name="note" data="x"/></custom>]
 poses: {home: {controls: {pull: 0.2}}}
 """
-NAMES = {"actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs", "mjcf_elements"}
 
 
 @pytest.fixture
@@ -51,42 +41,32 @@ def robot(tmp_path: Path) -> Robot:
 
 
 def test_the_values_of_all_sections(robot: Robot) -> None:
-    assert set(robot.sections.values) == NAMES
-    assert robot.sections[ACTUATORS] == (Actuator("motor", "pull", {"tendon": "cord"}),)
-    assert robot.sections[TENDONS] == (
+    assert robot.actuators == (Actuator("motor", "pull", {"tendon": "cord"}),)
+    assert robot.tendons == (
         Tendon("cord", {"hip": 2.0}),
         Tendon("rope", path=(Stop("site", {"site": "near"}), Stop("site", {"site": "arm"}))),
     )
     held = {"body1": "base", "body2": "arm", "anchor": (0.0, 0.0, 0.0)}
-    assert robot.sections[CONSTRAINTS] == (Entry("connect", "shut", held),)
-    assert robot.sections[MJCF_SENSORS] == (Entry("jointpos", "angle", {"joint": "hip"}),)
-    assert robot.sections[CONTACT_LAYERS] == ("default", "floor")
+    assert robot.constraints == (Entry("connect", "shut", held),)
+    assert robot.mjcf_sensors == (Entry("jointpos", "angle", {"joint": "hip"}),)
+    assert robot.contact_layers == ("default", "floor")
     both = ContactPair("both", shapes=("base_collision_1", "arm_collision_1"))
-    assert robot.sections[CONTACT_PAIRS] == (ContactPair(links=("base", "arm")), both)
-    assert robot.sections[MJCF_ELEMENTS] == ('<custom><text name="note" data="x"/></custom>',)
+    assert robot.contact_pairs == (ContactPair(links=("base", "arm")), both)
+    assert robot.mjcf_elements == ('<custom><text name="note" data="x"/></custom>',)
     assert robot.root_in_world == Root(Pose((0.0, 0.0, 1.0)), placed=True)
-
-
-def test_templates_and_users_have_them_gathered(robot: Robot) -> None:
-    gathered: Simulation = robot.simulation  # type: ignore[attr-defined]
-    in_order = (ACTUATORS, TENDONS, CONSTRAINTS, MJCF_SENSORS, CONTACT_LAYERS, CONTACT_PAIRS, MJCF_ELEMENTS)
-    assert gathered == Simulation(robot.root_in_world, *(robot.sections[one] for one in in_order))
-    assert Robot("r", (), ()).simulation == NO_SIMULATION  # type: ignore[attr-defined]
-    with pytest.raises(AttributeError, match="has no attribute 'simulations'"):
-        _ = robot.simulations  # type: ignore[attr-defined]
 
 
 def test_each_entry_is_renamed_by_itself(robot: Robot) -> None:
     links = {"base": "torso", "arm": "limb"}
-    other = renamed(robot, links, {"hip": "joint1"}).sections
-    assert other[TENDONS][0].joints == {"joint1": 2.0}
-    assert [stop.values for stop in other[TENDONS][1].path] == [{"site": "near"}, {"site": "limb"}]
-    assert [other[CONSTRAINTS][0].values[word] for word in ("body1", "body2")] == ["torso", "limb"]
-    assert other[MJCF_SENSORS][0].values == {"joint": "joint1"}
-    assert [pair.links for pair in other[CONTACT_PAIRS]] == [("torso", "limb"), None]
-    assert other[CONTACT_PAIRS][1].shapes == ("torso_collision_1", "limb_collision_1")
-    for same in (ACTUATORS, CONTACT_LAYERS, MJCF_ELEMENTS):
-        assert other[same] == robot.sections[same]
+    other = renamed(robot, links, {"hip": "joint1"})
+    assert other.tendons[0].joints == {"joint1": 2.0}
+    assert [stop.values for stop in other.tendons[1].path] == [{"site": "near"}, {"site": "limb"}]
+    assert [other.constraints[0].values[word] for word in ("body1", "body2")] == ["torso", "limb"]
+    assert other.mjcf_sensors[0].values == {"joint": "joint1"}
+    assert [pair.links for pair in other.contact_pairs] == [("torso", "limb"), None]
+    assert other.contact_pairs[1].shapes == ("torso_collision_1", "limb_collision_1")
+    for same in ("actuators", "contact_layers", "mjcf_elements"):
+        assert getattr(other, same) == getattr(robot, same)
 
 
 def test_entries_are_told_before_poses_and_what_is_of_the_whole_robot_last(

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.reading import outputs_of
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.importing.description import write
@@ -49,7 +50,7 @@ def imported(path: Path, options: ReadOptions = ReadOptions()) -> Case:  # noqa:
     assert made.tree is not None, [d.message for d in made.diagnostics]
     assert validate(made.tree, FORMATS) == []
     with tempfile.TemporaryDirectory() as folder:
-        for name, text in write(made, made.outputs("the URDF is looked at")).items():
+        for name, text in write(made, outputs_of(made, "the URDF is looked at")).items():
             Path(folder, name).write_text(text, "utf-8")
         compiled = compile_robot(Path(folder, ROOT_FILE))
     assert not has_errors(compiled.diagnostics), [d.message for d in compiled.diagnostics if d.severity == "error"]

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
     Edge,
     Joint,
     Limit,
@@ -16,7 +15,7 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
 )
-from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
 from rosorin_compile.viewer.drawing import SUFFIXES
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.rules import is_id
+from rosorin_compile.rules.check import is_id
 from rosorin_compile.source import report
 from rosorin_compile.source import rule_registry as registry
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.language.sections.servos import SERVOS
 from rosorin_compile.model.shape import GROUNDED
 from support.engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy
 from support.paths import DATA
@@ -144,5 +143,5 @@ def test_counts_are_those_that_were_recorded() -> None:
 
 def test_every_entry_says_where_it_comes_from() -> None:
     robot = compiled().robot
-    entries = [*robot.links, *robot.joints, *robot.sensors, *robot.sections[SERVOS], *robot.poses]
+    entries = [*robot.links, *robot.joints, *robot.sensors, *robot.servos, *robot.poses]
     assert [entry.name for entry in entries if not entry.source.status] == []

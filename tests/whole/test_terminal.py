@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.source import console
-from rosorin_compile.source.diagnostics import Progress
+from rosorin_compile.source.progress import Progress
 
 # Escape sequences of 7 and 8 bits, what turns the order of letters round, what nobody sees, and a line that is wiped.
 EVIL = "\x1b[2J\x1b]0;owned\x07\x9b31m\u202e\u2066\u200b\rgone\x08"

@@ -6,6 +6,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
+from rosorin_compile.compare.tables import blocks
 from rosorin_compile.source.diagnostics import error, has_errors
 from rosorin_compile.source.project import Description
 
@@ -43,7 +44,8 @@ def _check(run: Run, description: Description, folder: str) -> int:
     if result.differing:
         told = error("deployed-differs", "\n".join(result.lines), None, "rosorin-compile deploy writes them anew")
         compared, others = result.compared()
-        console.differ("not as deployed", result.lines, told, lambda: compared.blocks(others))
+        table = blocks(compared.changes, compared.texts, others)
+        console.differ("not as deployed", result.lines, told, lambda: table)
     console.show(result.diagnostics)
     if not result.robot:
         nothing_written(run.console, description.name, result.diagnostics)

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from rosorin_compile import api
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.mujoco.collisions.matrix import FILE
-from rosorin_compile.source.diagnostics import Console, counted, has_errors, listed
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import counted, has_errors, listed
 from rosorin_compile.source.project import Description
 
 from .answer import give_result

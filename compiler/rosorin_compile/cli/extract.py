@@ -9,7 +9,8 @@ from typing import Any
 
 import click
 
-from rosorin_compile.source.diagnostics import Console, Diagnostic, has_errors
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 

@@ -68,7 +68,7 @@ _APPEARANCE = "Appearance"
 def run(options: Options) -> int:
     """Write a picture of a robot."""
     from rosorin_compile import api
-    from rosorin_compile.language.sections.servos.pulses import NoPulse
+    from rosorin_compile.model.servos import NoPulse
 
     value = next((word for word in options.words if "=" in word and ":=" not in word), None)
     if value is not None:

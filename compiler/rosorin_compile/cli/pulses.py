@@ -42,7 +42,7 @@ _SERVO_HEADS = ("joint", "servos", "pulses", "positions", "degrees", "limits", "
 def run(options: Options) -> int:
     """Print pulses and the positions that they set."""
     from rosorin_compile import api
-    from rosorin_compile.language.sections.servos.pulses import NoModel, NoPulse
+    from rosorin_compile.model.servos import NoModel, NoPulse
     from rosorin_compile.source.diagnostics import has_errors
 
     run = Run.of(options)
@@ -106,7 +106,7 @@ def _cells(row: JointPulse) -> tuple[str, ...]:
 
 def _calibration(robot: Robot) -> list[str]:
     """Return the servo groups: the formula of each, and what every joint can be sent."""
-    from rosorin_compile.language.sections.servos.pulses import travel, within
+    from rosorin_compile.model.servos import travel, within
     from rosorin_compile.rules.pulses import servos
 
     lines, rows = [], []

@@ -114,7 +114,7 @@ class Run:
 
         Positions beyond a limit are printed. Raises WrongUsage.
         """
-        from rosorin_compile.language.sections.servos.pulses import NoPulse
+        from rosorin_compile.model.servos import NoPulse
         from rosorin_compile.rules.joint_states import beyond, beyond_limit, positions
 
         joints = assignments(self.options.joints, "JOINT=POSITION")

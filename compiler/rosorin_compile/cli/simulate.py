@@ -11,7 +11,8 @@ import click
 
 from rosorin_compile import api
 from rosorin_compile.mujoco.simulate.judging import LIMITS
-from rosorin_compile.source.diagnostics import Console, counted, listed
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import counted, listed
 
 from .answer import give_result
 from .command import Options, command, option

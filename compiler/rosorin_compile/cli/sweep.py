@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rosorin_compile import api
-from rosorin_compile.source.diagnostics import Console, and_more, counted
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import and_more, counted
 from rosorin_compile.variants.writing import MAX_FAILED
 
 from .answer import give_result

@@ -55,7 +55,7 @@ _MOST_DIGITS = 17
 def run(options: Options) -> int:
     """Print the pose of a frame in another."""
     from rosorin_compile import api
-    from rosorin_compile.language.sections.servos.pulses import NoPulse
+    from rosorin_compile.model.servos import NoPulse
     from rosorin_compile.rules.transform import NotPublished
 
     run = Run.of(options)

@@ -15,7 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Joint
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Console, Diagnostic, Progress, pip_install
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.watched_files import WatchedFiles
 from rosorin_compile.viewer.page import html

@@ -25,7 +25,6 @@ from .view import View, called, view_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
-    from rosorin_compile.source.markdown import Block
 
     from .overlay import Overlay
 
@@ -60,12 +59,6 @@ class Comparison(NamedTuple):
         from .wording import brief
 
         return brief(change.text for change in self.changes)
-
-    def blocks(self, others: Sequence[tuple[str, str]] = ()) -> list[Block]:
-        """Return what differs as the blocks of a document; ``others`` are further files, each with what is to say."""
-        from .tables import blocks
-
-        return blocks(self.changes, self.texts, others)
 
 
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:

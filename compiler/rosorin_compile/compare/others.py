@@ -14,15 +14,19 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.sections import own_sections
 
 from .difference import OTHER, Item, Side
+from .drive import compare_drive
 from .joints import differ, unit_of
 from .pairing import Pairing
 from .plainly import compare_rest, either
 from .proof.elements import Context, Key, context_of, meanings, spelt
+from .servos import compare_servos
 from .simulation import compare_simulation
 from .values import text_of
-from .wording import number_change, value_change
+from .wording import contacts_change, number_change, value_change
 
 _MOST = 50
+
+_SECTIONS = "sections"  # those of ``model.sections.SECTIONS``, each by its own topic
 
 Compare = Callable[[Pairing, tuple[Side, Side]], Iterator[Item]]
 
@@ -31,29 +35,35 @@ _COMPARED: Mapping[str, Compare] = {
     "publisher": lambda pairing, _: _publishers(pairing),
     "edge": lambda pairing, _: _edges(pairing),
     "pose": lambda pairing, _: _poses(pairing),
+    "servo": compare_servos,
     "simulation": lambda pairing, _: compare_simulation(pairing.a.robot, pairing.b.robot),
     "sensor": lambda pairing, _: _sensors(pairing.a.robot, pairing.b.robot),
+    "drive": lambda pairing, _: compare_drive(pairing),
+    _SECTIONS: lambda *_: iter(()),
     "rest": compare_rest,
+    "contact": lambda pairing, _: _disabled_contacts(pairing),
     "urdf_elements": lambda pairing, _: _elements(pairing),
 }
 
 
 def compare_others(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset[str]) -> Iterator[Item]:
     """Yield what differs beside links and joints; ``unsaid`` is what is not compared."""
-    for topic, compare in _compared().items():
-        if topic not in unsaid:
+    for topic, compare in _COMPARED.items():
+        if topic == _SECTIONS:
+            for section in own_sections():
+                if section.compare is not None and sections()[section.name].topic not in unsaid:
+                    yield from section.compare(pairing, sides)
+        elif topic not in unsaid:
             yield from compare(pairing, sides)
 
 
-def _compared() -> Mapping[str, Compare]:
-    """Return what compares each topic, as it is told: a section behind the topic that its module names in AFTER."""
-    known = list(_COMPARED.items())
-    for section in own_sections().values():
-        if section.compares:
-            after = section.module(section.compares).AFTER
-            place = [topic for topic, _ in known].index(after) + 1
-            known.insert(place, (sections()[section.name].topic, section.function(section.compares)))
-    return dict(known)
+def _disabled_contacts(pairing: Pairing) -> Iterator[Item]:
+    """Yield the pairs of links that are new or gone, as one difference."""
+    robots = pairing.a.robot, pairing.b.robot
+    old, new = ({" - ".join(sorted(pair)) for pair in robot.disabled_contacts} for robot in robots)
+    if old != new:
+        text = contacts_change(sorted(new - old), sorted(old - new)).text
+        yield Item(OTHER, "contacts", "contacts", text, ", ".join(sorted(old)), ", ".join(sorted(new)))
 
 
 def _text(publisher: Publisher) -> str:

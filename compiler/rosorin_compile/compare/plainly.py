@@ -11,7 +11,6 @@ from typing import Any
 
 from rosorin_compile.language.annotations import ENTRIES, Node, sections
 from rosorin_compile.model import HeightMap, Robot
-from rosorin_compile.model.sections import own_sections
 
 from .difference import OTHER, Item, Side
 from .pairing import Pairing
@@ -35,10 +34,8 @@ def compare_rest(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
 
 def _plain(robot: Robot) -> dict[str, Any]:
     """Return the sections that are compared value by value."""
-    of_model = (field.name for field in fields(robot) if field.name in sections() and sections()[field.name].compared)
-    own = (name for name in own_sections() if sections()[name].compared and name in robot.sections.values)
-    named = {**{name: getattr(robot, name) for name in of_model}, **{name: robot.sections[name] for name in own}}
-    return {**robot.sections.said, **named}
+    named = (field.name for field in fields(robot) if field.name in sections() and sections()[field.name].compared)
+    return {**robot.sections.said, **{name: getattr(robot, name) for name in named}}
 
 
 def _own_publishers(robot: Robot) -> dict[str, Any]:

@@ -22,7 +22,7 @@ def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -
     """Return a robot under other names; links and joints that are not mentioned keep theirs."""
     walk = _Walk(lambda name: links.get(name, name), lambda name: joints.get(name, name))
     known = (field.name for field in fields(robot) if field.name in sections())
-    found = {name: walk.at(sections()[name], getattr(robot, name)) for name in known}
+    found = {name: walk.value(sections()[name], getattr(robot, name)) for name in known}
     return replace(robot, sections=walk.through(robot.sections), **found)
 
 
@@ -36,15 +36,15 @@ class _Walk:
     def through(self, found: Sections) -> Sections:
         """Return what sections of packages say, under other names."""
         values, said = (
-            {name: self._value(sections()[name], one) for name, one in many.items()}
+            {name: self.value(sections()[name], one) for name, one in many.items()}
             for many in (found.values, found.said)
         )
         return replace(found, values=values, said=said)
 
-    def _value(self, node: Node, value: Any) -> Any:
+    def value(self, node: Node, value: Any) -> Any:
         """Return the value of a section under new names: by its own ``renamed``, or by that of each of its entries."""
         if isinstance(value, tuple) and any(hasattr(one, "renamed") for one in value):
-            return tuple(self._value(node, one) for one in value)
+            return tuple(self.value(node, one) for one in value)
         rename = getattr(value, "renamed", None)
         return rename(self.of["link"], self.of["joint"]) if callable(rename) else self.at(node, value)
 

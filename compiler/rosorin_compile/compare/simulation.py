@@ -10,7 +10,6 @@ from dataclasses import fields
 from typing import Any
 
 from rosorin_compile.language.annotations import sections
-from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
 from rosorin_compile.model import Joint, Link, Robot, Shape
 from rosorin_compile.model.sections import own_sections
 from rosorin_compile.source.xml.elements import fragments
@@ -21,7 +20,7 @@ from .values import Said, changed_values, text_of
 
 def count_of(robot: Robot) -> int:
     """Return how many things a robot has for a simulation alone."""
-    elements = (robot.sections[MJCF_ELEMENTS], *(one.mjcf_elements for one in robot.links))
+    elements = (robot.mjcf_elements, *(one.mjcf_elements for one in robot.links))
     return len(_things(robot)) + sum(map(len, elements))
 
 
@@ -37,7 +36,7 @@ def compare_simulation(a: Robot, b: Robot) -> Iterator[Item]:
 
 
 def _kept(a: Robot, b: Robot) -> Iterator[tuple[str, Sequence[str], Sequence[str]]]:
-    one, other = a.sections[MJCF_ELEMENTS], b.sections[MJCF_ELEMENTS]
+    one, other = a.mjcf_elements, b.mjcf_elements
     yield "the robot", one, other
     for name in a.link:
         if name in b.link:
@@ -75,9 +74,9 @@ def _things(robot: Robot) -> dict[str, Said]:
 def _of_sections(robot: Robot, whole: bool) -> dict[str, Said]:
     """Return what sections for a simulation tell: those of entries, or those that are said of the robot as a whole."""
     things: dict[str, Said] = {}
-    for one in own_sections().values():
-        if one.tells and sections()[one.name].whole == whole:
-            things |= one.function(one.tells)(robot.sections[one])
+    for section in own_sections():
+        if section.describe is not None and sections()[section.name].whole == whole:
+            things |= section.describe(getattr(robot, section.name))
     return things
 
 

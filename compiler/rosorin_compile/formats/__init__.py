@@ -1,13 +1,6 @@
-"""Formats: what a robot is written as and read from. Each is known by its record (``format.Format``), and only by it.
+"""Formats: what a robot is written to and read from.
 
-``FORMATS`` has them by name: those of this folder, found by their modules, those of the packages beside the core, which
-``SHIPPED`` names, then those of plug-ins. A module is imported when somebody asks for its format.
-
-To be read in this order: ``format`` (what a record has to say), one that is written (``static_tf_json``, or ``urdf``
-with ``templating``), ``facts`` (how artifacts are read back to be compared), one that is read (``urdf``, with
-``reading``, ``imported`` and ``checked``, which all readers share), ``plugged`` (formats of other packages).
-``drawing`` is what ``frames_picture`` and the command ``frames`` draw with, ``parameters`` what is known of the nodes
-of ROS 2, for those formats that are parameter files and for ``check parameters``.
+``FORMATS`` has their records (``format.Format``) by name: those of the tool, then those of plug-ins.
 """
 
 from __future__ import annotations
@@ -15,12 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import feeding
-from rosorin_compile.source import files
 from rosorin_compile.source.plugins import are_installed
 
 from .format import Artifact, Fact, Facts, Format, Opened, Value
@@ -43,19 +34,25 @@ __all__ = [
     "plugged_diagnostics",
 ]
 
-# The modules of the formats outside this folder, by which their names end.
-SHIPPED = (
-    "rosorin_compile.importing.xacro",
-    "rosorin_compile.mujoco.mjcf",
-    "rosorin_compile.mujoco.scene",
-    "rosorin_compile.ros.controllers",
-    "rosorin_compile.ros.nav2",
-    "rosorin_compile.ros.robot_localization",
-    "rosorin_compile.ros.srdf",
-    "rosorin_compile.sdf",
-    "rosorin_compile.viewer.frames_picture",
-    "rosorin_compile.viewer.page",
-)
+# The module of each format; its record is ``FORMAT`` there. It is imported when the format is first used.
+_MODULES = {
+    "urdf": "rosorin_compile.formats.urdf",
+    "frames": "rosorin_compile.formats.frames",
+    "robot_model": "rosorin_compile.formats.robot_model",
+    "static_tf": "rosorin_compile.formats.static_tf",
+    "static_tf_json": "rosorin_compile.formats.static_tf_json",
+    "template": "rosorin_compile.formats.template",
+    "xacro": "rosorin_compile.importing.xacro",
+    "mjcf": "rosorin_compile.mujoco.mjcf",
+    "scene": "rosorin_compile.mujoco.scene",
+    "controllers": "rosorin_compile.ros.controllers",
+    "nav2": "rosorin_compile.ros.nav2",
+    "robot_localization": "rosorin_compile.ros.robot_localization",
+    "srdf": "rosorin_compile.ros.srdf",
+    "sdf": "rosorin_compile.sdf",
+    "frames_picture": "rosorin_compile.viewer.frames_picture",
+    "page": "rosorin_compile.viewer.page",
+}
 
 
 class Formats(Mapping[str, Format]):
@@ -81,6 +78,16 @@ class Formats(Mapping[str, Format]):
         """Return the outputs of a robot that publishers of a kind read, by their format."""
         return feeding(robot, publisher, self)
 
+    def feeds(self, artifact: Artifact, publisher: str) -> bool:
+        """Return True if publishers of a kind read an artifact, by its format."""
+        return publisher in self[artifact.backend].ros.feeds and not artifact.withheld
+
+    def names_meshes(self, artifact: Artifact) -> bool:
+        """Return True if an artifact names meshes as URDF does; for a template the name of its file decides."""
+        if self[artifact.backend].writing.meshes:
+            return True
+        return any(one.writing.meshes and artifact.file.endswith(one.endings) for one in self.values())
+
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
         """Return how names of files end that hold a robot; with ``include`` of those that a description may include."""
         readable = [one for one in self.values() if one.read is not None and (one.reading.include or not include)]
@@ -96,37 +103,16 @@ FORMATS = Formats()
 
 @cache
 def _names() -> tuple[str, ...]:
-    groups = (filter(None, map(_built_in, _homes())), _of_others().values())
+    groups = (filter(None, map(_built_in, _MODULES)), _of_others().values())
     return tuple(one.name for group in groups for one in sorted(group, key=lambda one: (one.rank, one.name)))
-
-
-@cache
-def _homes() -> Mapping[str, str]:
-    """Return the module of each of our own formats, by name: those of this folder, then those of the packages."""
-    here = {name: f"{__name__}.{name}" for name, path in _modules().items() if _exports(path)}
-    return here | {module.rpartition(".")[2]: module for module in SHIPPED}
-
-
-def _modules() -> Mapping[str, Path]:
-    """Return the modules of this folder by name."""
-    paths = {path.name.removesuffix(".py"): path for path in files.list_folder(__path__[0])}
-    return {name: path for name, path in paths.items() if name.isidentifier()}
-
-
-def _exports(module: Path) -> bool:
-    """Say whether a module exports a record, by its source: what only helps to read and write stays unimported."""
-    try:
-        return b"\nFORMAT = " in files.read_bytes(module if module.suffix else module / "__init__.py")
-    except OSError:  # a folder that is no module
-        return False
 
 
 @cache
 def _built_in(name: str) -> Format | None:
     """Return the tool's own format of that name; None if there is none."""
-    if name not in _homes():
+    if name not in _MODULES:
         return None
-    format: Format = import_module(_homes()[name]).FORMAT
+    format: Format = import_module(_MODULES[name]).FORMAT
     return format
 
 
@@ -142,13 +128,13 @@ def _plugged() -> Plugged | None:
         return None
     from .plugged import plugged
 
-    return plugged(frozenset(_homes()), _known_files)
+    return plugged(frozenset(_MODULES), _known_files)
 
 
 @cache
 def _known_files() -> frozenset[str]:
     """Return by what files are known that hold a robot in a format of the tool: endings, and <root> elements."""
-    readable = [one for one in filter(None, map(_built_in, _homes())) if one.read is not None]
+    readable = [one for one in filter(None, map(_built_in, _MODULES)) if one.read is not None]
     return frozenset(mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots)))
 
 

@@ -11,12 +11,13 @@ from dataclasses import replace
 from rosorin_compile.language.accepting import settled
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
-from rosorin_compile.rules import acceptable, check
+from rosorin_compile.rules.check import acceptable, check
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, gathered, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Seq
 
 from . import FORMATS
+from .imported import Imported
 
 REASON = "the robot was imported with it"
 
@@ -112,3 +113,16 @@ def _with_way_out(diagnostic: Diagnostic, lenient: bool) -> Diagnostic:
         help = f"{diagnostic.help}; --lenient takes it as it is" if diagnostic.help else "--lenient takes it as it is"
         return replace(diagnostic, help=help)
     return diagnostic
+
+
+def errors(imported: Imported, rules: bool = True) -> list[Diagnostic]:
+    """Return the errors in the sections of a robot; if there are none, those of the ``rules``."""
+    tree = imported.whole
+    wrong = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
+    if wrong or not rules:
+        return wrong
+    lowered = imported.lowered()
+    told = list(lowered.diagnostics)
+    if lowered.robot is not None:
+        told += check(lowered.robot, tree, lowered.places, FORMATS)
+    return [one for one in told if one.severity == ERROR]

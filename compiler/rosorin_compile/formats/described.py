@@ -1,7 +1,7 @@
-"""Described: what a reader gives as plain values, made the tree of a description and held against the rules.
+"""Convert the plain values that a reader returns into the tree of a description.
 
-A reader says what stands in its file as YAML would have it after includes, arguments and expressions; where it says no
-place for a value (``Opened.at``), that of what holds it is taken.
+A reader returns what YAML would have after includes, arguments and expressions. A value without a place of its own
+(``Opened.at``) has that of the value that contains it.
 """
 
 from __future__ import annotations
@@ -13,54 +13,12 @@ from typing import Any
 from rosorin_compile.language.schema import Steps, subject, unit_at
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.load import MAX_DEPTH
-from rosorin_compile.source.plugins import diagnostic_of
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.xml.files import printable_name
 
-from .checked import accept
-from .format import Opened, Placed
-from .imported import Imported, LeftOut
-
-RULES = (
-    Rule(
-        "file-syntax",
-        "A file is not written as its format wants; the reader of another package says so.",
-        "Correct the place that is named.",
-        READING,
-    ),
-)
+from .format import Placed
 
 _LARGEST = 10**18  # from here on, YAML's whole numbers are floats (see ``load``)
-
-
-def imported(made: object, opened: Opened) -> Imported:
-    """Return what comes of a file, whatever its reader gives: Imported, a description, or one with diagnostics.
-
-    Raises TypeError for what is none of them.
-    """
-    if isinstance(made, Imported):
-        if not (made.tree is None or isinstance(made.tree, Map)):
-            raise TypeError(f"the tree of what is imported is a Map, not {type(made.tree).__name__}")
-        return made._replace(diagnostics=[diagnostic_of(one) for one in made.diagnostics])
-    description, said = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
-    diagnostics = list(said)
-    for one in diagnostics:
-        diagnostic_of(one)
-    tree = as_tree(description, opened.source.start(), [])
-    if not isinstance(tree, Map):
-        raise TypeError(f"a reader gives a description, not {type(description).__name__}")
-    name = printable_name(opened.path)
-    for key, value in (("robot", opened.path.stem), ("source", {"status": "imported", "note": f"from {name}"})):
-        if key not in tree:
-            tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)
-    left = [one for one in diagnostics if one.rule == "import-cannot-carry"]
-    what = tuple(LeftOut(one.message.removesuffix(" is not carried over"), one.span or tree.span) for one in left)
-    if not opened.options.checked:
-        return Imported(tree, diagnostics, files=(opened.path,), left_out=what)
-    accepted, told = accept(tree, opened.options.lenient)
-    return Imported(accepted, [*diagnostics, *told], files=(opened.path,), left_out=what)
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping
 from typing import NamedTuple
 
 from rosorin_compile.model import Inertial, Joint, Pose, Robot, Shape, Vector
 from rosorin_compile.model.geometry import Rows, rotation_of_rpy
 
-from .facts import AXES, Six, Solid, frame_block, mass_block, mass_of
-from .format import Fact, Facts, Value, row_name
-
-# Facts about one thing, by their quantity.
-Block = Mapping[str, Value]
+from .facts import AXES, Block, Six, Solid, frame_block, mass_block, mass_of
+from .format import Fact, Value, row_name
 
 _NOTHING: Block = {}
 
@@ -24,20 +21,6 @@ class Placed(NamedTuple):
     xyz: Vector
     rpy: Vector
     rows: Rows
-
-
-class Deviations(NamedTuple):
-    """An artifact held against what is known: the facts that are said otherwise, and what is left to be compared.
-
-    ``parents`` are those of all frames, ``solids`` the collision shapes by link, ``names`` all links that it has.
-    ``data`` is what its schema is about, if it was read for this.
-    """
-
-    facts: Facts
-    parents: Mapping[str, str]
-    solids: Mapping[str, Sequence[Solid]]
-    names: frozenset[str]
-    data: object = None
 
 
 class Expectation:

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rosorin_compile.model import Box, Inertial, Pose, Transform, Vector
@@ -31,7 +31,7 @@ from .format import ANGLES, Fact, Facts, Value
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .expectation import Block, Deviations, Expectation
+    from .expectation import Expectation
 
     Made = TypeVar("Made")
 
@@ -152,6 +152,24 @@ def is_six(texts: Iterable[str]) -> bool:
     return True
 
 
+# Facts about one thing, by their quantity.
+Block = Mapping[str, Value]
+
+
+class Deviations(NamedTuple):
+    """An artifact held against what is known: the facts that are said otherwise, and what is left to be compared.
+
+    ``parents`` are those of all frames, ``solids`` the collision shapes by link, ``names`` all links that it has.
+    ``data`` is what its schema is about, if it was read for this.
+    """
+
+    facts: Facts
+    parents: Mapping[str, str]
+    solids: Mapping[str, Sequence[Solid]]
+    names: frozenset[str]
+    data: object = None
+
+
 class Sheet:
     """Collects the facts of an artifact; with what is ``known`` only those that are otherwise, and solids.
 
@@ -169,8 +187,6 @@ class Sheet:
 
     def deviations(self, data: object = None) -> Deviations:
         """Return what was found that is not known; ``data`` is what a schema is about."""
-        from .expectation import Deviations
-
         names = frozenset(self._names.union(self._parents.values()))
         return Deviations(self.facts, self._parents, self._solids, names, data)
 

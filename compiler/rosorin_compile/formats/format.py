@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, and_here, error
 from rosorin_compile.source.numbers import amount, six_digits
 
 if TYPE_CHECKING:
@@ -24,7 +23,8 @@ if TYPE_CHECKING:
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document, MarkupError
 
-    from .expectation import Deviations, Expectation
+    from .expectation import Expectation
+    from .facts import Deviations
     from .imported import Imported, LeftOut, ReadOptions
     from .templating import Templates
 
@@ -51,21 +51,6 @@ class Artifact:
     def __repr__(self) -> str:
         """Return all but the text, which may be long."""
         return f"<Artifact {self.file}: {self.backend}, {len(self.text):,} characters>"
-
-    def feeds(self, publisher: str) -> bool:
-        """Say whether publishers of a kind read it, by its format."""
-        from . import FORMATS
-
-        return publisher in FORMATS[self.backend].ros.feeds and not self.withheld
-
-    @property
-    def names_meshes(self) -> bool:
-        """Whether it names meshes as URDF does; one of a template by the name of its file."""
-        from . import FORMATS
-
-        if FORMATS[self.backend].writing.meshes:
-            return True
-        return any(one.writing.meshes and self.file.endswith(one.endings) for one in FORMATS.values())
 
 
 class Refusal(NamedTuple):
@@ -216,8 +201,6 @@ class Opened:
 
     def left_out(self, what: str, where: int | Span, column: int = 1, length: int = 1, help: str = "") -> Diagnostic:
         """Return the warning about something that a description has no word for."""
-        from .imported import cannot_carry
-
         return cannot_carry(what, self._span(where, column, length), help)
 
     def _span(self, where: int | Span, column: int, length: int) -> Span:
@@ -229,6 +212,15 @@ class Opened:
         if self.document is None:
             raise ValueError(f"{self.path} is no XML")
         return self.document
+
+
+def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
+    """Return the warning about something that the tree does not carry; ``many`` if ``what`` is a plural.
+
+    ``others`` are the further places where it stands: one warning, the first of them and their number.
+    """
+    message = f"{what} {'are' if many else 'is'} not carried over"
+    return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
 
 class Joined(NamedTuple):
@@ -244,27 +236,6 @@ class Asked(NamedTuple):
 
     entry: Mapping[str, Any]
     remark: str = ""
-
-
-class Named:
-    """A function that is named as text, and imported when it is first called: ``by_name`` makes them."""
-
-    def __init__(self, package: str, name: str) -> None:
-        self.package, self.name = package, name
-
-    def function(self) -> Callable[..., Any]:
-        """Return the function itself."""
-        module, _, name = self.name.partition(":")
-        found: Callable[..., Any] = getattr(import_module(f".{module}", self.package), name)
-        return found
-
-    def __call__(self, *given: Any) -> Any:
-        return self.function()(*given)
-
-
-def by_name(package: str) -> Callable[[str], Any]:
-    """Return what makes functions of texts, MODULE:NAME as seen from a package: a record of it imports no module."""
-    return lambda name: Named(package, name)
 
 
 # Records are compared with nothing, and printed for nobody: such methods would be compiled at every start.
@@ -418,12 +389,11 @@ class Format:
 
     - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
     - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
-      ``described.imported``).
+      ``imported.converted``).
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
       ValueError for a damaged text. Without it artifacts are compared as text.
 
-    And what else there is to know, in groups: ``reading``, ``writing``, ``proving``, ``ros``. A function may be one
-    that is named as text (``by_name``).
+    And what else there is to know, in groups: ``reading``, ``writing``, ``proving``, ``ros``.
     """
 
     name: str

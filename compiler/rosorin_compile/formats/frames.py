@@ -9,10 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.language.annotations import sections
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
 from rosorin_compile.model.joint import UNPUBLISHED
-from rosorin_compile.model.sections import own_sections
 from rosorin_compile.rules.publishing import in_words, publishing
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
@@ -22,8 +20,8 @@ from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Provi
 from .static_tf import describe
 
 if TYPE_CHECKING:
-    from .expectation import Deviations, Expectation
-    from .facts import Sheet
+    from .expectation import Expectation
+    from .facts import Deviations, Sheet
     from .templating import Templates
 
 _FRAME_HEADERS = (
@@ -170,8 +168,7 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     """Return what only holds the place of a value, as the reason and the things that it holds for."""
     by_reason: dict[str, list[str]] = {}
     kinds: dict[str, Sequence[Any]] = {"robot": [robot], "link": robot.links, "joint": robot.joints}
-    own = {one.name: robot.sections[one] for one in own_sections().values() if sections()[one.name].sourced}
-    kinds |= {"sensor": robot.sensors, **own, "pose": robot.poses, "transform": robot.edges}
+    kinds |= {"sensor": robot.sensors, "servos": robot.servos, "pose": robot.poses, "transform": robot.edges}
     for kind, things in kinds.items():
         for thing in things:
             if thing.source.status == "stand_in":

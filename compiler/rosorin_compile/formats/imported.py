@@ -12,11 +12,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, and_here
+from rosorin_compile.source.diagnostics import Diagnostic, Span
 from rosorin_compile.source.load import plain_scalar
+from rosorin_compile.source.plugins import diagnostic_of
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
+from rosorin_compile.source.xml.files import printable_name
+
+from .described import as_tree
+from .format import Opened
 
 if TYPE_CHECKING:
     from rosorin_compile.language.lower import Lowered
@@ -87,7 +92,8 @@ class Imported(NamedTuple):
     ``format`` is the name of the format that was read; of a xacro that of what it expands to. ``takes_arguments`` says
     that the file was told arguments; ``unexpanded``, that a file with elements of xacro was read as the URDF that it is
     called, without xacro. ``names`` are the names that
-    objects of the source got, by kind and index, for the proof in its engine.
+    objects of the source got, by kind and index, for the proof in its engine. ``checked`` is False for a tree that
+    still has to be validated.
     """
 
     tree: Map | None
@@ -100,21 +106,12 @@ class Imported(NamedTuple):
     takes_arguments: bool = False
     unexpanded: bool = False
     names: Mapping[str, Mapping[int, str]] = {}
+    checked: bool = True
 
     @property
     def file_name(self) -> str:
         """The name of the robot as that of a file or folder; "" for a broken source."""
         return file_name(self.tree["robot"]) if self.tree is not None else ""
-
-    @staticmethod
-    def read(path: Path, options: ReadOptions | None = None) -> Imported:
-        """Return the robot of a file in any format. Never raises: what is wrong is a diagnostic, and then no tree.
-
-        The name of the file and what stands in it decide on the format.
-        """
-        from .reading import read_robot
-
-        return read_robot(path, options)
 
     @property
     def whole(self) -> Map:
@@ -147,34 +144,8 @@ class Imported(NamedTuple):
             apply_types(made, None, Scope(ledger), data_folder("parts_library") / "sensors.yaml")
         return self._replace(tree=made, diagnostics=ledger.diagnostics)
 
-    def errors(self, rules: bool = True) -> list[Diagnostic]:
-        """Return what is wrong with its sections; if nothing is, what the ``rules`` say, of it and of the robot."""
-        from rosorin_compile.language.validate import validate
-
-        from . import FORMATS
-
-        tree = self.whole
-        wrong = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
-        if wrong or not rules:
-            return wrong
-        from rosorin_compile.rules import check
-
-        lowered = self.lowered()
-        told = list(lowered.diagnostics)
-        if lowered.robot is not None:
-            told += check(lowered.robot, tree, lowered.places, FORMATS)
-        return [one for one in told if one.severity == ERROR]
-
-    def joined(self, format: str, path: Path, options: ReadOptions) -> Imported:
-        """Return it with what a file of a companion format says; broken, it has no tree."""
-        from .reading import join
-
-        return join(self, format, path, options)
-
     def with_sections(self, sections: Mapping[str, Any]) -> Imported:
         """Return it with more sections, whose values are plain or trees; those that are empty go."""
-        from .described import as_tree
-
         tree = self.whole
         made = tree.copied()
         for key, value in sections.items():
@@ -203,29 +174,6 @@ class Imported(NamedTuple):
 
         return self._replace(tree=moved(self.whole, folder))
 
-    def outputs(self, why: str = "") -> Outputs:
-        """Return what the description of the robot asks for; ``why`` it is to go without optional formats.
-
-        Raises ValueError for a broken source.
-        """
-        from . import FORMATS
-
-        tree = self.whole
-        made = Outputs({}, {}, {})
-        for format in FORMATS.values():
-            if format.reading.asked is None:
-                continue
-            asked = format.reading.asked(tree, self.version, self.file_name)
-            if asked is None:
-                continue
-            if format.reading.optional and why:
-                made.left_out[format.name] = why
-                continue
-            made.entries[format.name] = asked.entry
-            if asked.remark:
-                made.remarks[format.name] = asked.remark
-        return made
-
 
 def file_name(name: str) -> str:
     """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and ".".
@@ -237,15 +185,6 @@ def file_name(name: str) -> str:
     if not made or not isinstance(plain_scalar(made), str):
         made = f"robot_{made}".strip("_")
     return made
-
-
-def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
-    """Return the warning about something that the tree does not carry; ``many`` if ``what`` is a plural.
-
-    ``others`` are the further places where it stands: one warning, the first of them and their number.
-    """
-    message = f"{what} {'are' if many else 'is'} not carried over"
-    return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
 
 @dataclass(frozen=True)
@@ -270,3 +209,28 @@ class ReadOptions:
     tell: Callable[[Diagnostic], None] | None = None
     checked: bool = True
     trust: bool = False
+
+
+def converted(made: object, opened: Opened) -> Imported:
+    """Convert what a reader returns: Imported, a description, or one with diagnostics. Raises TypeError for the rest.
+
+    Of a description, ``checked`` of the result is False.
+    """
+    if isinstance(made, Imported):
+        if not (made.tree is None or isinstance(made.tree, Map)):
+            raise TypeError(f"the tree of what is imported is a Map, not {type(made.tree).__name__}")
+        return made._replace(diagnostics=[diagnostic_of(one) for one in made.diagnostics])
+    description, said = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
+    diagnostics = list(said)
+    for one in diagnostics:
+        diagnostic_of(one)
+    tree = as_tree(description, opened.source.start(), [])
+    if not isinstance(tree, Map):
+        raise TypeError(f"a reader gives a description, not {type(description).__name__}")
+    name = printable_name(opened.path)
+    for key, value in (("robot", opened.path.stem), ("source", {"status": "imported", "note": f"from {name}"})):
+        if key not in tree:
+            tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)
+    left = [one for one in diagnostics if one.rule == "import-cannot-carry"]
+    what = tuple(LeftOut(one.message.removesuffix(" is not carried over"), one.span or tree.span) for one in left)
+    return Imported(tree, diagnostics, files=(opened.path,), left_out=what, checked=False)

@@ -19,12 +19,11 @@ from rosorin_compile.source.project import ENDINGS, data_folder
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, check_texts, find
 
 from .format import GROUPS, Asked, Fact, Facts, Format, Refusal, Value
+from .imported import Imported, converted
 from .templating import TemplateProblem
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Inertial
-
-    from .imported import Imported
 
 _ENDING = re.compile(r"\.[a-z0-9_+-]+")
 
@@ -150,13 +149,10 @@ def _read(plugin: Plugin, read: Callable[..., Any] | None) -> Callable[..., Any]
     def guarded(opened: Any) -> Imported:
         from rosorin_compile.source.xml.markup import MarkupError
 
-        from .described import imported
-        from .imported import Imported
-
         try:
             with aside(plugin):
                 made = read(opened)  # type: ignore[misc]
-            return imported(made, opened)
+            return converted(made, opened)
         except MarkupError:
             raise  # what the file is like, not the plug-in
         except (Exception, SystemExit) as problem:

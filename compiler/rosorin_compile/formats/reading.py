@@ -15,7 +15,9 @@ from rosorin_compile.source.xml.markup import RULE as SYNTAX
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
-from .imported import Imported, ReadOptions
+from .checked import accept
+from .described import as_tree
+from .imported import Imported, Outputs, ReadOptions, converted
 
 if TYPE_CHECKING:
     from rosorin_compile.source.tree import Map
@@ -23,6 +25,12 @@ if TYPE_CHECKING:
     from .format import Joined
 
 RULES = (
+    Rule(
+        "file-syntax",
+        "A file is not written as its format wants; the reader of another package says so.",
+        "Correct the place that is named.",
+        READING,
+    ),
     Rule(
         "wrong-format",
         "The file is of a format that is not read.",
@@ -121,9 +129,6 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
 
 def _with(tree: Map, joined: Joined, document: Document, options: ReadOptions) -> tuple[Map | None, list[Diagnostic]]:
     """Return a tree with more sections, held against the rules; an entry that it has stays."""
-    from .checked import accept
-    from .described import as_tree
-
     made = tree.copied()
     source = made.get("source")
     if source is not None and "note" in source:
@@ -176,14 +181,15 @@ def _format_of(document: Document, path: Path) -> Format | None:
 
 
 def _read(format: Format, opened: Opened) -> Imported:
-    from .described import imported
-
     if format.read is None:
         raise ValueError(f"{format.word} is not read")
     try:
-        read = imported(format.read(opened), opened)
+        read = converted(format.read(opened), opened)
     except MarkupError as problem:
         return _refused(problem.diagnostic, opened.path)
+    if not read.checked and read.tree is not None and opened.options.checked:
+        tree, told = accept(read.tree, opened.options.lenient)
+        read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *told], checked=True)
     asked = format.reading.takes_arguments and not read.unexpanded
     return read._replace(format=format.reading.becomes or format.name, takes_arguments=asked)
 
@@ -256,3 +262,24 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
     description does.
     """
     return read(path, options or ReadOptions(), asked)
+
+
+def outputs_of(imported: Imported, why: str = "") -> Outputs:
+    """Return the outputs for the description of an imported robot; ``why`` optional formats are left out.
+
+    Raises ValueError for a broken source.
+    """
+    made = Outputs({}, {}, {})
+    for format in FORMATS.values():
+        if format.reading.asked is None:
+            continue
+        asked = format.reading.asked(imported.whole, imported.version, imported.file_name)
+        if asked is None:
+            continue
+        if format.reading.optional and why:
+            made.left_out[format.name] = why
+            continue
+        made.entries[format.name] = asked.entry
+        if asked.remark:
+            made.remarks[format.name] = asked.remark
+    return made

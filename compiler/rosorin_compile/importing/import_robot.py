@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.output import OutputError, WriteResult, write_set
 from rosorin_compile.source.diagnostics import (
     ERROR,
@@ -193,12 +194,12 @@ class _Import:
 
     def _read(self) -> Imported:
         """Read the source and its companions. Raises RequestError."""
-        imported = Imported.read(self.source, self.reading)
+        imported = read_robot(self.source, self.reading)
         if self.options.arguments and not imported.takes_arguments and imported.tree is not None:
             raise RequestError(f"{self.source} takes no arguments: only a xacro does")
         for format, path in self.options.companions.items():
             _check_file(path)
-            imported = imported.joined(format, path, self.reading)
+            imported = join(imported, format, path, self.reading)
         found = imported.diagnostics
         if self.options.strict:
             found = [replace(one, severity=ERROR) if one.rule == "import-cannot-carry" else one for one in found]

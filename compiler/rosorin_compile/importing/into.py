@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.output import open_package_folder
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, Rule, error, listed
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, listed
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
-from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.ros_packages import missing, package_of
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove, text_of
@@ -194,7 +195,7 @@ def _in_package(value: ast.expr) -> ast.expr:
 def _note(root: Path) -> str | None:
     """Return what a description says that it is from."""
     try:
-        source = Map.load(root, root.name).get("source")
+        source = load_mapping(root, root.name).get("source")
     except LoadError:
         return None
     note = source.get("note") if isinstance(source, Map) else None
@@ -204,7 +205,7 @@ def _note(root: Path) -> str | None:
 def _arguments(root: Path) -> frozenset[str]:
     """Return the names of the arguments that a description declares."""
     try:
-        declared = Map.load(root, root.name).get("args")
+        declared = load_mapping(root, root.name).get("args")
     except LoadError:
         return frozenset()
     return frozenset(declared) if isinstance(declared, Map) else frozenset()

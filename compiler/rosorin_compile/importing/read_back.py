@@ -10,10 +10,9 @@ from rosorin_compile.compare.proof import Proof
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model import Robot
 from rosorin_compile.source.tree import Map
-
-from .words.taking import CONTROL
 
 
 def read_back(stage: Path, said: Mapping[str, str], tree: Map, beside: Sequence[Format] = ()) -> Imported:
@@ -23,9 +22,9 @@ def read_back(stage: Path, said: Mapping[str, str], tree: Map, beside: Sequence[
     what it may break, its copy may.
     """
     how = ReadOptions(lenient=True, checked=False)
-    back = Imported.read(_saved(stage, FORMATS.published(), said), how)
+    back = read_robot(_saved(stage, FORMATS.published(), said), how)
     for companion in beside:
-        back = back.joined(companion.name, _saved(stage, companion, said), how)
+        back = join(back, companion.name, _saved(stage, companion, said), how)
     if back.tree is not None and "accept" in tree:
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
     return back
@@ -52,5 +51,6 @@ def without_words(robot: Robot, source: Robot) -> Robot:
         edges=source.edges,
         publishers=source.publishers,
         modes=source.modes,
-        sections=robot.sections.taking((CONTROL, "drive"), source.sections),
+        control=source.control,
+        drive=source.drive,
     )

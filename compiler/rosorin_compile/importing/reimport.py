@@ -22,9 +22,7 @@ from typing import NamedTuple
 from rosorin_compile.source.diagnostics import (
     WARNING,
     Diagnostic,
-    Heading,
     RequestError,
-    Rule,
     Source,
     Span,
     counted,
@@ -35,6 +33,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 RULES = (
     Rule(

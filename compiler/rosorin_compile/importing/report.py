@@ -19,10 +19,11 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.schema import fragment_at
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, counted, first_of
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, counted, first_of
 from rosorin_compile.source.files import is_file, resolve
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map, Seq
 
 from .layout import within_part

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, Outputs
+from rosorin_compile.formats.reading import outputs_of
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.output.pipeline import Compiled, compile_robot
 from rosorin_compile.output.request import Request
@@ -19,10 +20,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
     ERROR,
     Diagnostic,
-    Heading,
-    Progress,
     Related,
-    Rule,
     Source,
     Span,
     and_more,
@@ -31,7 +29,9 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 from .description import write
@@ -114,11 +114,11 @@ def _round_trip(
     schema = schema_beside(folder)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         stage = Path(name)
-        wanted = imported.outputs()
+        wanted = outputs_of(imported)
         files, compiled = _compiled(shown, stage, schema, wanted)
         if has_errors(compiled.diagnostics):
             # Most often only MuJoCo asks for more than the source says, a mass for instance.
-            wanted = imported.outputs(_first_error(compiled.diagnostics))
+            wanted = outputs_of(imported, _first_error(compiled.diagnostics))
             files, compiled = _compiled(shown, stage, schema, wanted)
         trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), shown, word=FORMATS.published().word)
         if not trip.diagnostics:

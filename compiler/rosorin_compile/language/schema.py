@@ -61,21 +61,7 @@ def own_schema(name: str = "description") -> dict[str, Any]:
     import json
 
     made: dict[str, Any] = json.loads(files.read_text(data_folder("schemas") / f"{name}.schema.json"))
-    return _with_own_sections(made) if name == "description" else made
-
-
-def _with_own_sections(whole: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of descriptions with the pieces that stand in the folders of sections, each in its place."""
-    from rosorin_compile.model.sections import own_sections
-
-    made, definitions = whole["properties"], whole["$defs"]
-    for section in own_sections().values():
-        names = list(made)
-        at = names.index(section.after) + 1
-        piece = {key: value for key, value in section.schema.items() if key != "$defs"}
-        made = {**{name: made[name] for name in names[:at]}, section.name: piece, **made}
-        definitions = {**definitions, **section.schema.get("$defs", {})}
-    return {**whole, "properties": made, "$defs": definitions}
+    return made
 
 
 def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:

@@ -23,14 +23,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.language.sections.drive import DRIVE
-
+from .cached import of_robot
 from .drive import DIFFERENTIAL, MECANUM, OMNI, ROLES, SLIDING, Drive
 from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
-from .robot import Robot, of_robot
 from .shape import Capsule, Cylinder, Shape, Sphere
+
+if TYPE_CHECKING:
+    from .robot import Robot
 
 # Along which the ground holds a mecanum wheel: parts along x and y, in the X layout (from above, the axes of the upper
 # rollers point at the middle, so those below lie across).
@@ -190,7 +191,7 @@ def driving_of(robot: Robot) -> Driving:
 
     The rules about drives have told what is wrong with one before.
     """
-    drive = robot.sections[DRIVE]
+    drive = robot.drive
     if drive is None:
         raise ValueError(f'the robot "{robot.name}" has no drive')
     base = drive.frame or robot.root

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.source.wording import and_more
 
 from .joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
-from .robot import Robot
+
+if TYPE_CHECKING:
+    from .robot import Robot
 
 NOBODY = "nobody"
 TF, TF_STATIC, NO_TOPIC = "/tf", "/tf_static", "none"

@@ -8,6 +8,7 @@ from functools import cached_property
 
 from rosorin_compile.source.numbers import NumberFormat, inertia
 
+from .bounds import bounds_of
 from .geometry import Pose, Vector, eigenvalues
 from .shape import Shape
 from .simulation import Marked, Values
@@ -79,7 +80,5 @@ class Link:
     @property
     def size(self) -> Vector | None:
         """The sides (m) of the box around all of its shapes, along its axes; None without any, or with a mesh."""
-        from .bounds import bounds_of
-
         bounds = bounds_of((*self.collision, *self.visual))
         return None if bounds is None else bounds.size

@@ -10,10 +10,14 @@ import zlib
 from collections.abc import Mapping, Sequence
 from colorsys import hls_to_rgb, rgb_to_hls
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
+from .cached import of_robot
 from .link import Link
-from .robot import Robot, of_robot
 from .shape import Material, Rgba
+
+if TYPE_CHECKING:
+    from .robot import Robot
 
 # Degrees from a hue to the one that is tried next: 360 times the golden ratio, so that no two come close.
 _GOLDEN_ANGLE = 137.50776

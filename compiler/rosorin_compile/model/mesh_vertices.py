@@ -14,7 +14,8 @@ from sys import byteorder
 
 from rosorin_compile.source import files
 
-from . import Mesh, Robot
+from .robot import Robot
+from .shape import Mesh
 from .standing import Cloud, Clouds
 
 MAX_BYTES = 500_000_000

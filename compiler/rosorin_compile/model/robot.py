@@ -4,46 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cached_property, update_wrapper
+from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, NoReturn, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
 
+from .cached import of_robot
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
 from .motion import motion
-from .sections import NO_SECTIONS, Section, Sections, own_families, own_sections
+from .sections import NO_SECTIONS, Sections
 from .shape import ROWS, Material, Rgba, Shape
 from .simulated import GazeboSensor, Simulated
 from .simulation import AT_ORIGIN, Root, Values
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
+    from .control import Block
+    from .controllers import Controller
+    from .drive import Drive
     from .driving import Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
+    from .moveit import Moveit
+    from .servos import ServoGroup
+    from .simulation import Actuator
+    from .simulator import ContactPair, Entry, Tendon
 
-    Given = ParamSpec("Given")
     Named = TypeVar("Named")
-    Made = TypeVar("Made")
-    Said = TypeVar("Said")
-
-
-def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concatenate[Robot, Given], Made]:
-    """Make a function one that is worked out once for a robot: what came of it stays with the robot."""
-
-    def cached(robot: Robot, /, *given: Given.args, **named: Given.kwargs) -> Made:
-        key = (work.__module__, work.__qualname__, given, *named.items())
-        if key not in robot.worked_out:
-            robot.worked_out[key] = work(robot, *given, **named)
-        made: Made = robot.worked_out[key]
-        return made
-
-    update_wrapper(cached, work)
-    return cached
 
 
 class ByName(dict[str, "Named"]):
@@ -165,7 +155,7 @@ class Robot:
     ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
     of each that is, and of each image. ``mesh_contents`` are the bytes of those that artifacts open, as they open them,
     each with the ending of its name. ``root_in_world`` is how the root link stands in a simulation. ``sections`` has
-    what the sections say that have no field here.
+    the values of sections of plug-ins.
     """
 
     name: str
@@ -181,6 +171,19 @@ class Robot:
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()
     root_in_world: Root = AT_ORIGIN
+    servos: tuple[ServoGroup, ...] = ()
+    drive: Drive | None = None
+    control: tuple[Block, ...] = ()
+    controllers: tuple[Controller, ...] = ()
+    moveit: Moveit | None = None
+    disabled_contacts: tuple[tuple[str, str], ...] = ()
+    actuators: tuple[Actuator, ...] = ()
+    tendons: tuple[Tendon, ...] = ()
+    constraints: tuple[Entry, ...] = ()
+    mjcf_sensors: tuple[Entry, ...] = ()
+    contact_layers: tuple[str, ...] = ()
+    contact_pairs: tuple[ContactPair, ...] = ()
+    mjcf_elements: tuple[str, ...] = ()
     sections: Sections = NO_SECTIONS
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
@@ -202,22 +205,10 @@ class Robot:
 
         return html(self)
 
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            """Return what a section of the tool itself says, by its name: ``robot.drive``, as templates ask for it.
-
-            Sections that share a folder are gathered under the name of that.
-            """
-            if name in own_sections():
-                return self.sections[own_sections()[name]]
-            if name in own_families():
-                return own_families()[name](self)
-            raise AttributeError(f"'Robot' object has no attribute '{name}'")
-
-    def having(self, section: Section[Said] | str, value: Said) -> Robot:
-        """Return the robot with another value of a section, or of the one of a name."""
-        return replace(self, sections=self.sections.having(section, value))
+    def has_free_base(self, output: Output) -> bool:
+        """Return True if the base can move in a simulation: as the output says, else that of a robot with a drive."""
+        usual = "fixed" if self.drive is None else "free"
+        return output.options.get("base", usual) == "free" and not self.root_in_world.world
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is pickled: the fields, without what was worked out of them."""

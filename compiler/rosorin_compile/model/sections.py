@@ -1,64 +1,74 @@
-"""Sections: words of the language that a package brings (``Section``), and what a robot says in them (``Sections``)."""
+"""Sections of the language that are defined outside the core: by a plug-in, or by the folders for ROS and MuJoCo."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, is_dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, is_dataclass
 from functools import cache
 from importlib import import_module
-from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
-from rosorin_compile.source import files
-
 if TYPE_CHECKING:
+    from rosorin_compile.compare.difference import Item, Side
+    from rosorin_compile.compare.pairing import Pairing
+    from rosorin_compile.language.lower.entries import Problem
+    from rosorin_compile.rules.case import Case
+    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.source.numbers import NumberFormat
     from rosorin_compile.source.rule_registry import Check
 
-    from .robot import Robot
+    from .robot import Output, Robot
 
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Adds = Callable[["Robot", Any], "Robot"]
 
-# The module and the name of the record of each section that has a folder.
-SECTIONS = (
-    "rosorin_compile.language.sections.servos:SERVOS",
-    "rosorin_compile.language.sections.drive:DRIVE",
-    "rosorin_compile.ros.sections.control:CONTROL",
-    "rosorin_compile.ros.sections.controllers:CONTROLLERS",
-    "rosorin_compile.ros.sections.moveit:MOVEIT",
-    "rosorin_compile.language.sections.disabled_contacts:DISABLED_CONTACTS",
-    "rosorin_compile.mujoco.sections.simulation:ACTUATORS",
-    "rosorin_compile.mujoco.sections.simulation:TENDONS",
-    "rosorin_compile.mujoco.sections.simulation:CONSTRAINTS",
-    "rosorin_compile.mujoco.sections.simulation:MJCF_SENSORS",
-    "rosorin_compile.mujoco.sections.simulation:CONTACT_LAYERS",
-    "rosorin_compile.mujoco.sections.simulation:CONTACT_PAIRS",
-    "rosorin_compile.language.sections.mjcf_elements:MJCF_ELEMENTS",
-)
+# The module of each section of the tool that is not defined in the core; the record has its name in capitals. A value
+# is the field of ``Robot`` with the name of the section.
+SECTIONS = {
+    "control": "rosorin_compile.ros.sections.control",
+    "controllers": "rosorin_compile.ros.sections.controllers",
+    "moveit": "rosorin_compile.ros.sections.moveit",
+    "actuators": "rosorin_compile.mujoco.sections.simulation",
+    "tendons": "rosorin_compile.mujoco.sections.simulation",
+    "constraints": "rosorin_compile.mujoco.sections.simulation",
+    "mjcf_sensors": "rosorin_compile.mujoco.sections.simulation",
+    "contact_layers": "rosorin_compile.mujoco.sections.simulation",
+    "contact_pairs": "rosorin_compile.mujoco.sections.simulation",
+}
 
 ENTRIES, ITEMS, ONE = "entries", "items", "one"
 
 
 @dataclass(frozen=True, eq=False)
 class Section(Generic[T]):
-    """A section of descriptions. Made by ``by_name``, ``listed`` or ``single``, which say what ``Sections`` has of it.
+    """A section of descriptions. A plug-in makes one with ``by_name``, ``listed`` or ``single``.
 
-    ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
-    entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is the piece of the schema of
-    descriptions: JSON Schema of draft 7, which may refer to the definitions of ours, with the annotations of
-    docs/extend.md. ``adds`` returns the robot with what the section means for it: a mass, shapes, links that are
-    fixed, elements; it gets the robot and the value. ``checks`` are functions under ``@rule``.
+    Of a plug-in: ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is
+    that of an entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is the piece of
+    the schema of descriptions: JSON Schema of draft 7, which may refer to the definitions of ours, with the annotations
+    of docs/extend.md. ``adds`` returns the robot with what the section means for it: a mass, shapes, links that are
+    fixed, elements; it gets the robot and the value.
+
+    ``checks`` are functions under ``@rule``.
+
+    Of the tool itself, whose schema is part of ``schemas/description.schema.json``: ``lower`` converts the tree to the
+    value; ``compare`` yields the differences between two robots; ``describe`` returns what only a simulation uses, by
+    the name of the thing, for the comparison of simulations; ``urdf`` returns elements for a URDF whose output has an
+    option with the name of the section, and ``check_urdf`` validates them.
     """
 
     name: str
-    entry: type[Any]
-    schema: Mapping[str, Any]
-    form: str
+    entry: type[Any] = object
+    schema: Mapping[str, Any] = field(default_factory=dict)
+    form: str = ENTRIES
     adds: Adds | None = None
     checks: tuple[Check, ...] = ()
+    lower: Callable[[Mapping[str, Any], Problem], T] | None = None
+    compare: Callable[[Pairing, tuple[Side, Side]], Iterator[Item]] | None = None
+    describe: Callable[[T], Mapping[str, Mapping[str, Any]]] | None = None
+    urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None
+    check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
     @classmethod
     def by_name(
@@ -104,7 +114,7 @@ class Section(Generic[T]):
         return {ENTRIES: {}, ITEMS: (), ONE: None}[self.form]
 
     def check(self) -> None:
-        """Raise ValueError or TypeError for a record that is none: a schema of another form, fields without a key."""
+        """Raise ValueError or TypeError for an invalid record: a schema of another form, fields without a key."""
         if not (isinstance(self.name, str) and self.name.isidentifier() and self.name == self.name.lower()):
             raise ValueError(f'"{self.name}" cannot be the name of a section: small letters, digits and _')
         if not (isinstance(self.entry, type) and is_dataclass(self.entry)):
@@ -113,6 +123,9 @@ class Section(Generic[T]):
             raise TypeError(f"the schema of section {self.name} is a mapping, its checks are a tuple")
         if self.adds is not None and not callable(self.adds):
             raise TypeError(f"adds of section {self.name} is a function")
+        for key in ("lower", "compare", "describe", "urdf", "check_urdf"):
+            if getattr(self, key) is not None:
+                raise TypeError(f"section {self.name} has {key}, which only sections of the tool itself have")
         form = _form_of(self.schema)
         if form != self.form:
             raise ValueError(f"the schema of section {self.name} says {_WORDS[form]}, its record {_WORDS[self.form]}")
@@ -128,86 +141,28 @@ def _form_of(schema: Mapping[str, Any]) -> str:
 _WORDS = {ENTRIES: "many entries by name", ITEMS: "a list of entries", ONE: "one entry"}
 
 
-@dataclass(frozen=True, eq=False)
-class OwnSection(Section[T]):
-    """A section that stands in a folder of the tool itself, made by ``in_folder``.
-
-    ``nothing`` is its value where a robot does not have it, ``after`` the section that it stands behind in the schema.
-    What needs a function is in a module of the folder, and named as text: ``lowers`` makes the value of the tree,
-    ``compares`` yields what differs between two robots (``meaning.others``), or ``tells`` returns what is said, by what
-    it is called, for the comparison of its topic (``meaning.simulation``); ``rules`` is the module of its rules. What a
-    URDF has of it, if an output says so under the name of the section: ``in_urdf`` returns elements of the robot, by
-    the robot, the output and how numbers are printed, and ``checks_urdf`` yields what is wrong with them.
-    """
-
-    nothing: Any = None
-    after: str = ""
-    lowers: str = ""
-    compares: str = ""
-    tells: str = ""
-    rules: str = ""
-    in_urdf: str = ""
-    checks_urdf: str = ""
-    package: str = ""
-
-    @classmethod
-    def in_folder(
-        cls,
-        package: str,
-        folder: str,
-        nothing: T,
-        *,
-        after: str,
-        lowers: str,
-        compares: str = "",
-        tells: str = "",
-        rules: str = "",
-        in_urdf: str = "",
-        checks_urdf: str = "",
-        name: str = "",
-    ) -> OwnSection[T]:
-        """Return the section whose folder is a package; it is called as that, and has its piece of the schema there.
-
-        One of several that share a folder says its ``name``, and has its piece in NAME.json.
-        """
-        schema: Mapping[str, Any] = json.loads(files.read_text(Path(folder) / f"{name or 'schema'}.json"))
-        name = name or package.rpartition(".")[2]
-        made: OwnSection[T] = OwnSection(name, object, schema, _form_of(schema), nothing=nothing, after=after)
-        functions: dict[str, Any] = {"lowers": lowers, "compares": compares, "tells": tells, "rules": rules}
-        functions |= {"in_urdf": in_urdf, "checks_urdf": checks_urdf}
-        return replace(made, package=package, **functions)
-
-    def empty(self) -> Any:
-        """Return the value of a section that is not there."""
-        return self.nothing
-
-    def function(self, named: str) -> Any:
-        """Return a function of its package, which is named MODULE:FUNCTION."""
-        return getattr(self.module(named), named.partition(":")[2])
-
-    def module(self, named: str) -> ModuleType:
-        """Return a module of its package, or that of a function there."""
-        return import_module(f".{named.partition(':')[0]}", self.package)
-
-
 @cache
-def own_sections() -> Mapping[str, OwnSection[Any]]:
-    """Return the sections of the tool itself that stand in folders of their own, by name."""
-    found = (name.partition(":") for name in SECTIONS)
-    records = (getattr(import_module(module), record) for module, _, record in found)
-    return {one.name: one for one in records}
+def section_named(name: str) -> Section[Any]:
+    """Return the record of a section in ``SECTIONS``; imports its module."""
+    record: Section[Any] = getattr(import_module(SECTIONS[name]), name.upper())
+    return record
 
 
-@cache
-def own_families() -> Mapping[str, Callable[[Robot], Any]]:
-    """Return what gathers the values of sections that share a folder, by the name of the folder."""
-    packages = {one.package: import_module(one.package) for one in own_sections().values()}
-    return {name.rpartition(".")[2]: one.gathered for name, one in packages.items() if hasattr(one, "gathered")}
+def own_sections() -> Iterator[Section[Any]]:
+    """Yield the records of all sections in ``SECTIONS``."""
+    return map(section_named, SECTIONS)
+
+
+def sections_in_urdf(output: Output) -> Iterator[Section[Any]]:
+    """Yield the sections of which a URDF has elements: those that the options of its output name."""
+    for name in SECTIONS:
+        if output.options.get(name) and section_named(name).urdf is not None:
+            yield section_named(name)
 
 
 @dataclass(frozen=True)
 class Sections:
-    """The values of sections, and what of the robot is theirs.
+    """The values of sections of plug-ins, and what of the robot is theirs.
 
     ``values`` are by name; ``said`` is what the description says there, as plain lists, mappings, texts and numbers in
     SI units, with the defaults of the schema. ``without`` is the robot without what its sections add; None: the same.
@@ -224,28 +179,14 @@ class Sections:
     def __getitem__(self, section: str) -> Any: ...
 
     def __getitem__(self, section: Section[Any] | str) -> Any:
-        """Return the value of a section, or of the one of a name; of one that the robot does not have, an empty one.
+        """Return the value of a section; an empty one if the robot does not have it.
 
-        Raises KeyError for a name that no section has: none of the robot, and none of the tool itself.
+        Raises KeyError for the name of a section that the robot does not have.
         """
-        if isinstance(section, str):
-            own = own_sections().get(section)
-            return self.values[section] if own is None else self[own]
-        return self.values.get(section.name, section.empty())
-
-    def having(self, section: Section[T] | str, value: T) -> Sections:
-        """Return them with another value of a section, or of the one of a name."""
-        name = section if isinstance(section, str) else section.name
-        return replace(self, values={**self.values, name: value})
-
-    def taking(self, names: Collection[str], other: Sections) -> Sections:
-        """Return them with the values of some names as another one has them, or has none."""
-        kept = {name: one for name, one in self.values.items() if name not in names}
-        taken = {name: one for name, one in other.values.items() if name in names}
-        return replace(self, values={**kept, **taken})
+        return self.values[section] if isinstance(section, str) else self.values.get(section.name, section.empty())
 
     def __contains__(self, section: object) -> bool:
-        """Say whether the robot has a section, or one of a name."""
+        """Return True if the robot has a section, given by its record or its name."""
         return getattr(section, "name", section) in self.values
 
 

@@ -1,10 +1,27 @@
-"""Groups of servos, and how their pulses are joint positions."""
+"""Servo groups: convert servo pulses to joint positions and back.
+
+A group says how: position = (pulse - zero_pulse) * rad_per_pulse, with the sign turned if it is flipped. The driver
+reads the same numbers from its model (``pulse_to_rad`` of robot_model.json). Positions are radians, of a joint that
+slides metres. A position between two pulses goes to the nearer one; in the very middle, to the one that is nearer to
+the zero pulse.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Integral
+from typing import TYPE_CHECKING, NamedTuple
+
+from rosorin_compile.source.bounded import json_of
+from rosorin_compile.source.diagnostics import UnknownName, did_you_mean
 
 from .link import NO_SOURCE, Source
+
+if TYPE_CHECKING:
+    from .joint import Limit
+    from .robot import Robot
 
 
 @dataclass(frozen=True)
@@ -23,3 +40,147 @@ class ServoGroup:
         """Return the joint angle of a pulse; a flipped servo turns against its pulses."""
         difference = self.zero_pulse - pulse if self.flipped else pulse - self.zero_pulse
         return difference * self.rad_per_pulse
+
+
+# Of a pulse: a limit that was computed from a pulse is at that pulse.
+ROUNDING = 1e-6
+
+
+class NoServo(UnknownName):
+    """There is no such joint, or it has no servo; the message says which have one."""
+
+
+class NoPulse(ValueError):
+    """A pulse that does not exist, or a position that no pulse gives; the message says what there is."""
+
+
+class Nearest(NamedTuple):
+    """The pulse nearest to a position: what position it gives, and how far that is off (given minus asked)."""
+
+    pulse: int
+    position: float
+    off: float
+
+
+def servo_of(robot: Robot, joint: str) -> ServoGroup:
+    """Return the servo group of a joint. Raises NoServo."""
+    for group in robot.servos:
+        if joint in group.joints:
+            return group
+    with_servo = [name for group in robot.servos for name in group.joints]
+    if joint in robot.joint:
+        have = f"these have one: {', '.join(with_servo)}" if with_servo else "the robot has none at all"
+        raise NoServo(f'joint "{joint}" has no servo; {have}')
+    raise NoServo(f'there is no joint "{joint}"; {did_you_mean(joint, with_servo or robot.joint)}')
+
+
+def to_radians(robot: Robot, pulses: Mapping[str, int]) -> dict[str, float]:
+    """Return the joint positions of pulses, by joint name. Raises NoServo, NoPulse."""
+    return {joint: position_of(servo_of(robot, joint), pulse, joint) for joint, pulse in pulses.items()}
+
+
+def to_pulses(robot: Robot, positions: Mapping[str, float]) -> dict[str, Nearest]:
+    """Return the nearest pulses of joint positions, by joint name. Raises NoServo, NoPulse."""
+    return {joint: nearest(servo_of(robot, joint), position, joint) for joint, position in positions.items()}
+
+
+def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
+    """Return the position that a pulse gives. Raises NoPulse if it is no whole number or outside the pulse range."""
+    low, high = group.pulse_range
+    if not isinstance(pulse, Integral) or not low <= pulse <= high:
+        why = "outside the range" if isinstance(pulse, Integral) else "a pulse is a whole number"
+        raise NoPulse(f"there is no pulse {pulse}{_of(joint)}: {why}; {low} to {high} exist")
+    return group.radians(int(pulse))
+
+
+def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
+    """Return the pulse nearest to a position. Raises NoPulse where that lies outside the pulse range."""
+    low, high = group.pulse_range
+    exact = position / group.rad_per_pulse * (-1 if group.flipped else 1) + group.zero_pulse
+    if not low - 0.5 <= exact <= high + 0.5:
+        first, last = travel(group)
+        told = f"the pulses {low} to {high} give {first:.6g} to {last:.6g}"
+        raise NoPulse(f"no pulse gives the position {position:.6g}{_of(joint)}: {told}")
+    around = {min(max(math.floor(exact), low), high), min(max(math.ceil(exact), low), high)}
+    pulse = min(around, key=lambda one: (abs(group.radians(one) - position), abs(one - group.zero_pulse)))
+    given = group.radians(pulse)
+    return Nearest(pulse, given, given - position)
+
+
+def travel(group: ServoGroup) -> tuple[float, float]:
+    """Return the smallest and the largest position that pulses give."""
+    first, last = (group.radians(pulse) for pulse in group.pulse_range)
+    return min(first, last), max(first, last)
+
+
+def within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:
+    """Return the smallest and the largest pulse within the limits of a joint; None if there is none."""
+    low, high = group.pulse_range
+    bounds = (limit.lower, limit.upper) if limit is not None else (None, None)
+    for bound, upper in zip(bounds, (False, True), strict=True):
+        if bound is None:
+            continue
+        exact = bound / group.rad_per_pulse * (-1 if group.flipped else 1) + group.zero_pulse
+        if not math.isfinite(exact):
+            continue
+        # The upper limit bounds the pulses above where they count with the position, below where against it.
+        if upper is (group.flipped == (group.rad_per_pulse < 0)):
+            high = min(high, math.floor(exact + ROUNDING))
+        else:
+            low = max(low, math.ceil(exact - ROUNDING))
+    return (low, high) if low <= high else None
+
+
+def _of(joint: str) -> str:
+    return f' of joint "{joint}"' if joint else ""
+
+
+class NoModel(ValueError):
+    """A file that is no model of the driver; the message says why."""
+
+
+class Compared(NamedTuple):
+    """How many pulses of how many joints a model of the driver was asked for, and what it says otherwise."""
+
+    joints: int
+    pulses: int
+    differences: tuple[str, ...]
+
+
+def against_model(robot: Robot, content: bytes) -> Compared:
+    """Hold the driver's model (robot_model.json) against the description: each pulse of each of its joints.
+
+    The driver computes (pulse - zero) * rad_per_pulse, or (zero - pulse) * rad_per_pulse if flipped. Equal means the
+    same double. Raises NoModel.
+    """
+    model = _model(content)
+    differences: list[str] = []
+    pulses = 0
+    for joint in model.joints:
+        try:
+            group = servo_of(robot, joint)
+        except NoServo as problem:
+            differences.append(str(problem.args[0]))
+            continue
+        low, high = group.pulse_range
+        pulses += high - low + 1
+        apart = [pulse for pulse in range(low, high + 1) if model.radians(pulse) != group.radians(pulse)]
+        if apart:
+            first = apart[0]
+            told = f"pulse {first} is {model.radians(first)!r} there, {group.radians(first)!r} in the description"
+            differences.append(f'joint "{joint}": {told} ({len(apart):,} of {high - low + 1:,} pulses differ)')
+    return Compared(len(model.joints), pulses, tuple(differences))
+
+
+def _model(content: bytes) -> ServoGroup:
+    """Return the calibration in a model of the driver; its pulse range is empty, for it says none."""
+    try:
+        entry = json_of(content)["pulse_to_rad"]
+        joints, rad, zero, flipped = (entry[key] for key in ("joints", "rad_per_pulse", "zero", "flipped"))
+    except (ValueError, TypeError, KeyError):
+        raise NoModel("it is no robot_model.json with pulse_to_rad: joints, rad_per_pulse, zero, flipped") from None
+    names = isinstance(joints, list) and all(isinstance(name, str) for name in joints)
+    numbers = all(isinstance(number, (int, float)) and not isinstance(number, bool) for number in (rad, zero))
+    if not (names and numbers and isinstance(flipped, bool)):
+        raise NoModel("its pulse_to_rad has values of other kinds than a list of names, two numbers, true or false")
+    return ServoGroup("model", tuple(joints), rad, zero, flipped, (0, 0))

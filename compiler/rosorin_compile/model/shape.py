@@ -277,8 +277,6 @@ class Shape:
     @property
     def volume(self) -> float:
         """The volume in m^3. Raises ValueError for a mesh, whose file is not read here."""
-        from .mass import volume_of
-
         return volume_of(self.geometry)
 
     @cached_property
@@ -333,3 +331,42 @@ class Shape:
 
 def _is_quarter_turn(transform: Transform) -> bool:
     return all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in transform.rows for c in row)
+
+
+def volume_of(geometry: Geometry) -> float:
+    """Return the volume of a geometry in m^3. Raises ValueError for a mesh, whose file is not read here."""
+    if isinstance(geometry, HeightMap):
+        return math.fsum(volume_of(box) for box in geometry.boxes())
+    return volume_and_moments(geometry)[0]
+
+
+def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
+    """Return the volume of a solid (m^3) and its moments about its middle for a mass of 1 (m^2)."""
+    if isinstance(geometry, Box):
+        x, y, z = geometry.size
+        return x * y * z, ((y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12)
+    if isinstance(geometry, Sphere):
+        moment = 2 / 5 * geometry.radius**2
+        return 4 / 3 * math.pi * geometry.radius**3, (moment, moment, moment)
+    if isinstance(geometry, Cylinder):
+        r, length = geometry.radius, geometry.length
+        across = (3 * r * r + length * length) / 12
+        return math.pi * r * r * length, (across, across, r * r / 2)
+    if isinstance(geometry, Capsule):
+        return _capsule(geometry.radius, geometry.length)
+    if isinstance(geometry, Ellipsoid):
+        x, y, z = (radius * radius for radius in geometry.radii)
+        return 4 / 3 * math.pi * math.prod(geometry.radii), ((y + z) / 5, (x + z) / 5, (x + y) / 5)
+    what = "a mesh" if isinstance(geometry, Mesh) else type(geometry).__name__
+    raise ValueError(f"the volume of {what} is not known")
+
+
+def _capsule(r: float, length: float) -> tuple[float, Vector]:
+    tube, ends = math.pi * r * r * length, 4 / 3 * math.pi * r**3
+    volume = tube + ends
+    along = (tube * r * r / 2 + ends * 2 / 5 * r * r) / volume
+    # A half sphere about its own centre: 2/5 r^2 about the flat side, less the way to that side (3/8 r), plus the
+    # way to the middle of the capsule (l/2 + 3/8 r).
+    end = 2 / 5 * r * r + length * length / 4 + 3 / 8 * r * length
+    across = (tube * (3 * r * r + length * length) / 12 + ends * end) / volume
+    return volume, (across, across, along)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from .simulation import AT_ORIGIN, Actuator, Rename, Renames, Root, Values
+from .simulation import Rename, Renames, Values
 
 
 @dataclass(frozen=True)
@@ -68,20 +68,3 @@ class ContactPair:
             links=self.links and (link(self.links[0]), link(self.links[1])),
             shapes=self.shapes and (names.shape(self.shapes[0]), names.shape(self.shapes[1])),
         )
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """What a robot has for a simulation beside its links and joints, each in the order of the description."""
-
-    root: Root = AT_ORIGIN
-    actuators: tuple[Actuator, ...] = ()
-    tendons: tuple[Tendon, ...] = ()
-    constraints: tuple[Entry, ...] = ()
-    sensors: tuple[Entry, ...] = ()
-    contact_layers: tuple[str, ...] = ()
-    contact_pairs: tuple[ContactPair, ...] = ()
-    elements: tuple[str, ...] = ()
-
-
-NO_SIMULATION = Simulation()

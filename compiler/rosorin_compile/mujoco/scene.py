@@ -18,14 +18,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.formats.format import Format, InRos, Proving, Writing
-from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
 from rosorin_compile.model import Link, Mesh, Output, Pose, Robot, Vector
 from rosorin_compile.model.geometry import unit
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, error, listed
+from rosorin_compile.source.diagnostics import Diagnostic, error, listed
 from rosorin_compile.source.numbers import six, vector
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.templating import Templates
@@ -69,7 +68,6 @@ class _Camera(NamedTuple):
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the scene of a robot. Option: ``of``, the output of MJCF that is in it."""
     from rosorin_compile.formats.templating import comment
-    from rosorin_compile.language.sections.drive.standing import stands_free
 
     of, problem = _included(robot, output)
     if of is None:
@@ -93,7 +91,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "axes": vector(_rounded((*camera.x, *camera.y), 6), six),
         "lamp": vector(_rounded([at - _LAMP * extent * way for at, way in zip(centre, _LIGHT, strict=True)]), six),
         "light": vector(_LIGHT, six),
-        "ground": six(0.0 if stands_free(robot, of) else round(min(0.0, c), 6)),
+        "ground": six(0.0 if robot.has_free_base(of) else round(min(0.0, c), 6)),
         "name": lambda name: _free(name, robot),
     }
     return templates.own("mujoco/scene.xml.jinja", values), []
@@ -124,13 +122,12 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     Meshes that collide are measured; those that are seen take no more room where the link collides with anything.
     Where the size of one is not known, it is the box around what else is there, and all frames.
     """
-    from rosorin_compile.language.sections.drive.standing import stands_free
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.mesh_vertices import clouds_of
     from rosorin_compile.model.standing import home_of, reach, stands_at
 
     home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
-    at: Pose = stands_at(robot, home, clouds) if stands_free(robot, of) else robot.root_in_world.pose
+    at: Pose = stands_at(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose
     solid = reach(robot, home.positions, "collision", at, clouds)
     seen = reach(robot, home.positions, "visual", at)
     boxes = [one.bounds for one in (solid, seen) if one.bounds is not None]
@@ -174,7 +171,7 @@ def _free(name: str, robot: Robot) -> str:
     taken = {mark.name for link in robot.links for mark in link.marked}
     taken |= {shape.name for link in robot.links for shape in (*link.collision, *link.visual)}
     taken |= {part.name for sensor in robot.sensors for part in sensor.simulated}
-    texts = [*robot.sections[MJCF_ELEMENTS], *(text for link in robot.links for text in link.mjcf_elements)]
+    texts = [*robot.mjcf_elements, *(text for link in robot.links for text in link.mjcf_elements)]
     taken |= {found for text in texts for found in _NAMED.findall(text)}
     while name in taken:
         name += "_"

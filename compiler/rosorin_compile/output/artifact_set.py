@@ -166,11 +166,11 @@ def _update(shown: Path, folder: Path, contents: dict[str, bytes], prune: bool, 
     same_size = [n for n, data in contents.items() if n in seen and seen[n].st_size == len(data)]
     unchanged = {n for n in same_size if (folder / n).is_file() and (folder / n).read_bytes() == contents[n]}
     renamed = {}
-    for name in (name for name in contents if judge and not prune and name in seen and name not in unchanged):
-        decision = judge(name, (folder / name).read_bytes(), contents[name])
+    for name in (name for name in contents if not prune and name in seen and name not in unchanged):
+        decision = judge(name, (folder / name).read_bytes(), contents[name]) if judge else "replace"
         if decision == "refuse":
-            help = "move it away, or give the new file another name or folder"
-            raise OutputError("output-not-ours", f"this tool did not write {shown / name}: it is not replaced", help)
+            message = f"this tool did not write {shown / name}: it is not replaced"
+            raise OutputError("output-not-ours", message, "move it away, or give the new file another name or folder")
         if decision == "keep":
             renamed[name] = kept_name(folder / name).relative_to(folder).as_posix()
     folders = {name for name in folders if name in seen and stat.S_ISDIR(seen[name].st_mode)}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import read
+from rosorin_compile.formats.reading import outputs_of, read
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expand import Expanded
 from rosorin_compile.language.lower import lower
@@ -81,7 +81,7 @@ def _with_outputs(imported: Imported, tree: Map, names: Collection[str] | None =
         if key != "outputs":
             made.put(key, value, tree.key_spans[key], tree.value_spans[key])
     outputs = Map(tree.span)
-    for name, entry in imported.outputs().entries.items():
+    for name, entry in outputs_of(imported).entries.items():
         if names is None or name in names:
             output = Map(tree.span)
             for key, value in entry.items():

@@ -19,7 +19,6 @@ from rosorin_compile.language.expand import Expanded, expand
 from rosorin_compile.language.expression.functions import plugged as plugged_functions
 from rosorin_compile.language.lower import Lowered, lower
 from rosorin_compile.language.section_registry import plugged as sections_of_plugins
-from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
 from rosorin_compile.language.validate import validate
 from rosorin_compile.language.wanted import with_wanted
 from rosorin_compile.model import Link, Mesh, Output, Robot
@@ -198,7 +197,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     ``wanted`` are outputs that somebody asks for: names under ``outputs``, or of formats, which are taken with their
     defaults (see ``frontend.wanted``).
     """
-    from rosorin_compile.rules import acceptable, check
+    from rosorin_compile.rules.check import acceptable, check
 
     plugged = (*plugged_functions().diagnostics, *plugged_diagnostics(), *sections_of_plugins().diagnostics)
     if expanded.tree is None:
@@ -242,7 +241,7 @@ def _by_cause(expanded: Expanded, diagnostics: list[Diagnostic]) -> list[Diagnos
 
 def _plugged_rules() -> tuple[Diagnostic, ...]:
     """Return what is wrong with the rules of plug-ins."""
-    from rosorin_compile.rules import plugged
+    from rosorin_compile.rules.check import plugged
 
     return plugged().diagnostics
 
@@ -260,9 +259,9 @@ class Readers:
         """Return the robot of a file; ``by`` is the place that names it."""
         from rosorin_compile.formats.imported import ReadOptions
         from rosorin_compile.formats.reading import read_robot
-        from rosorin_compile.rules import acceptable
+        from rosorin_compile.rules.check import acceptable
 
-        read = read_robot(path, ReadOptions(texts, packages, how.lenient, tell=tell, trust=how.trust), by)
+        read = read_robot(path, ReadOptions(texts, packages, how.lenient, tell=tell), by)
         # Notes on what is accepted: the rules say so again, of the whole robot.
         new = [one for one in read.diagnostics if one.severity != NOTE or one.rule not in acceptable()]
         return read._replace(diagnostics=new)
@@ -429,7 +428,7 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
     expanded, lowered, diagnostics, used = understood
     if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
-    from rosorin_compile.rules import acceptable
+    from rosorin_compile.rules.check import acceptable
 
     robot, meshes = lowered.robot, None
     outputs = _outputs(robot, wanted)
@@ -459,7 +458,7 @@ def _outputs(robot: Robot, wanted: Sequence[str]) -> tuple[Output, ...]:
 
 def _has_files(robot: Robot) -> bool:
     """Say whether a robot has meshes or textures, or elements of MJCF that may name files."""
-    texts = (robot.sections[MJCF_ELEMENTS], *(link.mjcf_elements for link in robot.links))
+    texts = (robot.mjcf_elements, *(link.mjcf_elements for link in robot.links))
     return (
         any(map(_has_file, robot.links))
         or any(one.texture for one in robot.materials)

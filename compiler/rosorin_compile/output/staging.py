@@ -84,12 +84,10 @@ def write_synced(path: Path, data: bytes, model: Path) -> None:
 
 def _sync(path: Path) -> None:
     """Flush a file or folder to the disk. Not all file systems can flush folders."""
-    with suppress(OSError) if path.is_dir() else nullcontext():
+    with suppress(OSError) if path.is_dir() else nullcontext(), ExitStack() as stack:
         handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+        stack.callback(os.close, handle)
+        os.fsync(handle)
 
 
 def replace_folder(
@@ -115,7 +113,8 @@ def replace_folder(
         _sync(new / name)
     for name in (*(name for name in reversed(seen) if below.get(name)), ""):
         with suppress(OSError, AttributeError):  # Windows has no chown
-            os.chown(new / name, *(folder / name).stat()[stat.ST_UID : stat.ST_GID + 1])
+            status = (folder / name).stat()
+            os.chown(new / name, status.st_uid, status.st_gid)
         with suppress(FileNotFoundError):
             shutil.copymode(folder / name, new / name)
     old = _put_in_place(new, folder, stage, list(fresh), [n for n in seen if n not in kept and n not in fresh])

@@ -13,8 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Heading, Rule, pip_install
+from rosorin_compile.source.diagnostics import NOTE, WARNING
 from rosorin_compile.source.files import is_file, is_folder
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .arrays import SECOND, Times
 from .findings import YEAR, problem, seconds

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from rosorin_compile.compare.committed import compare
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact, Value
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
 from rosorin_compile.model.kinematics import NoWay
@@ -20,14 +21,13 @@ from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
-    Heading,
-    Progress,
-    Rule,
     and_more,
     counted,
     did_you_mean,
     first_of,
 )
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
 from .expected import Description
@@ -288,7 +288,7 @@ def _span(lower: float, upper: float) -> str:
 
 def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
     """Yield how the URDF that ran differs from the compiled one."""
-    compiled = next((one for one in artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
+    compiled = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if not recording.descriptions or compiled is None:
         return
     topic = "/robot_description"

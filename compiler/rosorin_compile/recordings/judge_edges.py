@@ -6,16 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 from rosorin_compile.model import Transform
-from rosorin_compile.source.diagnostics import (
-    WARNING,
-    Diagnostic,
-    Heading,
-    Rule,
-    and_more,
-    counted,
-    did_you_mean,
-    listed,
-)
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, and_more, counted, did_you_mean, listed
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .arrays import SECOND, Samples, transform_from
 from .expected import Expected

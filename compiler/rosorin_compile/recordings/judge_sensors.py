@@ -5,17 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from rosorin_compile.model import Sensor
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    WARNING,
-    Diagnostic,
-    Heading,
-    Rule,
-    counted,
-    did_you_mean,
-    listed,
-    nearest,
-)
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, did_you_mean, listed, nearest
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .arrays import SECOND
 from .findings import problem, rate_text, seconds, share

@@ -9,7 +9,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Rule, first_of
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .arrays import SECOND
 from .findings import YEAR, problem, seconds

@@ -8,7 +8,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, and_more, first_of
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, and_more, first_of
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .arrays import SECOND
 from .expected import Expected

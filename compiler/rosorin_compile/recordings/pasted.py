@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from rosorin_compile.model import Pose, Transform, Vector
-from rosorin_compile.source.diagnostics import Heading, Rule, Source
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .arrays import SECOND
 from .expected import EXACT, SIX_ANGLE

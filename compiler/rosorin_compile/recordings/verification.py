@@ -14,16 +14,9 @@ from rosorin_compile.output.pipeline import emitted
 from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.conditions import check_modes
-from rosorin_compile.source.diagnostics import (
-    Diagnostic,
-    Heading,
-    Progress,
-    RequestError,
-    Rule,
-    did_you_mean,
-    error,
-    has_errors,
-)
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, did_you_mean, error, has_errors
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .answers import Verified
 from .bags import Unreadable

@@ -14,8 +14,8 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.conditions import holds, modes_in
 from rosorin_compile.rules.tf_tree import is_tree
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Heading, did_you_mean, listed, quoted
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, did_you_mean, listed, quoted
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, exists
 
 from .parameters.tables import kinds

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Inertial, Link, Mesh, Vector
 from rosorin_compile.model.bounds import Bounds, ball_of, bounds_of
-from rosorin_compile.model.mass import principal_moments, volume_of
+from rosorin_compile.model.mass import principal_moments
+from rosorin_compile.model.shape import volume_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Path, at, exists
@@ -18,8 +19,6 @@ from rosorin_compile.source.units import has_unit
 from . import shared_values
 from .case import Case, number
 from .sizes import all_ways, longest
-
-AFTER = "inertia"
 
 # kg/m^3. Osmium, at 20 degrees (CRC Handbook of Chemistry and Physics, "Density of the elements").
 DENSEST = 22_590.0

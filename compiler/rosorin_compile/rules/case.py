@@ -6,10 +6,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.language.accepting import accepted, names_at, settled, unused
+from rosorin_compile.language.accepting import names_at
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.expand.tracing import mistake_place
 from rosorin_compile.language.mentions import Mention, mentions
+from rosorin_compile.language.misnamed import name_meant
 from rosorin_compile.language.schema import TEMPLATE
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span, or_else
@@ -19,8 +20,6 @@ from .remarkable import Remarkable
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
-
-    from .tf_tree import Step
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Case:
 
     def mentions(self, *kinds: str) -> Iterator[Mention]:
         """Yield what names something of some kinds, but for what a section has for itself (``own_names``)."""
-        own = {section: getattr(value, "own_names", {}) for section, value in self.robot.sections.values.items()}
+        own = {"moveit": self.robot.moveit.own_names} if self.robot.moveit else {}
         for one in mentions(self.tree, kinds):
             if one.name not in own.get(str(one.path[0]), {}).get(one.kind, ()):
                 yield one
@@ -142,38 +141,8 @@ class Case:
 
         In a part its own names go first, as it calls them, and ``more``.
         """
-        from rosorin_compile.language.misnamed import name_meant
-
         guess = name_meant(self.tree, path, word, known, more)
         return or_else(guess, otherwise)
-
-    def transforms(self) -> list[Step]:
-        """Return the transforms that are published in some combination of modes and whose conditions mean something."""
-        from .tf_tree import legal_steps
-
-        return legal_steps(self)
-
-    def connected(self, published: Iterable[tuple[str, str]] = ()) -> list[set[str]]:
-        """Return the sets of frames that transforms connect; ``published`` are more of them, parent and child."""
-        from .tf_tree import pieces
-
-        return pieces([*((step.parent, step.child) for step in self.transforms()), *published])
-
-    def accepts(self, found: Diagnostic) -> bool:
-        """Say whether the description accepts what was found."""
-        from . import acceptable
-
-        return accepted(self.tree, found, acceptable())
-
-    def settled(self, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
-        """Return what was found without what is accepted, and a warning for each entry that accepts nothing.
-
-        ``asked`` is what the run asked for (``Rule.asked``).
-        """
-        from . import acceptable
-
-        left = settled(self.tree, found, acceptable())
-        return [*left.diagnostics, *unused(self.tree, left.used, acceptable(), (asked,))]
 
     def stands_in(self, *paths: Path) -> str:
         """Return " (a stand-in)" if one of the values at some paths only holds a place, else nothing."""

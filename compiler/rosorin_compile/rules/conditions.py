@@ -15,8 +15,6 @@ from rosorin_compile.source.tree import Path, Text, at
 
 from .case import Case
 
-AFTER = "signs"
-
 MAX_MODES = 10
 
 _NAME = re.compile(r"[^\W\d]\w*")

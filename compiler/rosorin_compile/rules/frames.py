@@ -15,8 +15,6 @@ from .case import Case
 from .kinematics import WORLD_FRAMES
 from .remarkable import FULL_TURN
 
-AFTER = "kinematics"
-
 # REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
 OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2)).transform()
 SUFFIXES = ("_optical", "_optical_frame", "_optical_link")

@@ -13,8 +13,6 @@ from rosorin_compile.source.rule_registry import NUMBERS, rule
 from . import shared_values
 from .case import Case, number
 
-AFTER = "mimic"
-
 # Relative to the largest moment: rounding of the description and of the eigenvalues, no more.
 ROUNDING = 1e-9
 

@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
-from rosorin_compile.language.sections.servos.pulses import to_radians
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
+from rosorin_compile.model.servos import to_radians
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, did_you_mean
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.rule_registry import ASKING, Rule

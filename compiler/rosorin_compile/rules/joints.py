@@ -17,8 +17,6 @@ from rosorin_compile.source.wording import listed
 from . import shared_values
 from .case import Case, number
 
-AFTER = "frames"
-
 # Axes that were measured, printed to five digits, miss 1 by about 1e-5.
 AXIS_TOLERANCE = 1e-3
 ZERO_AXIS = 1e-9

@@ -16,8 +16,6 @@ from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case
 
-AFTER = ""
-
 # REP 105: frames of the world, which localisation places and no description owns.
 WORLD_FRAMES = ("earth", "map", "odom")
 

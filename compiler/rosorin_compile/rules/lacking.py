@@ -11,8 +11,6 @@ from rosorin_compile.source.rule_registry import JOINTS, rule
 
 from .case import Case
 
-AFTER = "sizes"
-
 # Most have it: where more than this lack mass or collision, the robot is drawn without on purpose.
 FEW_WITHOUT_MASS = 0.5
 FEW_WITHOUT_COLLISION = 0.25  # or a single one

@@ -13,8 +13,6 @@ from rosorin_compile.source.wording import quoted
 
 from .case import Case, number
 
-AFTER = "values"
-
 MAX_RELATED = 3
 
 

@@ -11,8 +11,6 @@ from rosorin_compile.source.rule_registry import JOINTS, rule
 
 from .case import Case, number
 
-AFTER = "joints"
-
 
 @rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)
 @rule(

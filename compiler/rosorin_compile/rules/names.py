@@ -19,8 +19,6 @@ from rosorin_compile.source.tree import Map, Path, exists
 from .case import Case
 from .remarkable import NOT_XML
 
-AFTER = "values"
-
 # Links and joints have names that come from elsewhere, too.
 _APART = ("link", "joint")
 _WORDS = re.compile(r"[^\W\d_]+")

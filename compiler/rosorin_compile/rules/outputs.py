@@ -18,8 +18,6 @@ from .case import Case
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
-AFTER = "poses"
-
 MAX_FOLDERS = 50
 # What stands in a file whose name ends so, whoever wrote it.
 _HOLDS = {

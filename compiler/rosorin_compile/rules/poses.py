@@ -12,8 +12,6 @@ from rosorin_compile.source.tree import Path
 from .case import Case, number
 from .remarkable import FULL_TURN
 
-AFTER = "stamps"
-
 # Positions come from pulses and printed limits: a hair beyond is rounding.
 ROUNDING = 1e-6
 
@@ -68,7 +66,7 @@ def at_zero(case: Case) -> Iterator[Diagnostic]:
 
     A pose that is said to be the state of a planning group is about the joints of that.
     """
-    moveit = case.robot.sections["moveit"]
+    moveit = case.robot.moveit
     states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
     for joint in case.robot.joints:
         if joint.mimic is None and joint.moves and any(joint.name in pose.positions for pose in case.robot.poses):

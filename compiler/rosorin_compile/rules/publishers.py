@@ -17,8 +17,6 @@ from . import conditions
 from .case import Case, first_fed
 from .kinematics import children
 
-AFTER = "conditions"
-
 
 class Claim(NamedTuple):
     """Somebody who publishes the transform into a frame: its name, the place that says so, when and in which parent.

@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from rosorin_compile.language.sections.servos import SERVOS
-from rosorin_compile.language.sections.servos.pulses import nearest, position_of, servo_of, within
 from rosorin_compile.model import Robot
-from rosorin_compile.model.servos import ServoGroup
+from rosorin_compile.model.servos import ServoGroup, nearest, position_of, servo_of, within
 from rosorin_compile.source.diagnostics import RequestError
 
 from .joint_states import pose_of, position, whole
@@ -52,7 +50,7 @@ class JointPulse:
 
 def servos(robot: Robot) -> tuple[ServoGroup, ...]:
     """Return the servo groups of a robot. Raises RequestError if it has none."""
-    groups: tuple[ServoGroup, ...] = robot.sections[SERVOS]
+    groups: tuple[ServoGroup, ...] = robot.servos
     if not groups:
         raise RequestError(f'the robot "{robot.name}" has no servos')
     return groups

@@ -14,8 +14,6 @@ from rosorin_compile.source.wording import first_of
 
 from .case import Case, number
 
-AFTER = "lacking"
-
 # Limits are printed to a few digits, and a linkage is no exact ratio: so much of the range of a joint may be beyond.
 ROUNDED = 0.05
 # rad/s. A servo turns at 10, a fast leg at 40; where a velocity is from here on and a multiple of STEP, it is one of a

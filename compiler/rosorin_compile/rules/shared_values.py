@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from typing import Any
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.source.diagnostics import Diagnostic
 
 

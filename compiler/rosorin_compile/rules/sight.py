@@ -18,8 +18,6 @@ from rosorin_compile.source.tree import Path, exists
 
 from .case import Case
 
-AFTER = "sizes"
-
 # What is nearer is in front of a sensor at once: no housing that a robot carries has a larger hood (m).
 AT_ONCE = 0.05
 # Of the rays: the others are those that look past an edge.

@@ -14,8 +14,6 @@ from rosorin_compile.source.wording import first_of
 from . import shared_values
 from .case import Case, number
 
-AFTER = "ranges"
-
 SHOWN = 8
 UNSAID = (1.0, 0.0, 0.0)
 ALONG = 0.9  # cosine: an axle within 25 degrees of an axis lies along it

@@ -10,8 +10,6 @@ from rosorin_compile.source.rule_registry import SIMULATED, rule
 
 from .case import Case, number
 
-AFTER = "simulated_values"
-
 # What a camera with a chip is described by; what it has without one.
 _OF_CHIP = ("focal", "focalpixel", "principal", "principalpixel")
 _MOVING = ("never", "allowed", "init")

@@ -13,8 +13,6 @@ from typing import NamedTuple
 from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION, of_topic
 from rosorin_compile.language.expand.naming import ENDS, KINDS, names_of
 from rosorin_compile.language.mentions import Mention, givers, mentions
-from rosorin_compile.language.sections.drive.standing import stands_free
-from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
 from rosorin_compile.model import Robot
 from rosorin_compile.model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
 from rosorin_compile.model.simulation import AT_ORIGIN
@@ -26,8 +24,6 @@ from rosorin_compile.source.xml.elements import found_in
 from rosorin_compile.source.xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON
 
 from .case import Case
-
-AFTER = "xml_elements"
 
 BALL = "ball"  # a joint of several positions, as those of ENDS
 # How a kind is called here, and what MuJoCo calls what is called otherwise here.
@@ -52,7 +48,7 @@ def simulates(robot: Robot) -> bool:
     """Say whether a robot has anything that names something for a simulation alone."""
     if robot.root_in_world != AT_ORIGIN or any(pose.controls for pose in robot.poses):
         return True
-    if any(section in robot.sections for section in of_topic("simulation")):
+    if any(getattr(robot, section) for section in of_topic("simulation") if hasattr(robot, section)):
         return True
     return any(link.marked or link.mjcf_elements for link in robot.links)
 
@@ -137,7 +133,7 @@ class Names:
         robot = self.robot
         names = {joint.name for joint in robot.joints if joint.moves or joint.type == BALL}
         names |= {joint.name + end for joint in robot.joints for end in ENDS.get(joint.type, ())}
-        if any(stands_free(robot, output) for output in robot.outputs):
+        if any(robot.has_free_base(output) for output in robot.outputs):
             names.add(free_joint(robot))
         return names
 
@@ -176,7 +172,7 @@ class Names:
 
 def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
     """Yield the elements of MJCF that a robot keeps, each with its path, and whether it is a section of the file."""
-    texts = case.robot.sections[MJCF_ELEMENTS]
+    texts = case.robot.mjcf_elements
     for index, text in enumerate(texts):
         yield ("mjcf_elements", index), text, True
     for link in case.robot.links:

@@ -10,8 +10,6 @@ from rosorin_compile.source.tree import Path
 
 from .case import Case, number
 
-AFTER = "simulated_names"
-
 
 @Check
 def springs(case: Case) -> Iterator[Diagnostic]:
@@ -37,7 +35,7 @@ def bases(case: Case) -> Iterator[Diagnostic]:
         for output in case.robot.outputs
         if output.backend in case.formats and "base" in case.formats[output.backend].options
     ]
-    if not bases or "free" in bases or "moveit" in case.robot.sections:  # whose virtual joint it places
+    if not bases or "free" in bases or case.robot.moveit is not None:  # whose virtual joint it places
         return
     for pose in case.robot.poses:
         if pose.base is not None:

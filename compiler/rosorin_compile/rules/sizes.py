@@ -22,7 +22,7 @@ from rosorin_compile.model import (
     Vector,
 )
 from rosorin_compile.model.bounds import Bounds, ball_of, bounds_of
-from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Path, Seq, at, exists
@@ -30,8 +30,6 @@ from rosorin_compile.source.units import has_unit
 
 from . import shared_values
 from .case import Case, number
-
-AFTER = "bodies"
 
 # Meshes are in metres, millimetres (0.001) or inches (0.0254), seldom in units of their own; no unit of length that
 # drawings have is 100 m or a hundredth of a millimetre.

@@ -13,8 +13,6 @@ from . import conditions
 from .case import Case
 from .tf_tree import Step, active_in, is_tree, legal_steps, silences
 
-AFTER = "tf_tree"
-
 
 class Stamp(NamedTuple):
     """A frame that messages are stamped with, by whom, and where that is said; ``said`` is False for a default."""

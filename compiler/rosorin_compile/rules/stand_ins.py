@@ -12,8 +12,6 @@ from rosorin_compile.source.wording import first_of
 
 from .case import Case
 
-AFTER = "xml_elements"
-
 SHOWN = 8
 
 

@@ -16,8 +16,6 @@ from . import conditions
 from .case import Case
 from .kinematics import WORLD_FRAMES
 
-AFTER = "publishers"
-
 
 class Step(NamedTuple):
     """A transform that somebody publishes, and the place of its parent in the description."""

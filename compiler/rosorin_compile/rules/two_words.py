@@ -14,8 +14,6 @@ from rosorin_compile.source.tree import Path
 
 from .case import Case, number
 
-AFTER = "simulated_marks"
-
 # What numbers lose that are read of a file which says both.
 _ROUNDING = 1e-6
 # Those that MuJoCo takes for polynomials, whose first number is the one that all formats know.

@@ -19,8 +19,6 @@ from . import shared_values
 from .case import Case, number
 from .remarkable import FULL_TURN, NOT_XML
 
-AFTER = "outputs"
-
 # Nothing on a robot is this far from anything else, but a drawing in millimetres has such numbers.
 FAR = 20.0  # m
 # What is turned farther is turned the other way, unless it is an angle of a circle (3/2 pi), which is no round number.

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.language.annotations import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
-from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Instance, Path, locate, prefix_at
@@ -27,8 +27,6 @@ from .simulated_names import kept as in_mjcf
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
-
-AFTER = "materials"
 
 # What has none of these words names no link and no joint.
 _WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body", "frame", "Frame", "<material", "<gazebo ")

@@ -11,7 +11,7 @@ holds what comes of a file against it in Drake (``engine``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import (
@@ -25,11 +25,18 @@ from rosorin_compile.formats.format import (
     InRos,
     Proving,
     Writing,
-    by_name,
 )
 
 if TYPE_CHECKING:
+    from rosorin_compile.compare.proof import Proof
+    from rosorin_compile.formats.expectation import Expectation
+    from rosorin_compile.formats.facts import Deviations
+    from rosorin_compile.formats.format import Facts, Opened
+    from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.formats.templating import Templates
     from rosorin_compile.model import Output, Robot, Shape
+    from rosorin_compile.rules.case import Case
+    from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.tree import Map
 
 __all__ = ["FORMAT"]
@@ -74,7 +81,41 @@ def _cannot_say(robot: Robot, fact: Fact) -> bool:
     return fact.kind == "link" and fact.name in robot.link and not has_mass(robot.link[fact.name].inertial)
 
 
-_here = by_name(__name__)
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from .names import check
+
+    return check(case, output)
+
+
+def _read(opened: Opened) -> Imported:
+    from .robot import read_sdf
+
+    return read_sdf(opened)
+
+
+def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    from .write import write
+
+    return write(robot, output, templates)
+
+
+def _facts(text: str) -> Facts:
+    from .facts import read
+
+    return read(text)
+
+
+def _against(text: str, known: Expectation) -> Deviations:
+    from .facts import against
+
+    return against(text, known)
+
+
+def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
+    from .proof import prove
+
+    return prove(imported, text, files)
+
 
 FORMAT = Format(
     name="sdf",
@@ -107,10 +148,10 @@ FORMAT = Format(
     file="{}.sdf",
     endings=(".sdf",),
     roots=("sdf",),
-    check=_here("names:check"),
-    write=_here("write:write"),
-    read=_here("robot:read_sdf"),
-    facts=_here("facts:read"),
+    check=_check,
+    write=_write,
+    read=_read,
+    facts=_facts,
     reading=Importing(
         asked=_asked,
     ),
@@ -122,9 +163,9 @@ FORMAT = Format(
         meshes=True,
     ),
     proving=Proving(
-        against=_here("facts:against"),
+        against=_against,
         syntax=_syntax,
-        prove=_here("proof:prove"),
+        prove=_prove,
         frames=_frames,
         joint_names=_joint_names,
         solids=_solids,

@@ -26,7 +26,8 @@ from .grammar import INERTIA, MOTION, PARTS_OF_LINK, SOLIDS
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from rosorin_compile.formats.expectation import Block, Deviations, Expectation
+    from rosorin_compile.formats.expectation import Expectation
+    from rosorin_compile.formats.facts import Block, Deviations
     from rosorin_compile.formats.format import Value
 
 _WORLD, _MODEL = "world", "__model__"

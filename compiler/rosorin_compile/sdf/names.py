@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, Heading
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case

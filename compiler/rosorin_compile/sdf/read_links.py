@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.formats.urdf.reading import NAME, Reading, named
 from rosorin_compile.model import Transform
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading, counted, first_of, listed
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_of, listed
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
 
 from .grammar import INERTIA, PARTS_OF_LINK, SOLIDS

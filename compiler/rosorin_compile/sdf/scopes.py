@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 from rosorin_compile.formats.urdf.reading import NAME, Reading, named
 from rosorin_compile.model import Transform
-from rosorin_compile.source.diagnostics import Heading, Related, Span, counted, did_you_mean, quoted
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import Related, Span, counted, did_you_mean, quoted
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
 
 from .included import Included

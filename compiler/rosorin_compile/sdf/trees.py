@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from rosorin_compile.formats.urdf.reading import Reading, named
 from rosorin_compile.model import Transform
-from rosorin_compile.source.diagnostics import Heading, Span, did_you_mean
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import Span, did_you_mean
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
 
 from .names import WORLD

@@ -16,30 +16,21 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .lazily import lazily
+from . import report
 from .letters import difference, look
 from .wording import and_more, counted, first_of, listed, masked, printable, quoted
 
 if TYPE_CHECKING:
     import ast
 
-    from .console import Console
-    from .installing import pip_install
-    from .progress import Progress
-    from .rule_registry import Heading, Rule
-
 __all__ = [
     "ERROR",
     "NOTE",
     "WARNING",
-    "Console",
     "Diagnostic",
-    "Heading",
     "MissingPackages",
-    "Progress",
     "Related",
     "RequestError",
-    "Rule",
     "Source",
     "Span",
     "and_more",
@@ -52,7 +43,6 @@ __all__ = [
     "listed",
     "masked",
     "nearest",
-    "pip_install",
     "printable",
     "quoted",
 ]
@@ -193,15 +183,11 @@ class Diagnostic:
 
     def as_text(self) -> str:
         """Return it as a person reads it, in lines: place, message, the line of the file, the way out."""
-        from .report import text
-
-        return text([self])
+        return report.text([self])
 
     def as_object(self) -> dict[str, object]:
         """Return it as JSON has it."""
-        from .report import as_object
-
-        return as_object(self)
+        return report.as_object(self)
 
 
 def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:
@@ -407,19 +393,3 @@ def or_else(guess: str, otherwise: str) -> str:
     if guess.startswith("did"):
         return guess
     return f"{otherwise} ({guess})" if guess else otherwise
-
-
-# Public names that stand in modules which import this one.
-_HOMES = {
-    "Console": "source.console",
-    "Rule": "source.rule_registry",
-    "Heading": "source.rule_registry",
-    "pip_install": "source.installing",
-    "Progress": "source.progress",
-}
-
-__getattr__ = lazily(__name__, _HOMES, globals())
-
-
-def __dir__() -> list[str]:
-    return __all__

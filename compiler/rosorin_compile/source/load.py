@@ -7,9 +7,12 @@ unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
 
 from __future__ import annotations
 
+import ast
+import math
+import operator
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
@@ -390,15 +393,38 @@ class _Composer:
 
 def _result(text: str) -> str:
     """Return the number that a calculation gives, such as ``pi / 2``, as xacro has it behind a tag; empty if none."""
-    from rosorin_compile.language.expression import evaluate
-    from rosorin_compile.language.expression.functions import ExpressionError
-
     try:
-        nothing: dict[str, Any] = {}
-        value = evaluate(text, nothing.__getitem__)
-    except ExpressionError:
+        return repr(_calculated(ast.parse(text.strip(), mode="eval").body))
+    except (SyntaxError, ValueError, TypeError, ArithmeticError, RecursionError, MemoryError):
         return ""
-    return repr(float(value)) if type(value) in (int, float) else ""
+
+
+_OPERATIONS: Mapping[type[ast.operator], Callable[[float, float], float]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: math.pow,
+}
+
+
+def _calculated(node: ast.expr) -> float:
+    """Return the value of an arithmetic expression. Raises ValueError for anything else."""
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        return float(node.value)  # type: ignore[arg-type]
+    if isinstance(node, ast.Name) and node.id in ("pi", "e", "tau"):
+        return float(getattr(math, node.id))
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
+        value = _calculated(node.operand)
+        return -value if isinstance(node.op, ast.USub) else value
+    if isinstance(node, ast.BinOp) and type(node.op) in _OPERATIONS:
+        return _OPERATIONS[type(node.op)](_calculated(node.left), _calculated(node.right))
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS:
+        return float(getattr(math, node.func.id)(*map(_calculated, node.args)))
+    raise ValueError("not a calculation of numbers")
+
+
+_FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
 
 
 def plain_scalar(text: str) -> Any:

@@ -164,10 +164,8 @@ def importing(plugin: Plugin) -> Iterator[None]:
         yield
     took = time.monotonic() - began
     if took > SLOW:
-        from .console import Console
-
         note = Diagnostic("plugin-slow", NOTE, f"{plugin} takes {took:.1f} s to be imported")
-        Console("text").show([note])
+        sys.stderr.write(note.as_text())
 
 
 def diagnostic_of(value: object) -> Diagnostic:

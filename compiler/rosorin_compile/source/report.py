@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from . import files
-from .diagnostics import NOTE, Diagnostic, Related, Span
 from .wording import printable
+
+if TYPE_CHECKING:
+    from .diagnostics import Diagnostic, Related, Span
+
+NOTE = "note"
 
 RED, YELLOW, BLUE, BOLD, PLAIN = "\033[31m", "\033[33m", "\033[34m", "\033[1m", "\033[0m"
 _COLOURS = {"error": RED, "warning": YELLOW, "note": BLUE}

@@ -151,10 +151,10 @@ def rule(
     return decorate
 
 
-def checks_of(module: ModuleType) -> list[Check]:
+def checks_of(module: ModuleType) -> tuple[Check, ...]:
     """Return the checks that a module defines, in its order."""
     checks = (value for value in vars(module).values() if isinstance(value, Check))
-    return [check for check in checks if check.function.__module__ == module.__name__]
+    return tuple(check for check in checks if check.function.__module__ == module.__name__)
 
 
 _PACKAGE = Path(__file__).parents[1]

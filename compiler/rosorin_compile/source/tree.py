@@ -7,13 +7,10 @@ stages work on plain values and can still name file, line and column. Nothing ch
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from .diagnostics import Related, Span, Use
 from .wording import and_more
-
-if TYPE_CHECKING:
-    from pathlib import Path as FilePath
 
 Path = tuple[str | int, ...]
 
@@ -59,13 +56,6 @@ class Map(dict[str, "Any"]):
         self[key] = value
         self.key_spans[key] = key_span
         self.value_spans[key] = value_span
-
-    @staticmethod
-    def load(path: FilePath, shown: str) -> Map:
-        """Read a YAML file whose top is a mapping; ``shown`` is what it is called in messages. Raises LoadError."""
-        from .load import load_mapping
-
-        return load_mapping(path, shown)
 
     def locate(self, path: Sequence[str | int], key: bool = False) -> Place:
         """Return the place of ``path``, or of its longest prefix that exists.

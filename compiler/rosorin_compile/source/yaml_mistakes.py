@@ -6,6 +6,7 @@ The parser (libyaml) says at which character it gave up, and what it had begun b
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -14,6 +15,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from .diagnostics import Diagnostic, Related, Source, Span, error
+from .project import data_folder
 from .wording import printable
 
 _CLOSING = {"[": "]", "{": "}"}
@@ -205,9 +207,7 @@ def _comma(trouble: Trouble, closing: str) -> Diagnostic:
 
 def _keys() -> set[str]:
     """Return the keys that any entry of a description has."""
-    from rosorin_compile.language.schema import schema
-
-    whole = schema()
+    whole = json.loads((data_folder("schemas") / "description.schema.json").read_text("utf-8"))
     return {key for part in (whole, *whole["$defs"].values()) for key in part.get("properties", ())}
 
 

@@ -18,8 +18,9 @@ from typing import Any
 from rosorin_compile.output import OutputError, digest
 from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
 from rosorin_compile.output.request import Request
-from rosorin_compile.source.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, has_errors
 from rosorin_compile.source.files import read_bytes, read_text
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__

@@ -15,17 +15,10 @@ from rosorin_compile.language.arguments import Argument
 from rosorin_compile.output import OutputError
 from rosorin_compile.output.pipeline import Variant
 from rosorin_compile.output.request import Request
-from rosorin_compile.source.diagnostics import (
-    Diagnostic,
-    Heading,
-    Progress,
-    RequestError,
-    Rule,
-    and_more,
-    counted,
-    did_you_mean,
-)
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, and_more, counted, did_you_mean
 from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.version import __version__
 
 from .compiling import (

@@ -207,8 +207,7 @@ def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
             return sensor.frame
         if plain in robot.link:
             return plain
-        said = (one for value in robot.sections.values.values() if isinstance(value, tuple) for one in value)
-        joints = next((one.joints for one in said if getattr(one, "name", "") == name and hasattr(one, "joints")), ())
+        joints = next((group.joints for group in robot.servos if group.name == name), ())
         if joints and joints[0] in robot.joint:
             return robot.joint[joints[0]].child
     return ""

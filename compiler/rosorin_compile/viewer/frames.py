@@ -10,8 +10,8 @@ from pathlib import Path
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import NOBODY, Row, lines, rows, way
 from rosorin_compile.output import OutputError, write_file, write_set
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, UnknownName, did_you_mean
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, did_you_mean
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .drawing import SUFFIXES, picture, suffix
 from .drawing.situations import Situation, TooMany, situations

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import Asked, Facts, Format, Importing, Proving
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, did_you_mean, error
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, error
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .drawing import SUFFIXES, picture, suffix
 from .drawing import read as shown_in

@@ -12,7 +12,8 @@ from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.explain.answer import NotThere, explain
 from rosorin_compile.language.explain.text import lines
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Progress, Span, printable
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, printable
+from rosorin_compile.source.progress import Progress
 
 from .page import MESHES, Embedding
 from .page.data import Data, mesh_names, robot_data, texture_names

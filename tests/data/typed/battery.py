@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rosorin_compile import Robot, Section
+from rosorin_compile import Robot
+from rosorin_compile.extend import Section
 from rosorin_compile.model import Inertial, Pose
 
 

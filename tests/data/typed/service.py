@@ -12,24 +12,29 @@ from pathlib import Path
 import rosorin_compile
 from rosorin_compile import (
     Artifact,
-    Case,
     Checked,
     Compiled,
     Diagnostic,
     Difference,
     Explained,
+    Reading,
+    Written,
+)
+from rosorin_compile.extend import (
+    ERROR,
+    Case,
     Fact,
     Facts,
     Format,
-    Reading,
+    Span,
     Templates,
     Value,
-    Written,
+    did_you_mean,
     rule,
 )
 from rosorin_compile.model import Box, Joint, Link, Mesh, Output, Pose, Robot, Transform, Vector
 from rosorin_compile.output import OutputError, write_file
-from rosorin_compile.source.diagnostics import ERROR, Span, counted, did_you_mean, has_errors, listed
+from rosorin_compile.source.diagnostics import counted, has_errors, listed
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import Quantity

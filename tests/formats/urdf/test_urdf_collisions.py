@@ -14,7 +14,6 @@ from rosorin_compile.formats.urdf.write import write
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
     Box,
     HeightMap,
     Joint,
@@ -28,6 +27,7 @@ from rosorin_compile.model import (
     Transform,
     Vector,
 )
+from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.model.motion import plane_axes
 from support.machines import BOX, LIMIT
 from support.urdf_robots import emit, link, numbers, parsed

@@ -23,7 +23,6 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
-    UNPUBLISHED,
     Box,
     Inertial,
     Joint,
@@ -36,7 +35,7 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.model import Robot as Model
-from rosorin_compile.model.joint import Mimic
+from rosorin_compile.model.joint import UNPUBLISHED, Mimic
 from rosorin_compile.model.looks import own_colours, with_visuals
 from rosorin_compile.source.report import text as report
 from support import sdformat

@@ -384,7 +384,7 @@ use: {left: {part: leg}}
 
 def test_the_schema_knows_the_rules_that_may_be_accepted():
     from rosorin_compile.language.schema import schema
-    from rosorin_compile.rules import acceptable
+    from rosorin_compile.rules.check import acceptable
 
     ids = schema("authoring")["definitions"]["acceptance"]["properties"]["rule"]["anyOf"][0]["enum"]
     assert set(acceptable()) < set(ids)

@@ -11,7 +11,7 @@ import yaml
 from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.collisions import search as search_module
 from rosorin_compile.mujoco.collisions.search import Search
-from rosorin_compile.source.diagnostics import Progress
+from rosorin_compile.source.progress import Progress
 from support.commands import Shown, ask, write_files
 
 pytest.importorskip("mujoco", minversion="4")

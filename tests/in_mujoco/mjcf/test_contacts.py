@@ -15,7 +15,6 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.language.lower import lower  # noqa: E402
-from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS  # noqa: E402
 from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
 from rosorin_compile.model.robot import JointPose  # noqa: E402
 from rosorin_compile.model.simulation import Contact  # noqa: E402
@@ -112,7 +111,7 @@ def test_what_a_mesh_touches_is_not_known_so_it_is_excluded() -> None:
 
 
 def test_disabled_contacts_come_last_and_have_no_pairs() -> None:
-    robot = wrist(tool=0.3).having(DISABLED_CONTACTS, (("tool", "camera"), ("arm", "base")))
+    robot = replace(wrist(tool=0.3), disabled_contacts=(("tool", "camera"), ("arm", "base")))
     assert contacts(robot).excluded == [("base", "arm"), ("tool", "camera")]
     assert contacts(robot).pairs == []
 
@@ -125,7 +124,7 @@ def test_pairs_are_named_as_their_geoms() -> None:
 
 
 def test_a_row_of_boxes() -> None:
-    robot = overlapping().having(DISABLED_CONTACTS, (("b", "a"), ("a", "far")))
+    robot = replace(overlapping(), disabled_contacts=(("b", "a"), ("a", "far")))
     assert contacts(robot).excluded == [("a", "b"), ("lid", "b"), ("b", "c"), ("c", "far"), ("a", "far")]
     for base in BASES:
         assert touching(*load(emit(overlapping(), base))) == {("a", "c"), ("c", "lid"), ("b", "far")}
@@ -225,7 +224,7 @@ def test_our_own_file_says_nothing_of_contacts_when_it_is_read(path: Path, tmp_p
     robot = compiled(path).robot
     assert robot is not None
     bare = [replace(k, visual=(), collision=tuple(_plain(k))) for k in robot.links]
-    robot = replace(robot, links=tuple(bare)).having(DISABLED_CONTACTS, ())
+    robot = replace(robot, links=tuple(bare), disabled_contacts=())
     for base in BASES:
         (tmp_path / "robot.xml").write_text(emit(robot, base), "utf-8")
         made = read_mjcf(tmp_path / "robot.xml", ReadOptions())

@@ -22,7 +22,6 @@ pytest.importorskip("mujoco", minversion="4")
 from dataclasses import replace
 
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS
 from rosorin_compile.model import Inertial, Joint, Link, Pose, Robot
 from rosorin_compile.mujoco.mjcf.contacts import contacts
 from rosorin_compile.mujoco.mjcf.masks import Masks
@@ -96,8 +95,8 @@ def test_our_own_mjcf_comes_back() -> None:
     back = {frozenset(pair) for pair in contacts(case.robot).excluded}
     assert back == {frozenset((one.get("body1"), one.get("body2"))) for one in excluded}
     masks = Masks(case.robot, True)  # of hubs and rollers the bits of their shapes say it
-    assert not [pair for pair in robot.sections[DISABLED_CONTACTS] if frozenset(pair) not in back and masks.meet(*pair)]
-    assert not case.robot.sections[DISABLED_CONTACTS]
+    assert not [pair for pair in robot.disabled_contacts if frozenset(pair) not in back and masks.meet(*pair)]
+    assert not case.robot.disabled_contacts
     for name, link in robot.link.items():
         solids = [solid for shape in link.collision for solid in shape.solids("merged")]
         assert len(case.robot.link[name].collision) == len(solids)

@@ -17,7 +17,6 @@ from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
 from rosorin_compile.model import Shape  # noqa: E402
 from rosorin_compile.model.shape import Material  # noqa: E402
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
-from rosorin_compile.mujoco.sections.simulation import MJCF_ELEMENTS  # noqa: E402
 from support.machines import machine, overlapping  # noqa: E402
 from support.paths import OUTPUTS  # noqa: E402
 from support.robots import compiled, compiled_text, sound  # noqa: E402
@@ -165,7 +164,7 @@ def test_two_robots_are_included_into_one_scene(tmp_path: Path) -> None:
 def test_a_class_that_is_kept_verbatim_keeps_its_name() -> None:
     robot = machine()
     kept = '<default><default class="machine"><geom group="5"/></default></default>'
-    text = emit(robot.having(MJCF_ELEMENTS, (kept,)))
+    text = emit(replace(robot, mjcf_elements=(kept,)))
     assert '<default class="machine_">' in text
     load(text)
 

@@ -10,7 +10,6 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.formats import Fact  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
-from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS  # noqa: E402
 from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
 from rosorin_compile.mujoco.mjcf import facts as mjcf_facts  # noqa: E402
 from rosorin_compile.mujoco.mjcf import write as mjcf  # noqa: E402
@@ -110,7 +109,7 @@ def test_a_link_called_world_has_a_body_of_another_name():
         Joint("turn", "continuous", "world", "world_link", Pose((0.0, 0.0, 1.0))),
         Joint("weld", "fixed", "world_link", "arm", Pose((0.0, 0.0, 2.0))),
     )
-    robot = Robot("stand", links, joints).having(DISABLED_CONTACTS, (("world", "arm"),))
+    robot = Robot("stand", links, joints, disabled_contacts=(("world", "arm"),))
     text, said = emitted(robot)
     assert said == ["note mjcf-cannot-say"]
     model, data = load(text)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Joint, Limit, Link, Output, Robot
 from rosorin_compile.model.drive import Drive
 from rosorin_compile.model.robot import JointPose
@@ -47,7 +46,7 @@ def mujoco() -> Iterator[Any]:
 
 def robot(names: tuple[str, ...] = NAMES, drive: Drive | None = None) -> Robot:
     joints = [Joint(name, "revolute", "base", f"{name}_link", axis=(0, 0, 1), limit=Limit(-1, 1)) for name in names]
-    return Robot("r", (Link("base"), *(Link(f"{name}_link") for name in names)), tuple(joints)).having(DRIVE, drive)
+    return Robot("r", (Link("base"), *(Link(f"{name}_link") for name in names)), tuple(joints), drive=drive)
 
 
 def mjcf(names: tuple[str, ...], actuators: str, more: str = "") -> str:
@@ -135,7 +134,7 @@ def test_a_wheel_without_an_actuator_gets_a_servo(mujoco: Any) -> None:
         Joint(j.name, "continuous", "base", j.child, j.origin.__class__((0, places.get(j.name, 0), 0)), (0, 1, 0))
         for j in made.joints
     ]
-    world = World(mujoco, Robot("r", made.links, tuple(joints)).having(DRIVE, drive), text, FREE, Path())
+    world = World(mujoco, Robot("r", made.links, tuple(joints), drive=drive), text, FREE, Path())
     assert world.own == ("bare",)
     assert [one.kind for one in world.actuators] == [VELOCITY, VELOCITY]
     assert World(mujoco, made, text, FIXED, Path()).own == ()  # nothing drives what is held

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.output import MANIFEST
 from support.packages import LAUNCH, TEXTS, check, deploy, package_of_people
 from support.paths import ROSORIN
 
@@ -119,3 +120,23 @@ def test_one_robot_is_checked_at_a_time(
     assert message in capsys.readouterr().err
     assert main(["check", "deployed", "one", str(base)]) == 1
     assert main(["check", "deployed", "one", "nowhere"]) == 2
+
+
+def test_files_of_two_runs_are_reported(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As after a kill: the manifest says which run each file is of."""
+    deploy(base)
+    assert check(base) == 0
+    manifest = base / MANIFEST
+    written = json.loads(manifest.read_text())
+    urdf, other = "urdf/rosorin.urdf", next(name for name in written if name != "urdf/rosorin.urdf")
+    manifest.write_text(json.dumps({**written, urdf: ["0", written[urdf]], other: [written[other], "1"]}))
+    capsys.readouterr()
+    assert check(base) == 1
+    message = f"{base} has files of two runs, because the last one was ended while it wrote: {urdf}: new; {other}: old"
+    assert f"error[deployed-mixed]: {message}\n" in capsys.readouterr().err
+    manifest.write_text(json.dumps({**written, urdf: ["0", written[urdf]], other: ["1", written[other]]}))
+    assert check(base) == 0, "all files are of one run"
+    manifest.write_text(json.dumps({**written, urdf: ["0", written[urdf]], other: [written[other], "1"]}))
+    assert deploy(base) == 0
+    assert json.loads(manifest.read_text()) == written
+    assert check(base) == 0

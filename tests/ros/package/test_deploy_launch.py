@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import static_tf
 from rosorin_compile.model import (
     STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
     Edge,
     Joint,
     Limit,
@@ -22,7 +21,7 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
 )
-from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.ros.package.launch_files import Unreadable, calls, check, understood
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.ros_packages import is_launch_file

@@ -16,7 +16,6 @@ from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Robot
 from rosorin_compile.model.moveit import Ball, DisabledCollision, Moveit, VirtualJoint
-from rosorin_compile.ros.sections.moveit import MOVEIT
 from support.cases import as_xml_comment, check
 from support.commands import Shown
 from support.paths import DATA
@@ -37,8 +36,8 @@ def robot_of(imported: Imported) -> tuple[Robot, Moveit]:
     assert imported.tree is not None
     robot = lower(imported.tree).robot
     assert robot is not None
-    assert robot.sections[MOVEIT] is not None
-    return robot, robot.sections[MOVEIT]
+    assert robot.moveit is not None
+    return robot, robot.moveit
 
 
 @pytest.mark.parametrize("file", [*TOLD, *BAD], ids=lambda file: file.stem)

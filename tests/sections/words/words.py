@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from rosorin_compile import Case, Diagnostic, Robot, Section, rule
+from rosorin_compile import Robot
+from rosorin_compile.extend import Case, Diagnostic, Section, rule
 from rosorin_compile.model import Inertial, Joint, Link, Pose, Vector
 
 NAME = {"$ref": "#/$defs/name"}

@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 import pytest
 from hypothesis import given, settings
 
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Joint, Limit, Link, Publisher, Robot
-from rosorin_compile.model.joint import NODE
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Publisher, Robot
+from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer.drawing.letters import PALETTE, wrapped
 from support.paths import ROOT
 from support.pictures import NOBODY, SVG, drawn, robots

@@ -22,10 +22,10 @@ from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats import Artifact, Facts, frames
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expression import evaluate
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Joint, Link, Output, Publisher, Robot
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Link, Output, Publisher, Robot
 from rosorin_compile.model.frame_tree import Row
 from rosorin_compile.model.frame_tree import lines as tree_lines
-from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
 from rosorin_compile.viewer.drawing import read
 from rosorin_compile.viewer.drawing.situations import situations

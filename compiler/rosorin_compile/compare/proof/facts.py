@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rosorin_compile.formats import FORMATS, Artifact, Fact, Format, Value
-from rosorin_compile.formats.expectation import Deviations, Expectation
-from rosorin_compile.formats.facts import COLLISION, Solid
+from rosorin_compile.formats.expectation import Expectation
+from rosorin_compile.formats.facts import COLLISION, Deviations, Solid
 from rosorin_compile.language.validator import misfits
 from rosorin_compile.model import Inertial, Mesh, Output, Robot, Shape
 from rosorin_compile.source.bounded import json_of

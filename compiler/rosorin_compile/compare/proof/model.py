@@ -7,7 +7,7 @@ differs is said as ``diff`` says it, and then field by field, so that nothing go
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
@@ -15,7 +15,6 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.annotations import sections
 from rosorin_compile.model import Box, Ellipsoid, Joint, Link, Robot, Shape
 from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.model.sections import Sections, own_sections
 from rosorin_compile.model.shape import Material, plain
 
 from ..diff import compare_robots
@@ -59,8 +58,7 @@ def _without_lacking(one: Robot, other: Robot) -> Robot:
     """Return a robot with what a URDF has no word for as another one has it."""
     urdf, known = FORMATS.published(), {field.name for field in fields(one)}
     skipped = [name for name, node in sections().items() if node.topic in urdf.writing.lacks and name in known]
-    held = other.sections.taking(urdf.writing.says, one.sections)
-    return replace(one, sections=held, **{name: getattr(other, name) for name in skipped})
+    return replace(one, sections=other.sections, **{name: getattr(other, name) for name in skipped})
 
 
 class _Comparison:
@@ -78,8 +76,6 @@ class _Comparison:
         one, other = _without_zeros(one), _without_zeros(other)
         if self.by_meaning:
             one, other = _plain(one), _plain(other)
-        if isinstance(one, Sections) and isinstance(other, Sections):
-            one, other = yield from self.of_own(where, one, other)
         if is_dataclass(one) and type(one) is type(other):
             for field in fields(one):
                 first, second = getattr(one, field.name), getattr(other, field.name)
@@ -94,13 +90,6 @@ class _Comparison:
                 yield from self.values(f"{where} {key}", one.get(key), other.get(key))
         elif not self.same(one, other):
             yield f"{where} {' -> '.join(_both(one, other))}"
-
-    def of_own(self, where: str, one: Sections, other: Sections) -> Generator[str, None, tuple[Sections, Sections]]:
-        """Yield the differences in sections of the tool itself, as in fields of a robot; return what else there is."""
-        own = own_sections()
-        for name, section in own.items():
-            yield from self.values(f"{where.removesuffix('sections')}{name}", one[section], other[section])
-        return one.taking(own, Sections()), other.taking(own, Sections())
 
     def several(self, where: str, one: tuple[Any, ...], other: tuple[Any, ...]) -> Iterator[str]:
         """Yield the differences between two tuples, in order, or by name where what they hold has one."""

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.language.sections.servos import SERVOS
 from rosorin_compile.model import Box, HeightMap, Joint, Output, Pose, Robot, Shape, Vector
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
@@ -24,8 +23,8 @@ from rosorin_compile.source.rule_registry import FORMATS, Rule
 from ..format import Facts, Format, Importing, InRos, Opened, Proving, Value, Writing
 
 if TYPE_CHECKING:
-    from ..expectation import Block, Deviations, Expectation
-    from ..facts import Sheet
+    from ..expectation import Expectation
+    from ..facts import Block, Deviations, Sheet
     from ..imported import Imported
     from ..templating import Templates
 
@@ -99,7 +98,7 @@ def _asked(robot: Robot, output: Output) -> Iterable[str]:
 
 def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> list[Diagnostic]:
     """Return an error for each name in the options that the robot does not have."""
-    servos = {group.name for group in robot.sections[SERVOS]}
+    servos = {group.name for group in robot.servos}
     asked: list[tuple[str, Iterable[str], Iterable[str]]] = [
         ("joint", options.get("joints", ()), robot.joint),
         ("link", options.get("rename", {}), robot.link),
@@ -141,7 +140,7 @@ def _same_names(links: list[str], rename: Mapping[str, str]) -> list[Diagnostic]
 
 
 def _servos(robot: Robot, options: Mapping[str, Any], diagnostics: list[Diagnostic]) -> ServoGroup | None:
-    servos = robot.sections[SERVOS]
+    servos = robot.servos
     if "servos" in options:
         return next((group for group in servos if group.name == options["servos"]), None)
     if len(servos) > 1:
@@ -332,7 +331,7 @@ def _vector(quantities: Iterable[str], numbers: Iterable[float], unit: str) -> d
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find a servo group that does not exist."""
-    group, groups = output.options.get("servos"), {group.name for group in case.robot.sections[SERVOS]}
+    group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
     if group is not None and group not in groups:
         message = f'there is no servo group "{group}", asked for by output "{output.name}"'
         help = did_you_mean(group, groups, "name a group")

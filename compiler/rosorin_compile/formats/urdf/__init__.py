@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.model.sections import sections_in_urdf
 
 from ..distributions import DISTRIBUTIONS
 from ..format import (
@@ -25,8 +26,8 @@ from ..format import (
     Opened,
     Proving,
     Writing,
-    by_name,
 )
+from . import damping, facts, masses, solids, write
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -52,14 +53,11 @@ def _syntax(text: str) -> object:
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from . import damping, masses
-    from .sections import sections_in
-
     yield from masses.check(case, output)
     yield from damping.check(case, output)
-    for section in sections_in(output):
-        if section.checks_urdf:
-            yield from section.function(section.checks_urdf)(case, output)
+    for section in sections_in_urdf(output):
+        if section.check_urdf is not None:
+            yield from section.check_urdf(case, output)
 
 
 def _for_simulators(output: Output) -> bool:
@@ -69,9 +67,8 @@ def _for_simulators(output: Output) -> bool:
 def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
     if _for_simulators(output):
         from ..templating import attributes
-        from .masses import joints_of
 
-        for joint in joints_of(robot, output):
+        for joint in masses.joints_of(robot, output):
             if f"<child{attributes(link=joint.child)}/>" not in text:
                 yield f"it does not carry the frame {joint.child}, which it should"
 
@@ -100,8 +97,6 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     entry = {"file": f"{name}.urdf", **wishes, **({"version": "1.2"} if version == "1.2" or capsules else {})}
     return Asked(entry, _CAPSULES if capsules else "")
 
-
-_here = by_name(__name__)
 
 FORMAT = Format(
     name="urdf",
@@ -147,9 +142,9 @@ FORMAT = Format(
     endings=(".urdf",),
     roots=("robot",),
     check=_check,
-    write=_here("write:write"),
+    write=write.write,
     read=_read,
-    facts=_here("facts:read"),
+    facts=facts.read,
     reading=Importing(
         asked=_asked,
     ),
@@ -173,18 +168,18 @@ FORMAT = Format(
             )
         ),
         says=("control", "controllers"),  # it has no controllers: neither has what is read of one
-        links=_here("masses:links_of"),
+        links=masses.links_of,
         leaves_out=_leaves_out,
-        brings=_here("write:brought"),
+        brings=write.brought,
         why="a URDF has only what robot_state_publisher publishes",
         meshes=True,
     ),
     proving=Proving(
-        against=_here("facts:against"),
+        against=facts.against,
         syntax=_syntax,
         frames=lambda robot: [joint.child for joint in robot.in_urdf()],
-        solids=_here("solids:solids"),
-        inertials=_here("masses:inertials"),
+        solids=solids.solids,
+        inertials=masses.inertials,
         disagreements=_disagreements,
         all_solids=True,
         cannot_say=_cannot_say,

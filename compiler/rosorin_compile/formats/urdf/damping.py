@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Inertial, Joint, Output, Robot, Transform
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, unit
 from rosorin_compile.model.mass import together
-from rosorin_compile.model.robot import of_robot
 from rosorin_compile.rules.case import Case, number
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span
 from rosorin_compile.source.rule_registry import FORMATS, Rule

@@ -28,7 +28,8 @@ from .grammar import CHILDREN, MOVING, NUMBERS, SHAPES
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from ..expectation import Block, Deviations, Expectation
+    from ..expectation import Expectation
+    from ..facts import Block, Deviations
     from ..format import Value
 
 _ENDS = ("parent", "child", "origin")

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Inertial, Joint, Output, Robot
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import IDENTITY
-from rosorin_compile.model.robot import of_robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import counted, quoted

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.rules import acceptable
+from rosorin_compile.rules.check import acceptable
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq, Text
@@ -19,7 +19,8 @@ from rosorin_compile.source.wording import plural, quoted
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.markup import INSTRUCTION, TEXT, Element
 
-from ..imported import LeftOut, ReadOptions, cannot_carry
+from ..format import cannot_carry
+from ..imported import LeftOut, ReadOptions
 from .grammar import CHILDREN, NUMBERS, TEXTS, attributes
 from .magnitudes import Magnitudes
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence, Set
 
 from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Transform, Vector
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, norm, pose_of
 from rosorin_compile.model.motion import plane_axes
-from rosorin_compile.model.robot import of_robot
 from rosorin_compile.model.shape import ROWS, plain
 from rosorin_compile.model.standing import along
 

@@ -28,6 +28,7 @@ from rosorin_compile.model import (
     Sphere,
     Vector,
 )
+from rosorin_compile.model.sections import sections_in_urdf
 from rosorin_compile.model.shape import plain
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.memo import remembered
@@ -39,7 +40,6 @@ from rosorin_compile.source.xml.escaping import Markup
 
 from ..templating import Templates, attribute, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
-from .sections import sections_in
 from .solids import boxes_of, collisions, version_of
 
 if TYPE_CHECKING:
@@ -165,8 +165,9 @@ def _of_sections(robot: Robot, output: Output, form: _Format) -> list[str]:
     """Return the elements that sections have in a URDF, as the hardware blocks of ros2_control."""
     return [
         element
-        for section in sections_in(output)
-        for element in section.function(section.in_urdf)(robot, output, form.number)
+        for section in sections_in_urdf(output)
+        if section.urdf is not None
+        for element in section.urdf(robot, output, form.number)
     ]
 
 

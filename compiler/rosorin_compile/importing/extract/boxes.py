@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Progress
+from rosorin_compile.source.progress import Progress
 
 from . import writing
 from .fits import Fit, Tell, fits

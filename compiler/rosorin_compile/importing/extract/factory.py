@@ -14,9 +14,11 @@ from typing import Any
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, Progress, Rule, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, resolve
 from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 from . import turning, writing

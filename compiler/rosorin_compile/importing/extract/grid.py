@@ -20,7 +20,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model.mesh_triangles import ExtractProblem
-from rosorin_compile.source.diagnostics import Heading, Rule
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 if TYPE_CHECKING:
     import numpy as np

@@ -18,8 +18,10 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Progress, Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.numbers import exact
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .grid import DIVISIONS, Grid, Surface, divisions_needed, put_exactly, samples
 from .meshes import bounds

@@ -15,8 +15,9 @@ import yaml
 
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
-from rosorin_compile.source.diagnostics import Heading, Rule, Source
+from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.yaml_text import Scalar
 

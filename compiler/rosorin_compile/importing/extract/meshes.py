@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model.mesh_triangles import TriangleMesh
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Rule
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 if TYPE_CHECKING:
     import numpy as np

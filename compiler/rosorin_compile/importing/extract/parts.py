@@ -8,15 +8,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.model import Mesh as MeshShape
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
 from rosorin_compile.output.pipeline import read
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Span, did_you_mean
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, did_you_mean
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description, NoDescription
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 if TYPE_CHECKING:
@@ -76,7 +78,7 @@ def read_source(word: str, options: ReadOptions) -> RobotSource:
     path = Path(word)
     if path.suffix.lower() in (".yaml", ".yml") or not files.is_file(path):
         return _described(word, options)
-    imported = Imported.read(path, options)
+    imported = read_robot(path, options)
     lowered = None if imported.tree is None else imported.lowered()
     if imported.tree is None or lowered is None or lowered.robot is None:
         raise SourceProblem([*imported.diagnostics, *(lowered.diagnostics if lowered else [])])

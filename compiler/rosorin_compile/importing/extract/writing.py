@@ -16,8 +16,8 @@ from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Heading, Rule
 from rosorin_compile.source.numbers import exact
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..layout import escaped

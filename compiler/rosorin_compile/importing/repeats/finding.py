@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from rosorin_compile.language.schema import fragment_at
-from rosorin_compile.source.diagnostics import Progress
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Path
 
 from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of, sliced

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from .expressions import source_tree, usable
+from .expressions import usable
 from .pieces import Entry, Item, Macro, Use, When, Whens
 from .scopes import (
     CONDITION,
@@ -26,7 +26,7 @@ from .scopes import (
     names_of,
 )
 from .setting import decided
-from .texts import EXPRESSION, tokens
+from .texts import EXPRESSION, source_tree, tokens
 
 MOST_CHOICES = 2  # what has more is not read as a choice any more
 MOST_DEPTH = 20

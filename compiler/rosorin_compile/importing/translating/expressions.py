@@ -34,8 +34,9 @@ from .scopes import (
     is_plain,
     literal,
     package_in,
+    sole_name,
 )
-from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, signed, tokens, words
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, signed, source_tree, tokens, words
 
 _MODULES = ("math", "python")
 _SAME = frozenset(
@@ -53,65 +54,9 @@ _METHODS = {"get": "get", "keys": "keys", "values": "values", "items": "items", 
 _METHODS |= {"lower": "lower", "strip": "strip", "replace": "replace", "startswith": "startswith"}
 _METHODS |= {"endswith": "endswith"}
 _CONSTANTS = {"True": "true", "False": "false", "None": "none"}
-_ARGUMENT = re.compile(r"\$\(\s*(\w+)\s*([^)]*)\)")
 MAX_DEPTH = 60
 
 Mark = Callable[[Variable], None]
-
-
-def source_tree(text: str) -> ast.expr:
-    """Return an expression of xacro as Python reads it, with ``__arg_NAME`` for each ``$(arg NAME)``.
-
-    Raises ValueError for one that is none, or holds another extension than ``arg`` and ``find``.
-    """
-    try:
-        return _Simpler().visit(ast.parse(_without_extensions(text).strip(), mode="eval").body)  # type: ignore
-    except (SyntaxError, RecursionError, MemoryError) as problem:
-        raise ValueError(str(problem)) from None
-
-
-class _Simpler(ast.NodeTransformer):
-    """Leaves out the empty texts that stand around an argument in quotes."""
-
-    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        self.generic_visit(node)
-        for one, other in ((node.left, node.right), (node.right, node.left)):
-            if isinstance(node.op, ast.Add) and isinstance(one, ast.Constant) and one.value == "" and _of_text(other):
-                return other
-        return node
-
-
-def _of_text(node: ast.expr) -> bool:
-    return isinstance(node, ast.BinOp) or (isinstance(node, ast.Call) and getattr(node.func, "id", "") == "__text")
-
-
-def _without_extensions(text: str) -> str:
-    """Return an expression in which what xacro puts into its text before it is read are names."""
-    if "$(" not in text:
-        return text
-    made, position, quote = [], 0, ""
-    while position < len(text):
-        letter = text[position]
-        match = _ARGUMENT.match(text, position)
-        if match:
-            made.append(_extension(match[1], match[2].strip(), quote))
-            position = match.end()
-            continue
-        if quote:
-            quote = "" if letter == quote else quote
-        elif letter in "'\"":
-            quote = letter
-        made.append(letter)
-        position += 1
-    return "".join(made)
-
-
-def _extension(kind: str, rest: str, quote: str) -> str:
-    if kind == "arg" and rest.isidentifier():
-        return f"{quote} + __text(__arg_{rest}) + {quote}" if quote else f"__arg_{rest}"
-    if kind == "find" and quote:
-        return f"package://{rest}"
-    raise ValueError(f"$({kind} {rest}) stands in an expression")
 
 
 class Rendering:
@@ -195,8 +140,6 @@ class Rendering:
             return False
         if part[0].kind == TEXT:
             return isinstance(literal(part[0].text), (int, float))
-        from .scopes import sole_name
-
         name = sole_name(part)
         found = scope.find(name) if name else None
         if isinstance(found, Bound):
@@ -722,4 +665,4 @@ def usable(name: str, taken: Callable[[str], bool]) -> str:
     return made
 
 
-__all__ = ["CONDITION", "LIST", "TABLE", "Rendering", "all_of", "folded", "negated", "source_tree", "written"]
+__all__ = ["CONDITION", "LIST", "TABLE", "Rendering", "all_of", "folded", "negated", "written"]

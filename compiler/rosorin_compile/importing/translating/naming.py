@@ -13,10 +13,9 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from .expressions import source_tree
 from .pieces import Body, Call, Entry, Given, Handed, Listed, Macro, Named, Use, Whens, Xml
 from .scopes import Bound, Returned, Scope, Value, Variable, is_argument, is_plain, names_of, package_in, sole_name
-from .texts import EXPRESSION, EXTENSION, TEXT, Token, tokens
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, source_tree, tokens
 
 Scoped = tuple[Token, Scope]
 MAX_DEPTH = 30

@@ -16,6 +16,7 @@ from pathlib import Path
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, Remark
 
 from .pieces import Body, File, Macro, When, Whens
@@ -96,7 +97,7 @@ class Program:
         key = os.path.abspath(path)
         if key in self.files:
             return self.files[key]
-        source = Document.source_of(path)
+        source = read_source(path)
         document = Document.parse(type(source)(source.path, _ENVIRONMENT.sub(self._of_environment, source.text)))
         file = File(key, document, "robot.yaml" if root else self._free_name(path), space)
         file.body = Body(file, None, Space(self.scope, space) if space else self.scope)

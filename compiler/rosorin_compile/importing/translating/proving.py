@@ -19,11 +19,13 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.model import Robot
 from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Progress, Span
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
 from rosorin_compile.source.load import LoadError, parse_yaml
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Document
@@ -72,7 +74,7 @@ class Source:
             rest = {name: text for name, text in combination if name not in variables}
             with _environment(variables):
                 arguments = {**self.options.arguments, **rest}
-                read = Imported.read(self.path, replace(self.options, arguments=arguments))
+                read = read_robot(self.path, replace(self.options, arguments=arguments))
             if self.meshes is not None and read.tree is not None:
                 read = read.with_files_below(self.meshes)
             self.known[combination] = read

@@ -16,7 +16,7 @@ from typing import Any
 
 from rosorin_compile.source.diagnostics import Span
 
-from .texts import EXPRESSION, EXTENSION, TEXT, Token, signed, tokens
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, signed, source_tree, tokens
 
 ARGUMENT, GLOBAL, PARAMETER, LOCAL = "argument", "global", "parameter", "local"
 # Kinds of variables.
@@ -267,8 +267,6 @@ def literal(text: str) -> Any:
 @lru_cache(4096)
 def _is_reckoned(text: str) -> bool:
     """Say whether a text is the result of arithmetic, and of nothing that may be a text."""
-    from .expressions import source_tree
-
     pieces = tokens(text)
     try:
         return len(pieces) == 1 and pieces[0].kind == EXPRESSION and _of_numbers(source_tree(pieces[0].text))
@@ -288,8 +286,6 @@ def _is_read(text: str, scope: Scope) -> bool:
 @lru_cache(4096)
 def _is_entry(text: str) -> bool:
     """Say whether a text is an entry of a table."""
-    from .expressions import source_tree
-
     pieces = tokens(text)
     try:
         whole = source_tree(pieces[0].text) if len(pieces) == 1 and pieces[0].kind == EXPRESSION else None
@@ -394,8 +390,6 @@ def _evidence(name: str, scope: Scope, sink: str, depth: int = 0) -> None:
 
 
 def _note_expression(text: str, scope: Scope, sink: str) -> None:
-    from .expressions import source_tree
-
     try:
         tree = source_tree(text)
     except ValueError:

@@ -34,7 +34,7 @@ from .scopes import (
     note,
     sole_name,
 )
-from .texts import EXPRESSION, Unsupported, signed, tokens
+from .texts import EXPRESSION, Unsupported, signed, source_tree, tokens
 
 if TYPE_CHECKING:
     from .expressions import Rendering
@@ -355,8 +355,6 @@ def _rendering() -> Rendering:
 
 def foreign(text: str) -> Iterator[str]:
     """Yield the names in a text that are none of Python's or of xacro's."""
-    from .expressions import source_tree
-
     for piece in tokens(text):
         try:
             tree = source_tree(piece.text) if piece.kind == EXPRESSION else None
@@ -383,8 +381,6 @@ def _variables(scope: Scope) -> Iterator[Variable]:
 
 def _sources(value: Value) -> list[str]:
     """Return the names that a value may be as it is: of a name, of a choice between names."""
-    from .expressions import source_tree
-
     pieces = tokens(value.text)
     name = sole_name(pieces)
     if name:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
@@ -16,6 +17,9 @@ TEXT, EXPRESSION, EXTENSION = "text", "expression", "extension"
 _TOKEN = re.compile(r"(\$\$+[{(])|(\$\{[^}]*\})|(\$\([^)]*\))|([^$]+|\$[^{($]+|\$$)", re.DOTALL)
 _DEFAULT = r"""\$\{.*?\}|\$\(.*?\)|(?:'.*?'|\".*?\"|[^\s'\"]+)+|"""
 _PARAMETER = re.compile(r"^\s*([^\s:=]+?)\s*:?=\s*(\^\|?)?(" + _DEFAULT + r")(?:\s+|$)(.*)", re.DOTALL)
+
+
+_ARGUMENT = re.compile(r"\$\(\s*(\w+)\s*([^)]*)\)")
 
 
 class Unsupported(Exception):
@@ -137,3 +141,58 @@ def _parameter(name: str, default: str | None, forward: bool) -> Parameter:
         default = default[1:-1]  # quoted for Python, which reads it once it is put together
     block = "**" if name.startswith("**") else "*" if name.startswith("*") else ""
     return Parameter(name.lstrip("*"), default, forward, block)
+
+
+def source_tree(text: str) -> ast.expr:
+    """Return an expression of xacro as Python reads it, with ``__arg_NAME`` for each ``$(arg NAME)``.
+
+    Raises ValueError for one that is none, or holds another extension than ``arg`` and ``find``.
+    """
+    try:
+        return _Simpler().visit(ast.parse(_without_extensions(text).strip(), mode="eval").body)  # type: ignore
+    except (SyntaxError, RecursionError, MemoryError) as problem:
+        raise ValueError(str(problem)) from None
+
+
+class _Simpler(ast.NodeTransformer):
+    """Leaves out the empty texts that stand around an argument in quotes."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        for one, other in ((node.left, node.right), (node.right, node.left)):
+            if isinstance(node.op, ast.Add) and isinstance(one, ast.Constant) and one.value == "" and _of_text(other):
+                return other
+        return node
+
+
+def _of_text(node: ast.expr) -> bool:
+    return isinstance(node, ast.BinOp) or (isinstance(node, ast.Call) and getattr(node.func, "id", "") == "__text")
+
+
+def _without_extensions(text: str) -> str:
+    """Return an expression in which what xacro puts into its text before it is read are names."""
+    if "$(" not in text:
+        return text
+    made, position, quote = [], 0, ""
+    while position < len(text):
+        letter = text[position]
+        match = _ARGUMENT.match(text, position)
+        if match:
+            made.append(_extension(match[1], match[2].strip(), quote))
+            position = match.end()
+            continue
+        if quote:
+            quote = "" if letter == quote else quote
+        elif letter in "'\"":
+            quote = letter
+        made.append(letter)
+        position += 1
+    return "".join(made)
+
+
+def _extension(kind: str, rest: str, quote: str) -> str:
+    if kind == "arg" and rest.isidentifier():
+        return f"{quote} + __text(__arg_{rest}) + {quote}" if quote else f"__arg_{rest}"
+    if kind == "find" and quote:
+        return f"package://{rest}"
+    raise ValueError(f"$({kind} {rest}) stands in an expression")

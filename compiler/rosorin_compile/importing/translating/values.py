@@ -41,7 +41,7 @@ from .scopes import (
     literal,
     sole_name,
 )
-from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, scoped_words
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, scoped_words, source_tree
 
 OWN = "own prefix"
 ARGUMENTS = "$(arg)"  # among the macros whose masses and lengths are numbers: the arguments
@@ -531,8 +531,6 @@ class Values:
         pieces = expanded(value.text, value.scope)
         if len(pieces) != 1 or pieces[0][0].kind != EXPRESSION:
             return None
-        from .expressions import source_tree
-
         (piece, scope), *_ = pieces
         try:
             tree = source_tree(piece.text)

@@ -175,7 +175,7 @@ class _Drives:
             made["frame"] = drive.frame
         if self.radius is not None:
             made["radius"] = self.radius
-        self.sections["drive"] = made
+        self.drive = made
         self.said.setdefault("drive", []).append(name)
         return ""
 
@@ -183,13 +183,13 @@ class _Drives:
         """Hold the numbers of a plug-in against those of the robot; return why they are about another drive."""
         self.radius: float | None = None
         try:
-            driving = self.robot.having("drive", drive).driving
+            driving = replace(self.robot, drive=drive).driving
         except (ValueError, KeyError, ArithmeticError):
             if radius is None:
                 return "nothing says how large its wheels are"
             self.radius = radius
             try:
-                driving = self.robot.having("drive", replace(drive, radius=radius)).driving
+                driving = replace(self.robot, drive=replace(drive, radius=radius)).driving
             except (ValueError, KeyError, ArithmeticError) as problem:
                 return str(problem) or "the joints do not place its wheels"
         pairs = [("separation of its wheels", _number(plugin, known.separation), driving.track)]

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.compare.proof import Proof
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.checked import errors
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Sensor
@@ -240,11 +241,11 @@ class _Proving:
         """Return the errors of a tree with more sections."""
         output = {"file": "robot.urdf", **(options or {})}
         whole = Imported(tree, []).with_sections({**sections, "outputs": {"urdf": output}}).typed()
-        return [*whole.diagnostics, *whole.errors(rules=not whole.diagnostics)]
+        return [*whole.diagnostics, *errors(whole, rules=not whole.diagnostics)]
 
     def _lowered(self, sections: dict[str, Any]) -> Robot | None:
         whole = Imported(self.tree, []).with_sections(sections).typed()
-        return None if whole.diagnostics or whole.errors(rules=False) else whole.robot
+        return None if whole.diagnostics or errors(whole, rules=False) else whole.robot
 
     def _written(self, robot: Robot | None, options: Mapping[str, Any]) -> dict[str, list[str]]:
         """Return the texts that a URDF has of each hardware block and sensor, by what those are called."""

@@ -10,13 +10,11 @@ turns (``publishing``), and what a simulation has of a sensor (``lower_elements`
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rosorin_compile.model import (
-    ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
     Edge,
     Joint,
@@ -28,7 +26,7 @@ from rosorin_compile.model import (
     Sensor,
 )
 from rosorin_compile.model.geometry import pose_of
-from rosorin_compile.model.joint import AXLELESS, UNPUBLISHED
+from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.simulated import (
     BODY_ELEMENT,
@@ -38,7 +36,7 @@ from rosorin_compile.model.simulated import (
     Replicas,
     Simulated,
 )
-from rosorin_compile.source.diagnostics import Diagnostic, Related, did_you_mean, error
+from rosorin_compile.source.diagnostics import Diagnostic, Related, error
 from rosorin_compile.source.rule_registry import FILES, FRAMES, Rule
 from rosorin_compile.source.tree import Map, Path, locate
 from rosorin_compile.source.wording import listed
@@ -47,8 +45,8 @@ from ..accepting import accepted, names_at
 from ..expand.scope import Scope
 from ..expand.tracing import problem_at
 from ..schema import backend_of
+from .drive import drive_of
 from .entries import (
-    Problem,
     actuator_of,
     attribute_of,
     calibration_of,
@@ -58,15 +56,17 @@ from .entries import (
     material_of,
     mimic_of,
     node_of,
-    pose_of_joints,
     safety_of,
     source_of,
     texts_of,
     values_of,
 )
+from .in_place import sensor_in_place
 from .plainly import pose_of_entry, vector_of
+from .publishing import Publishing, node, optical_pose, publishing
 from .sdf import Frames, lower_gazebo
-from .sections import lower_sections, with_sections
+from .sections import lower_own_sections, lower_sections, with_sections
+from .servos import pose_of_joints, servos_of
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import marked_of, root_of
@@ -83,10 +83,6 @@ RULES = (
     ),
     Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
 )
-
-# REP 103, "Suffix Frames": from a body frame to its image frame.
-OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
-
 
 # The problems of lowering that a description may accept.
 _ACCEPTABLE = {rule.id: rule for rule in _OF_SHAPES if rule.accept}
@@ -186,11 +182,13 @@ class _Lowering:
             sensors.append(sensor)
             joints += mounts
         links += self.frames_of_sensors(sensors)
-        sections = lower_sections(tree, self.problem, self.broken)
+        servos = servos_of(tree, self.problem)
+        drive = drive_of(tree, self.problem) if tree.get("drive") is not None else None
+        own = lower_own_sections(tree, self.problem)
         source = source_of(tree.get("source"))
         # Simulators begin at the first one.
         entries = self.section("poses").items() if source.status == "imported" else entries_of(tree, "poses")
-        poses = [pose_of_joints(name, entry, sections, tree, self.problem) for name, entry in entries]
+        poses = [pose_of_joints(name, entry, servos, tree, self.problem) for name, entry in entries]
         return Robot(
             name=tree["robot"],
             links=tuple(links),
@@ -205,7 +203,14 @@ class _Lowering:
             materials=tuple(material_of(name, entry) for name, entry in entries_of(tree, "materials")),
             urdf_elements=self.top_elements(),
             root_in_world=root_of(tree.get("root") or {}),
-            sections=sections,
+            servos=servos,
+            drive=drive,
+            disabled_contacts=tuple(
+                (pair["links"][0], pair["links"][1]) for pair in tree.get("disabled_contacts") or ()
+            ),
+            mjcf_elements=tuple(tree.get("mjcf_elements") or ()),
+            sections=lower_sections(tree, self.broken),
+            **own,
         )
 
     def top_elements(self) -> tuple[str, ...]:
@@ -329,8 +334,6 @@ class _Lowering:
     def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
         """Return a sensor and the fixed joints of its frame and its optical frame, those that are not there already."""
         if "parent" not in entry:
-            from .in_place import sensor_in_place
-
             return sensor_in_place(self, name, entry)
         path: Path = ("sensors", name)
         frame, source = entry["frame"], source_of(entry.get("source"))
@@ -413,92 +416,10 @@ class _Lowering:
         return Output(name, backend, entry["file"], options)
 
 
-def optical_pose(entry: dict[str, Any] | None) -> Pose:
-    """Return where an optical frame is in that of its sensor, or would be; REP 103 says how it is turned by default."""
-    said = entry or {}
-    return Pose(vector_of(said.get("xyz")), vector_of(said.get("rpy"), OPTICAL_RPY))
-
-
 def owner_of_frame(path: Path) -> str:
     """Return in words what says a frame: the path of the name in a joint, a sensor, or the optical frame of one."""
     what = "joint" if path[0] == "joints" else "sensor"
     return f'{"the optical frame of " if "optical" in path[2:] else ""}{what} "{path[1]}"'
-
-
-OF_THE_URDF = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
-IN_TURNS = Publisher(UNPUBLISHED, about="its publishers take turns")
-# ros/kdl_parser knows no such joint, and ros/robot_state_publisher sends what kdl_parser finds.
-_NOT_FLOATING = Publisher(UNPUBLISHED, about="robot_state_publisher publishes no floating joint")
-
-
-class Turn(NamedTuple):
-    """One entry of a list of publishers: who it is, when, and where it stands."""
-
-    publisher: Publisher
-    when: str
-    path: Path
-
-
-class Publishing(NamedTuple):
-    """Who publishes a joint: one always, and those that publish it in some modes.
-
-    robot_state_publisher publishes its whole URDF in every mode, so it is never one of the turns.
-    """
-
-    always: Publisher
-    turns: tuple[Turn, ...] = ()
-
-    def of_optical(self) -> Publishing:
-        """Return who publishes the optical frame by default: the same, but a static publisher needs a second node."""
-        turns = tuple(turn._replace(publisher=_optical(turn.publisher)) for turn in self.turns)
-        return Publishing(_optical(self.always), turns)
-
-
-_ALWAYS_OF_THE_URDF = Publishing(OF_THE_URDF)
-
-
-def _optical(publisher: Publisher) -> Publisher:
-    if publisher.kind != STATIC_TRANSFORM_PUBLISHER:
-        return publisher
-    return Publisher(STATIC_TRANSFORM_PUBLISHER, f"{publisher.name}_optical")
-
-
-def node(name: str, path: Path, nodes: Mapping[str, Publisher], problem: Problem) -> Publisher:
-    """Return a node by the name that a description gives it; ``problem`` takes a name that is not known."""
-    if name in nodes:
-        return nodes[name]
-    help = did_you_mean(name, [*nodes, ROBOT_STATE_PUBLISHER])
-    if name == STATIC_TRANSFORM_PUBLISHER:
-        help = f"write {{{name}: NODE_NAME}}: each is a node of its own"
-    problem("unknown-publisher", f'there is no publisher "{name}"', path, help)
-    return OF_THE_URDF
-
-
-def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publisher], problem: Problem) -> Publishing:
-    """Return who publishes the joint of an entry that stands at a path."""
-    if "publisher" not in entry and entry.get("type") not in AXLELESS:  # as of nearly all
-        return _ALWAYS_OF_THE_URDF
-    wanted, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
-
-    def one(value: Any, at: Path) -> Publisher:
-        if isinstance(value, dict):
-            if "none" in value:
-                return Publisher(UNPUBLISHED, about=value["none"])
-            if "simulation" in value:
-                return Publisher(UNPUBLISHED, about=value["simulation"], simulated=True)
-            return Publisher(STATIC_TRANSFORM_PUBLISHER, value[STATIC_TRANSFORM_PUBLISHER], "tf2_ros")
-        if value == ROBOT_STATE_PUBLISHER:
-            return _NOT_FLOATING if entry.get("type") in AXLELESS else OF_THE_URDF
-        return node(value, at, nodes, problem)
-
-    if not isinstance(wanted, list):
-        return Publishing(one(wanted, here))
-    turns = []
-    for index, item in enumerate(wanted):
-        at = (*here, index)
-        turns.append(Turn(one(item["by"], (*at, "by")), item.get("when", ""), at))
-    others = tuple(turn for turn in turns if turn.publisher.kind != ROBOT_STATE_PUBLISHER)
-    return Publishing(IN_TURNS if len(others) == len(turns) else OF_THE_URDF, others)
 
 
 # What a simulation can still do with.

@@ -8,15 +8,12 @@ from typing import Any
 from rosorin_compile.model import Limit, Publisher
 from rosorin_compile.model.joint import NODE, Calibration, Dynamics, Mimic, SafetyController
 from rosorin_compile.model.link import NO_SOURCE, Source
-from rosorin_compile.model.robot import JointPose
-from rosorin_compile.model.sections import Sections
 from rosorin_compile.model.shape import Material, Rgba
 from rosorin_compile.model.simulated import Attribute
 from rosorin_compile.model.simulation import Actuator
-from rosorin_compile.source.tree import Map, Path
 
 from ..schema import fragment_at
-from .plainly import pose_of_entry, record_of
+from .plainly import record_of
 
 # Takes the rule, the message, the path and the way out of a problem, and whether it is at a key.
 Problem = Callable[..., None]
@@ -106,25 +103,3 @@ def texts_of(entry: Mapping[str, Any]) -> tuple[str, ...]:
 def node_of(name: str, entry: Mapping[str, Any] | None) -> Publisher:
     """Return a node that publishes what the description does not own."""
     return record_of(Publisher, entry, kind=NODE, name=(entry or {}).get("node", name))
-
-
-def pose_of_joints(name: str, entry: Mapping[str, Any], sections: Sections, tree: Map, problem: Problem) -> JointPose:
-    """Return a named pose of a tree; its pulses are positions by the servos of ``sections``.
-
-    ``problem`` takes what is wrong with it.
-    """
-    positions = {joint: float(value) for joint, value in sorted(entry.get("positions", {}).items())}
-    pulses = dict(sorted(entry.get("pulses", {}).items()))
-    if pulses:
-        from ..sections.servos import SERVOS
-        from ..sections.servos.lowering import positions_of
-
-        given = positions_of(name, pulses, sections[SERVOS], tree, problem)
-        for joint in (joint for joint in given if joint in positions):
-            path: Path = ("poses", name, "pulses", joint)
-            problem("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
-        positions |= given
-    base = pose_of_entry(entry["base"]) if "base" in entry else None
-    controls = {actuator: float(value) for actuator, value in sorted(entry.get("controls", {}).items())}
-    more = values_of(entry.get("mjcf"))
-    return JointPose(name, positions, pulses, source_of(entry.get("source")), base, controls, more)

@@ -15,8 +15,10 @@ from rosorin_compile.source.diagnostics import Related
 from rosorin_compile.source.rule_registry import FRAMES, Rule
 from rosorin_compile.source.tree import Path, locate
 
+from ..misnamed import name_meant
 from .entries import source_of
 from .plainly import pose_of_entry
+from .publishing import OF_THE_URDF, Publishing, optical_pose
 from .sdf import Frames
 
 if TYPE_CHECKING:
@@ -45,8 +47,6 @@ class Above(NamedTuple):
 
 def sensor_in_place(lowering: _Lowering, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
     """Return a sensor whose frame is a link of the description, and the joint of an optical frame that is not there."""
-    from . import OF_THE_URDF, Publishing, optical_pose
-
     frame, above = entry["frame"], _above(lowering.tree, name)
     _check(lowering, name, entry, above)
     optical, joint = entry.get("optical") or None, above[frame].joint if frame in above else ""
@@ -70,8 +70,6 @@ def _check(lowering: _Lowering, name: str, entry: dict[str, Any], above: Mapping
     if frame not in links and frame not in above:
         message = f'sensor "{name}" has no parent, and its frame "{frame}" is no link of the description'
         known = list(dict.fromkeys((*links, *above)))
-        from ..misnamed import name_meant
-
         help = name_meant(lowering.tree, (*path, "frame"), frame, known)
         lowering.problem("sensor-frame", message, (*path, "frame"), help)
         return

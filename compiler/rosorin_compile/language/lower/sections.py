@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, Section, Sections, own_sections
+from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, SECTIONS, Section, Sections, section_named
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import aside, failed
 from rosorin_compile.source.tree import Map, Path
@@ -25,18 +25,25 @@ Tell = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
 
 
-def lower_sections(tree: Mapping[str, Any], problem: Problem, tell: Tell) -> Sections:
-    """Return what a description says in sections of which the model has no field, and their values.
+def lower_own_sections(tree: Mapping[str, Any], problem: Problem) -> dict[str, Any]:
+    """Return the values of the sections in ``model.sections.SECTIONS`` that a description has, by name."""
+    made = {}
+    for name in SECTIONS:
+        lower = section_named(name).lower if tree.get(name) is not None else None
+        if lower is not None and (value := lower(tree, problem)):
+            made[name] = value
+    return made
 
-    ``problem`` takes what keeps a value from being made, ``tell`` what is wrong with the plug-in of a section, and the
-    name of that; it has no value then.
+
+def lower_sections(tree: Mapping[str, Any], tell: Tell) -> Sections:
+    """Return the contents and the values of the sections of plug-ins.
+
+    ``tell`` takes what is wrong with the plug-in of a section, and the name of that; it has no value then.
     """
-    own = own_sections().values()
-    made = {one.name: one.function(one.lowers)(tree, problem) for one in own if tree.get(one.name) is not None}
-    values = {name: value for name, value in made.items() if value}
     there = [name for name in _without_fields() if tree.get(name) is not None]
-    if not there and not values:
+    if not there:
         return NO_SECTIONS
+    values: dict[str, Any] = {}
     said = {name: completed(schema()["properties"][name], plain(tree[name])) for name in there}
     for plugin, section in plugged().sections:
         if section.name in said:
@@ -51,7 +58,7 @@ def lower_sections(tree: Mapping[str, Any], problem: Problem, tell: Tell) -> Sec
 @cache
 def _without_fields() -> tuple[str, ...]:
     """Return the sections of packages: the model has no value of them, and the schema says that they are compared."""
-    known = {field.name for field in fields(Robot)} | own_sections().keys()
+    known = {field.name for field in fields(Robot)}
     return tuple(name for name, node in sections().items() if node.compared and name not in known)
 
 

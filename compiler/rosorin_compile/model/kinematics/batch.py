@@ -10,14 +10,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .. import Joint, Robot, Transform, Vector
-from ..geometry import norm
+from ..geometry import Transform, Vector, norm
+from ..joint import Joint
 from ..motion import COORDINATES, plane_axes
 from .graph import Graph, Move, end_of, start_of
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
+
+    from ..robot import Robot
 
     Array = NDArray[np.float64]
     Transforms = tuple[Array, Array]

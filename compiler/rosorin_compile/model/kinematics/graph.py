@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from .. import Edge, Joint, Pose, Publisher, Robot, Transform
-from ..joint import UNPUBLISHED
+from ..geometry import Pose, Transform
+from ..joint import UNPUBLISHED, Joint, Publisher
 from .quaternions import Positions, at
+
+if TYPE_CHECKING:
+    from ..robot import Edge, Robot
 
 
 class NoWay(Exception):

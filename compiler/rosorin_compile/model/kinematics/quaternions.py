@@ -11,11 +11,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER
 
-from .. import Joint, Robot, Vector
+from ..geometry import Vector
+from ..joint import Joint
+
+if TYPE_CHECKING:
+    from ..robot import Robot
 
 Quaternion = tuple[float, float, float, float]
 Rows = tuple[Vector, Vector, Vector]

@@ -13,7 +13,8 @@ from rosorin_compile.model import DisabledCollision, Robot
 from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, Rule, counted, error
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, counted, error
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..physics.checking import require

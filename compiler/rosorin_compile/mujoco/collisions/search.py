@@ -27,7 +27,7 @@ from typing import Any
 
 from rosorin_compile.model import DisabledCollision, Joint
 from rosorin_compile.source import system
-from rosorin_compile.source.diagnostics import Progress
+from rosorin_compile.source.progress import Progress
 
 from ..physics.files import Meshes
 from .contacts import FAR, TOUCH, Contacts

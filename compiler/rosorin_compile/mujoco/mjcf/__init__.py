@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import (
     BOXES_OF_HEIGHT_MAPS,
@@ -34,15 +34,20 @@ from rosorin_compile.formats.format import (
     Opened,
     Proving,
     Writing,
-    by_name,
 )
 from rosorin_compile.source.files import record, version
+
+from .settings import SETTINGS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.formats.format import Refusal
+    from rosorin_compile.compare.proof import Proof
+    from rosorin_compile.formats.expectation import Expectation
+    from rosorin_compile.formats.facts import Deviations
+    from rosorin_compile.formats.format import Facts, Refusal
     from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.formats.templating import Templates
     from rosorin_compile.model import Output, Robot, Shape
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
@@ -131,63 +136,6 @@ _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 # MuJoCo's own word where a file has none: what it does with a URDF too.
 _ITS_OWN = {"integrator": "Euler"}
 
-_SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
-    "integrator": ({"enum": ["Euler", "RK4", "implicit", "implicitfast"]}, "How time goes on."),
-    "cone": ({"enum": ["pyramidal", "elliptic"]}, "The form of friction cones."),
-    "jacobian": ({"enum": ["dense", "sparse", "auto"]}, "How the solver keeps its matrices."),
-    "solver": ({"enum": ["PGS", "CG", "Newton"]}, "What solves for the forces of contacts and limits."),
-    "timestep": ({"type": "number"}, "One step of time in s."),
-    "impratio": ({"type": "number"}, "How hard friction is against normal forces."),
-    **{
-        f"{of}tolerance": ({"type": "number"}, f"When {what} is done.")
-        for of, what in {"": "the solver", "ls_": "a line search", "noslip_": "noslip", "ccd_": "ccd"}.items()
-    },
-    "density": ({"type": "number"}, "Density of the air or water around, in kg/m^3."),
-    "viscosity": ({"type": "number"}, "Viscosity of the air or water around, in Pa*s."),
-    "o_margin": ({"type": "number"}, "Margin of all contacts in m, where contacts are overridden."),
-    **{
-        f"{of}iterations": ({"type": "integer"}, f"Most steps of {what}.")
-        for of, what in {
-            "": "the solver",
-            "ls_": "a line search",
-            "noslip_": "noslip",
-            "ccd_": "ccd",
-            "sdf_": "sdf",
-        }.items()
-    },
-    "sdf_initpoints": ({"type": "integer"}, "Where sdf begins, how often."),
-    **{
-        word: ({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}, what)
-        for word, what in {
-            "gravity": "Gravity in m/s^2.",
-            "wind": "Speed of the air in m/s.",
-            "magnetic": "The magnetic field of the earth.",
-        }.items()
-    },
-    "sleep_tolerance": ({"type": "number"}, "Below which speed in m/s or rad/s what is at rest may sleep."),
-    **{
-        f"o_{word}": (
-            {"type": "array", "items": {"type": "number"}, "minItems": 1, "maxItems": count},
-            f"{what} of all contacts, where contacts are overridden.",
-        )
-        for word, (count, what) in {
-            "solref": (2, "Stiffness"),
-            "solimp": (5, "Impedance"),
-            "friction": (5, "Friction"),
-        }.items()
-    },
-    "actuatorgroupdisable": (
-        {"type": "array", "items": {"type": "integer"}},
-        "The groups of actuators that are switched off.",
-    ),
-    "flag": (
-        {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
-        "What is computed, and what not.",
-    ),
-}
-SETTINGS = {word: {**form, "description": what} for word, (form, what) in _SETTINGS.items()}
-"""The settings of a simulation that a description has a word for: those of MuJoCo's <option>, in SI units."""
-
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
@@ -196,7 +144,30 @@ def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
 
 _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
 
-_here = by_name(__name__)
+
+def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    from .write import write
+
+    return write(robot, output, templates)
+
+
+def _facts(text: str) -> Facts:
+    from .facts import read
+
+    return read(text)
+
+
+def _against(text: str, known: Expectation) -> Deviations:
+    from .facts import against
+
+    return against(text, known)
+
+
+def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
+    from .proof import prove
+
+    return prove(imported, text, files)
+
 
 FORMAT = Format(
     name="mjcf",
@@ -257,9 +228,9 @@ FORMAT = Format(
     endings=(".xml", ".mjcf"),
     roots=("mujoco",),
     check=_check,
-    write=_here("write:write"),
+    write=_write,
     read=_read,
-    facts=_here("facts:read"),
+    facts=_facts,
     reading=Importing(
         asked=_asked,
         optional=True,
@@ -287,10 +258,10 @@ FORMAT = Format(
         opens=_opens,
     ),
     proving=Proving(
-        against=_here("facts:against"),
+        against=_against,
         syntax=_syntax,
         refusal=_refusal,
-        prove=_here("proof:prove"),
+        prove=_prove,
         frames=lambda robot: [joint.child for joint in robot.joints],
         solids=_solids,
         all_solids=True,

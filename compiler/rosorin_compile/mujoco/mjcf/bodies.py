@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rosorin_compile.model import Joint, Robot
-from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.cached import of_robot
 
 # The body that everything else stands in.
 WORLD = "world"

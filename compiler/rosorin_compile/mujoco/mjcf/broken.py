@@ -10,8 +10,8 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, Span, error
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import Diagnostic, Span, error
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 from .process import Answer

@@ -25,11 +25,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from functools import cache, cached_property, partial
 from typing import NamedTuple
 
-from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS
 from rosorin_compile.model import Joint, Link, Mesh, Robot, Transform, Vector
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.motion import motion, plane_axes
-from rosorin_compile.model.robot import of_robot
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.model.touching import NEAR, Solid, Touching, around
 
@@ -90,7 +89,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     places = cache(partial(_places, robot))
     geoms = cache(lambda name: _geoms(robot.link[name], form))
     meshes = {link.name for link in robot.links for one in link.collision if isinstance(one.geometry, Mesh)}
-    named = {frozenset(pair) for pair in robot.sections[DISABLED_CONTACTS]}
+    named = {frozenset(pair) for pair in robot.disabled_contacts}
     excluded: dict[frozenset[str], tuple[str, str]] = {}
     pairs: list[Meeting] = []
     left: list[tuple[str, str]] = []
@@ -114,7 +113,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
                 left.append(links)
             elif frozenset(links) not in named:
                 pairs += [pair for pair in meeting if masks.pair(*pair)]
-    for pair in robot.sections[DISABLED_CONTACTS]:
+    for pair in robot.disabled_contacts:
         if masks.rolling.isdisjoint(pair):  # else the bits say it, of a hundred rollers at once
             excluded.setdefault(frozenset(pair), pair)
     bodies = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]

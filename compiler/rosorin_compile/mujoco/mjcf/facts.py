@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from xml.etree.ElementTree import Element
 
-    from rosorin_compile.formats.expectation import Block, Deviations, Expectation
+    from rosorin_compile.formats.expectation import Expectation
+    from rosorin_compile.formats.facts import Block, Deviations
     from rosorin_compile.formats.format import Value
 
 _FREE = 7

@@ -13,12 +13,9 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Robot, Shape
-from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.simulation import SHARED_LAYER
-
-from ..sections.simulation import CONTACT_LAYERS
 
 if TYPE_CHECKING:
     from .contacts import Geom
@@ -86,7 +83,7 @@ def rolling(robot: Robot) -> frozenset[str]:
 
     Behind a joint that steers it is what turns there. Who says layers of contacts, says of all links what they meet.
     """
-    drive, contacts = robot.sections[DRIVE], (shape.contact for link in robot.links for shape in link.collision)
+    drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
     if drive is None or any(one and (one.layers is not None or one.touches is not None) for one in contacts):
         return frozenset()
     wheels = {robot.joint[name].child for names in drive.joints.values() for name in names if name in robot.joint}
@@ -103,8 +100,8 @@ def rolling(robot: Robot) -> frozenset[str]:
 
 def contact_layers(robot: Robot) -> tuple[str, ...]:
     """Return the layers of contacts, in the order of their bits; the first is that of shapes that name none."""
-    if robot.sections[CONTACT_LAYERS]:
-        return robot.sections[CONTACT_LAYERS]
+    if robot.contact_layers:
+        return robot.contact_layers
     named = {
         name
         for link in robot.links

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from rosorin_compile.formats.facts import Six, along_link
 from rosorin_compile.model import Inertial, Robot
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.mass import principal_moments
-from rosorin_compile.model.robot import of_robot
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Heading, and_more
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .bodies import weld_groups
 

@@ -10,11 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from functools import cached_property
 from typing import NamedTuple
 
-from rosorin_compile.language.sections.drive.standing import stands_free
 from rosorin_compile.model import HeightMap, Mesh, Output, Robot, Shape
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .bodies import body_name, weld_groups
 from .contacts import Contacts, contacts
@@ -101,7 +100,7 @@ class _Filtered:
         self.form = form_of(output)
         self.implied = output.options.get("contacts", "implied") == "implied"
         self.top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
-        self.world = "" if stands_free(robot, output) else robot.root  # the top of what is welded to the world
+        self.world = "" if robot.has_free_base(output) else robot.root  # the top of what is welded to the world
         self.shapes = self._looks(Masks(robot, self.implied))
 
     def _looks(self, masks: Masks) -> Mapping[_Look, list[_Place]]:

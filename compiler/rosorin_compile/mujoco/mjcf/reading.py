@@ -12,13 +12,14 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import LeftOut, cannot_carry
+from rosorin_compile.formats.format import cannot_carry
+from rosorin_compile.formats.imported import LeftOut
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import IDENTITY, Rows
 from rosorin_compile.model.geometry import unit as normalized
 from rosorin_compile.model.motion import plane_axes
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Span, and_here
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, and_here
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from rosorin_compile.formats.checked import accept
 from rosorin_compile.formats.imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, arrange, error
+from rosorin_compile.source.diagnostics import Diagnostic, arrange, error
 from rosorin_compile.source.files import is_file
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import COMMENT, Document, Element, MarkupError, Remark

@@ -10,7 +10,6 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
-from . import SETTINGS
 from .bodies import STIFF
 from .entries import add_constraint
 from .reading import (
@@ -28,6 +27,7 @@ from .reading import (
     tidy_position,
     transform,
 )
+from .settings import SETTINGS
 from .worded import put_words, value_of
 
 _JOINT = 2  # mjEQ_JOINT

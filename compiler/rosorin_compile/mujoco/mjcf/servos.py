@@ -6,16 +6,14 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.model.simulated import Attribute
 from rosorin_compile.model.simulation import GENERAL, MOTOR, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, did_you_mean
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.elements import found_in
 
-from ..sections.simulation import ACTUATORS
 from .omissions import position_range
 
 RULES = (
@@ -45,7 +43,7 @@ def servo_name(joint: Joint) -> str:
 def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) -> list[Drive]:
     """Return the actuators: those that the output lists, in its order, then those of ``joints``, then all others."""
     made = [Drive(servo_name(joint), joint.actuator, joint, True) for joint in joints if joint.actuator and joint.moves]
-    for actuator in robot.sections[ACTUATORS]:
+    for actuator in robot.actuators:
         name = actuator.targets.get("joint", "")
         made.append(Drive(actuator.name, actuator, robot.joint.get(name), False))
     rank = {name: place for place, name in enumerate(output.options.get("actuators", ()))} if output else {}
@@ -72,7 +70,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
     """Say whether the actuators of a joint bring its effort and no more: then that is no second clamp."""
     own = [joint.actuator] if joint.actuator else []
-    others = robot.sections[ACTUATORS] if own and own[0].targets == {} else ()
+    others = robot.actuators if own and own[0].targets == {} else ()
     drives = [*own, *(one for one in others if one.targets.get("joint") == joint.name)]
     most = [_strength(one) for one in drives]
     total = sum(one for one in most if one is not None)
@@ -118,7 +116,7 @@ def controls_of(drive: Drive, asked: float) -> list[float]:
 
 def kept_controls(robot: Robot) -> int:
     """Return how many controls the actuators have that stand in elements of MJCF."""
-    texts = [text for text in robot.sections[MJCF_ELEMENTS] if "<actuator" in text]
+    texts = [text for text in robot.mjcf_elements if "<actuator" in text]
     elements = [found for text in texts for found in found_in(text) if found.tags[:-1] == ("actuator",)]
     return sum(_count(found.tags[-1], {**found.attributes}) for found in elements)
 

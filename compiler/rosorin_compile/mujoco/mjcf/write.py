@@ -37,9 +37,6 @@ from functools import partial
 from typing import NamedTuple
 
 from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
-from rosorin_compile.language.sections.drive import DRIVE
-from rosorin_compile.language.sections.drive.standing import stands_free
-from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
 from rosorin_compile.model import (
     Box,
     Capsule,
@@ -135,7 +132,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     ``visuals`` (own, or from_collision for links that have none).
     """
     number = number_format(output.options)
-    free = stands_free(robot, output)
+    free = robot.has_free_base(output)
     elements = elements_of(robot, templates, number)
     form = form_of(output)
     frames = list(walk(robot))
@@ -144,7 +141,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     drives = drives_of(robot, joints, output)
     shown = colours_of(robot) if _shows_collision(robot, output) else {}
     printer = _Printer(robot, number, elements.bodies, free, output, weightless(robot, free), shown)
-    kept = [*robot.sections[MJCF_ELEMENTS], *(text for _, text in elements.sections)]
+    kept = [*robot.mjcf_elements, *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
     simulated = printer.simulated.sections(printer.actuators(drives), lambda link: printer.geom_names.get(link, ()))
@@ -171,7 +168,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "numbers": printer.numbers,
         "pairs": lambda pairs: attributes(**dict(pairs)),
         "printed": printer.simulated.printed,
-        "kept": [indented(text, "  ") for text in robot.sections[MJCF_ELEMENTS]],
+        "kept": [indented(text, "  ") for text in robot.mjcf_elements],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
     told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *elements.diagnostics]
@@ -472,7 +469,7 @@ def _option(robot: Robot, output: Output, free: bool, number: NumberFormat) -> t
 
     What an import says is all that its source has: nothing is added.
     """
-    said, drive = output.options.get("option", {}), robot.sections[DRIVE]
+    said, drive = output.options.get("option", {}), robot.drive
     whole = bool(said) and robot.source.status == "imported"
     stands: Mapping[str, object] = {}
     if (free or drive) and not whole:

@@ -16,7 +16,6 @@ from rosorin_compile.model.simulator import ContactPair, Entry, Tendon
 from rosorin_compile.source.numbers import NumberFormat
 from rosorin_compile.source.xml.escaping import Markup
 
-from ..sections.simulation import CONSTRAINTS, CONTACT_PAIRS, MJCF_SENSORS, TENDONS
 from .bodies import body_name, reference, shifted
 from .classes import Named, Part
 from .masks import contact_layers
@@ -59,13 +58,13 @@ class SimulationPrinter:
 
     def sections(self, actuators: Sequence[Part], geoms: Callable[[str], Sequence[str]]) -> Simulated:
         """Return all sections; ``geoms`` returns the names of the geoms with which a link collides."""
-        said = self.robot.sections
+        robot = self.robot
         return Simulated(
             actuators,
-            [self.tendon(tendon) for tendon in said[TENDONS]],
-            [self.constraint(constraint) for constraint in said[CONSTRAINTS]],
-            [self.entry(sensor) for sensor in said[MJCF_SENSORS]],
-            [part for pair in said[CONTACT_PAIRS] for part in self.pair(pair, geoms)],
+            [self.tendon(tendon) for tendon in robot.tendons],
+            [self.constraint(constraint) for constraint in robot.constraints],
+            [self.entry(sensor) for sensor in robot.mjcf_sensors],
+            [part for pair in robot.contact_pairs for part in self.pair(pair, geoms)],
         )
 
     def actuator(self, drive: Drive) -> Named:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.check import accepts
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 Member = TypeVar("Member")
@@ -23,7 +24,7 @@ def apart(
     left: list[Member] = []
     for member in members:
         found = Diagnostic(rule, NOTE, "", of=tuple(names(member)))
-        if case.accepts(found):
+        if accepts(case, found):
             taken.append(found)
         else:
             left.append(member)

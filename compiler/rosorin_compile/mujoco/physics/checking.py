@@ -8,8 +8,10 @@ import warnings
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import MissingPackages, Progress, arrange
+from rosorin_compile.rules.check import settled
+from rosorin_compile.source.diagnostics import MissingPackages, arrange
 from rosorin_compile.source.installing import is_installed
+from rosorin_compile.source.progress import Progress
 
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps
@@ -78,7 +80,7 @@ def _check(name: str, file: str, case: Case, request: Request) -> CheckedPhysics
     found += sweeps.diagnose_sweeps(case, scene, swept.meetings)
     found += rest.diagnose_rest(case, starts, tick)
     at = LookedAt(len(poses) - 1, len(joints), len({one.mesh.file for one in named}))
-    return CheckedPhysics.of(name, file, at, arrange(case.settled(found, "physics")))
+    return CheckedPhysics.of(name, file, at, arrange(settled(case, found, "physics")))
 
 
 def _legal(scene: Scene) -> State:

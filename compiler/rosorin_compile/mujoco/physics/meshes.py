@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Inertial, Link, Mesh, Robot, Shape
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, first_of
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .accepted import apart
 from .files import PURPOSES, Meshes, Named, named_meshes

@@ -13,19 +13,19 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import Joint, Mesh
 from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.check import accepts
 from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
-    Heading,
     Related,
-    Rule,
     and_more,
     counted,
     first_of,
     listed,
     quoted,
 )
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path
 
 from .accepted import apart
@@ -266,7 +266,7 @@ def at_most(case: Case, found: Sequence[Diagnostic], others: str = "of this kind
 
     Those that the description accepts do not count.
     """
-    taken = [one for one in found if case.accepts(one)]
+    taken = [one for one in found if accepts(case, one)]
     found = [one for one in found if one not in taken]
     if len(found) <= MOST_TOLD:
         return [*found, *taken]

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Heading, Rule
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..simulate.moved import first_to_go, moved
 from ..simulate.world import FIXED, Refused, joint_of, moving, quiet, set_joints, simulated, without_meshes

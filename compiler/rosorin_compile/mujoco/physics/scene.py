@@ -105,7 +105,7 @@ class Scene:
         self.of_link: dict[str, list[Solid]] = {}
         for solid in self.solids:
             self.of_link.setdefault(solid.link, []).append(solid)
-        self.apart = {frozenset(pair) for pair in robot.sections["disabled_contacts"]}
+        self.apart = {frozenset(pair) for pair in robot.disabled_contacts}
         self.mujoco: Any = import_module("mujoco")
         self.model, self.data = self._made()
         self._points: dict[str, Floats] = {}

@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, and_more, counted
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, and_more, counted
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .accepted import apart
 from .overlaps import CORNER, ZERO, State, at_most, shape_path, shape_word

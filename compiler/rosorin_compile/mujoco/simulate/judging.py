@@ -14,13 +14,12 @@ from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
-    Heading,
     RequestError,
-    Rule,
     and_more,
     counted,
     did_you_mean,
 )
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path
 
 from .moved import first_to_go, moved
@@ -222,7 +221,7 @@ class Judge:
     def _cause(self, driven: Driven, home: PoseTrial) -> tuple[list[str], str]:
         """Return what keeps a robot from driving as it is told, as far as that is seen, and the way out."""
         robot = self.case.robot
-        drive: Drive | None = robot.sections["drive"]
+        drive: Drive | None = robot.drive
         names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ())) if drive else ()
         wheels = set().union(*(robot.below(robot.joint[name].child) for name in names))
         others = [name for name in home.stands_on if name not in wheels]

@@ -11,20 +11,19 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import (
     Diagnostic,
-    Heading,
     MissingPackages,
-    Progress,
     RequestError,
-    Rule,
     arrange,
     error,
     has_errors,
     listed,
-    pip_install,
 )
-from rosorin_compile.source.installing import is_installed
+from rosorin_compile.source.installing import is_installed, pip_install
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .judging import LIMITS, Judge, Limit, limits_with
 from .trials import Driven, PoseTrial, Swept, Swung, all_trials
@@ -114,7 +113,7 @@ def simulate_robot(
         errors = tuple(one for one in understood.diagnostics if one.severity == "error")
         return Simulated(request.description.name, diagnostics=errors)
     robot = case.robot
-    base = base or (FREE if robot.sections["drive"] else FIXED)
+    base = base or (FREE if robot.drive else FIXED)
     with quiet() as mujoco:
         try:
             world = _world(mujoco, case, request, base)
@@ -123,7 +122,7 @@ def simulate_robot(
             refused = error("simulation-refused", message, None, "check names the place")
             return Simulated(robot.name, diagnostics=(*problem.diagnostics, refused))
         trials = all_trials(world, seconds)
-        found = arrange(case.settled(Judge(case, world, used).all(trials), "simulation"))
+        found = arrange(settled(case, Judge(case, world, used).all(trials), "simulation"))
     timestep = float(world.model.opt.timestep)
     steps = world.steps / world.cpu if world.cpu else 0.0
     return Simulated(

@@ -342,7 +342,7 @@ def _scale(world: World, asked: Twist) -> float:
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     """Return the joints that an actuator can lead through a range, and the ends of it (rad or m)."""
     found = []
-    drive: Drive | None = world.robot.sections["drive"]
+    drive: Drive | None = world.robot.drive
     wheels = drive.wheels if drive is not None else ()
     for joint in moving(world.robot):
         limit = joint.limit
@@ -474,7 +474,7 @@ def _jobs(world: World, seconds: float, made: Trials) -> Iterator[Callable[[], N
         yield lambda name=name, positions=positions: made.poses.append(  # type: ignore[misc]
             hold(world, name, positions, seconds)
         )
-    if world.robot.sections["drive"] is not None and world.base == FREE:
+    if world.robot.drive is not None and world.base == FREE:
         for command, twist in commands_of(world.robot).items():
             yield lambda command=command, twist=twist: made.drives.append(  # type: ignore[misc]
                 drive(world, home, command, twist)

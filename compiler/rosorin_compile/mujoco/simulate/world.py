@@ -183,7 +183,7 @@ class World:
 
     def _drive(self, spec: Any) -> tuple[str, ...]:
         """Give a servo to each joint of the drive that has none; return them."""
-        drive: Drive | None = self.robot.sections["drive"]
+        drive: Drive | None = self.robot.drive
         made = []
         if drive is None or self.base != FREE:
             return ()
@@ -349,7 +349,7 @@ class World:
 
     def above_floor(self) -> dict[str, float]:
         """Return the wheels of the drive that do not touch the floor, by joint, and how far they are above it (m)."""
-        drive: Drive | None = self.robot.sections["drive"]
+        drive: Drive | None = self.robot.drive
         joints = drive.wheels if drive is not None and self.base == FREE else ()
         down = {name: set(self.robot.below(self.robot.joint[name].child)) for name in joints}
         high = {

@@ -16,10 +16,8 @@ from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
-    Heading,
     Related,
     RequestError,
-    Rule,
     Source,
     Span,
     arrange,
@@ -28,7 +26,9 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
+from rosorin_compile.source.files import is_file
 from rosorin_compile.source.project import no_file
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.checking import against_robot, missing
 from ..controllers.derived import derived
@@ -85,7 +85,7 @@ class ParameterFiles:
     def check(self) -> None:
         """Raise RequestError for a file that does not exist."""
         for path in (*self.files, *self.controllers, *self.launch):
-            if not path.is_file():
+            if not is_file(path):
                 raise RequestError(no_file(path))
 
 
@@ -123,7 +123,7 @@ def look(case: Case, asked: ParameterFiles) -> CheckedParameters:
         remaps += more
         told += said
     distribution = asked.distribution or _distribution(case)
-    nodes, said = found(Files(sections, asked.namespace, distribution, case.robot.sections["controllers"]))
+    nodes, said = found(Files(sections, asked.namespace, distribution, case.robot.controllers))
     told += said
     if asked.controllers and not any(node.type for node in nodes) and not has_errors(told):
         told.append(_none(sections, asked.controllers[0]))

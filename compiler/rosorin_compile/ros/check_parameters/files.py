@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, Related, Rule, Source, Span, error
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 RULES = (
     Rule(

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Controller, Publisher
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, did_you_mean, error, nearest
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.types import full as full_type
 from ..parameters.tables import MANAGER, Kind, by_name, by_signs, controller, controller_by_keys, is_of, plugins

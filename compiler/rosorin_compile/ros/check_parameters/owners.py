@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Publisher
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Related, Rule, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, error
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path
 
 from .nodes import Node, Setting

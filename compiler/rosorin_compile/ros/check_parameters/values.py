@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Rule, did_you_mean, error, quoted
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error, quoted
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import against_kind
 from .files import Parameter

@@ -6,14 +6,14 @@ holds parameters against the robot: those of a description (``described``), and 
 
 from __future__ import annotations
 
-from rosorin_compile.formats.format import Format, InRos, Proving, Writing, by_name
+from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 
 from ..parameters import DISTRIBUTION, facts, syntax
+from .described import check
+from .filled import write
 
 __all__ = ["FORMAT"]
 
-
-_here = by_name(__name__)
 
 FORMAT = Format(
     name="controllers",
@@ -39,8 +39,8 @@ FORMAT = Format(
         },
     },
     file="controllers.yaml",
-    check=_here("described:check"),
-    write=_here("filled:write"),
+    check=check,
+    write=write,
     facts=facts,
     writing=Writing(
         names_robot=False,

@@ -11,13 +11,11 @@ from typing import Any
 
 from rosorin_compile.model import Robot
 from rosorin_compile.model.control import JOINT_WORDS, POSITION, VELOCITY
-from rosorin_compile.source.diagnostics import WARNING, Heading, did_you_mean, listed, nearest, quoted
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import WARNING, did_you_mean, listed, nearest, quoted
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import Finding
 from ..parameters.tables import Kind
-from ..sections.control import CONTROL
-from ..sections.controllers import CONTROLLERS
 from .derived import COMMANDS, Derived
 from .types import SHORT
 
@@ -109,7 +107,7 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
     if "." in key or not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
         return
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
-    controllers = {controller.name for controller in robot.sections[CONTROLLERS]}
+    controllers = {controller.name for controller in robot.controllers}
     for one in _texts(value):
         before, slash, joint = one.rpartition("/")
         if slash and joint in moving and (before in controllers or not controllers):
@@ -162,9 +160,9 @@ def claims(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str
 
 def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
     """Yield the commands that a controller wants and that no hardware block has, where there are any blocks."""
-    if not robot.sections[CONTROL]:
+    if not robot.control:
         return
-    there = {(one.name, word) for block in robot.sections[CONTROL] for one in block.joints for word in one.commands}
+    there = {(one.name, word) for block in robot.control for one in block.joints for word in one.commands}
     for key, joints, words in _wanted(kind, values):
         words = [word for word in words if word in JOINT_WORDS]
         lacking = [one for one in joints if one in robot.joint and any((one, word) not in there for word in words)]
@@ -173,7 +171,7 @@ def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) ->
             help = f"in control: joints: {{{lacking[0]}: {{command: {words[0]}}}}}"
             yield Finding("controller-interface", message, key, help, WARNING)
     sensor = values.get("sensor_name")
-    named = {one.name for block in robot.sections[CONTROL] for one in block.sensors}
+    named = {one.name for block in robot.control for one in block.sensors}
     if isinstance(sensor, str) and sensor and sensor not in named:
         message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
         help = did_you_mean(sensor, named) if named else f"in control: sensors: {{{sensor}: {{}}}}"

@@ -11,15 +11,12 @@ from collections.abc import Callable, Mapping
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Controller, Edge, Robot
 from rosorin_compile.model.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 from rosorin_compile.model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
 from rosorin_compile.model.driving import Driving, Wheel, driving_of
 
 from ..parameters import tables
-from ..sections.control import CONTROL
-from ..sections.controllers import CONTROLLERS
 from .types import SHORT, full
 
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
@@ -63,7 +60,7 @@ def derived(robot: Robot, controller: Controller, kind: str) -> Derived:
 
 
 def _of_drive(robot: Robot, controller: Controller, kind: str) -> Derived:
-    drive = robot.sections[DRIVE]
+    drive = robot.drive
     if drive is None:
         return Derived({}, "the description has no drive")
     if drive.kind not in _KINDS[kind]:
@@ -86,7 +83,7 @@ def owned(robot: Robot, controller: Controller) -> list[Edge]:
 
     One that the description calls otherwise is known by its package, if it is the only one that drives.
     """
-    driving = [one for one in robot.sections[CONTROLLERS] if full(one.type) in _KINDS]
+    driving = [one for one in robot.controllers if full(one.type) in _KINDS]
     kind = tables.controller(full(controller.type), "") if driving == [controller] else None
     return [edge for edge in robot.edges if tables.is_of(controller.name, kind, edge.publisher, robot.publishers)]
 
@@ -123,7 +120,7 @@ def _base(robot: Robot, frame: str) -> str:
 
 
 def _mecanum(robot: Robot, driving: Driving) -> dict[str, Any]:
-    drive = robot.sections[DRIVE]
+    drive = robot.drive
     joints = drive.joints if drive else {}
     values: dict[str, Any] = {f"{role}_wheel_command_joint_name": names[0] for role, names in joints.items()}
     if _navigates(robot):
@@ -139,7 +136,7 @@ def _mecanum(robot: Robot, driving: Driving) -> dict[str, Any]:
 
 
 def _differential(robot: Robot, driving: Driving) -> dict[str, Any]:
-    drive = robot.sections[DRIVE]
+    drive = robot.drive
     joints = drive.joints if drive else {}
     values: dict[str, Any] = {f"{side}_wheel_names": list(joints[side]) for side in ("left", "right")}
     values |= {"wheels_per_side": len(joints["left"]), "wheel_separation": driving.track}
@@ -249,7 +246,7 @@ _GRIPPERS = tuple(SHORT[word] for word in ("position_gripper", "effort_gripper",
 def _of_joints(robot: Robot, controller: Controller, kind: str) -> dict[str, Any]:
     """Return the joints of a controller, out of its hardware block, and what those say of its interfaces."""
     wanted = COMMANDS.get(kind, "")
-    block = next((one for one in robot.sections[CONTROL] if one.name == controller.hardware), None)
+    block = next((one for one in robot.control if one.name == controller.hardware), None)
     moved = [one for one in block.joints if one.command and (not wanted or wanted in one.commands)] if block else []
     names = [one.name for one in moved]
     values: dict[str, Any] = {}
@@ -283,7 +280,7 @@ def _interfaces(robot: Robot, names: tuple[str, ...]) -> dict[str, Any]:
 
     Several commands of a joint are ways to move it of which one is used at a time, as position and velocity of an arm.
     """
-    found = [one for block in robot.sections[CONTROL] for one in block.joints if one.name in names]
+    found = [one for block in robot.control for one in block.joints if one.name in names]
     if not names or len(found) < len(names):
         return {}
     commands = [word for word in _ORDER if all(word in one.commands for one in found)][:1]

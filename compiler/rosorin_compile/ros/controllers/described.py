@@ -7,20 +7,17 @@ from functools import partial
 from typing import Any
 
 from rosorin_compile.formats.distributions import described_by, title
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Edge, Output, Robot
 from rosorin_compile.model.control import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.tf_tree import is_tree
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, first_of, quoted
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, Seq, at, exists
 
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
-from ..sections.control import CONTROL
-from ..sections.controllers import CONTROLLERS
 from .checking import against_robot, claims, frames_of, missing
 from .derived import owned
 from .filled import Filled, filled, managed
@@ -65,7 +62,7 @@ _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find what is wrong with the controllers of a description in the distribution that an output is for."""
     distribution = described_by(asked(output))
-    if not case.robot.sections[CONTROLLERS]:
+    if not case.robot.controllers:
         message = f'output "{output.name}" is for controllers, and the description has none'
         help = "name them: controllers: {NAME: {type: diff_drive}}"
         yield case.problem("controllers-none", message, ("outputs", output.name), help, severity=WARNING, key=True)
@@ -74,7 +71,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         yield _placed(case, found, ("outputs", output.name), ("manager",))
     yield from _joint_states(case, output)
     yield from _apart(case, output, distribution)
-    drive = case.robot.sections[DRIVE]
+    drive = case.robot.drive
     if not is_tree(case) or not all(name in case.robot.joint for name in _of_drive(case.robot)):
         return  # which has rules of its own
     if drive is not None and drive.frame and drive.frame not in case.robot.link:
@@ -117,9 +114,9 @@ def _second_claim(case: Case, name: str, taken: list[tuple[str, str, str, str]])
 
 def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield that nobody publishes the states that the hardware has; said once, of the first output for controllers."""
-    robot, types = case.robot, [one.type for one in case.robot.sections[CONTROLLERS]]
+    robot, types = case.robot, [one.type for one in case.robot.controllers]
     first = next(one for one in robot.outputs if one.backend == output.backend)
-    states = [(block, joint) for block in robot.sections[CONTROL] for joint in block.joints if joint.state]
+    states = [(block, joint) for block in robot.control for joint in block.joints if joint.state]
     if not types or not states or first.name != output.name:
         return
     if any("joint_state_broadcaster" in one or one.endswith(_BROADCASTER) for one in types):
@@ -135,7 +132,7 @@ def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
 def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic]:
     """Yield that the hardware blocks are all written for another distribution."""
     blocks = {one.name: str(said) for one in case.robot.outputs if (said := one.options.get(_BLOCKS))}
-    if not case.robot.sections[CONTROL] or not blocks or distribution in map(described_by, blocks.values()):
+    if not case.robot.control or not blocks or distribution in map(described_by, blocks.values()):
         return
     name, said = next(iter(blocks.items()))
     message = f'output "{output.name}" is for {title(asked(output))}, and the hardware blocks of output "{name}" are'
@@ -147,7 +144,7 @@ def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic
 
 
 def _of_drive(robot: Robot) -> Iterator[str]:
-    drive = robot.sections[DRIVE]
+    drive = robot.drive
     if drive is not None:
         yield from (name for names in drive.joints.values() for name in names)
 
@@ -163,7 +160,7 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     yield from told
     fine = {key: value for key, value in one.values.items() if key not in {finding.key for finding in told}}
     named = list(against_robot(name, one.type, fine, one.known, case.robot, WARNING))
-    joints = (joint.name for block in case.robot.sections[CONTROL] for joint in block.joints)
+    joints = (joint.name for block in case.robot.control for joint in block.joints)
     if wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints)):
         help = partial(_to_give, case.robot, one)
         yield from missing(name, one.kind, one.values, help)  # else what is missing may follow from the wrong name
@@ -186,7 +183,7 @@ def _to_give(robot: Robot, one: Filled, needed: list[str]) -> str:
     """Return the way out where a controller lacks parameters: what is to be written, or why nobody knows it."""
     if one.known.why_not:
         return f"{one.known.why_not}; give it in params"
-    blocks = [block.name for block in robot.sections[CONTROL] if any(joint.command for joint in block.joints)]
+    blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
     if blocks and not one.controller.hardware and _JOINTS in needed:
         named = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, _SHOWN)}"
         return f"say whose joints it moves: hardware: {named}"

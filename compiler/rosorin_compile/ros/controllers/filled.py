@@ -13,14 +13,13 @@ from rosorin_compile.formats.distributions import described_by as known_distribu
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Output, Robot
 from rosorin_compile.model.controllers import flat
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters import files
 from ..parameters.files import Node, asked
 from ..parameters.tables import MANAGER, Kind, controller, manager
 from ..parameters.values import converted
-from ..sections.controllers import CONTROLLERS
 from .derived import Derived, derived
 from .types import full
 
@@ -57,7 +56,7 @@ class Filled(NamedTuple):
 def filled(robot: Robot, distribution: str) -> list[Filled]:
     """Return the controllers of a robot with all that is known of their parameters, for humble or jazzy."""
     made = []
-    for one in robot.sections[CONTROLLERS]:
+    for one in robot.controllers:
         kind = full(one.type)
         found, knows = controller(kind, distribution), derived(robot, one, kind)
         values = {key: value for key, value in knows.values.items() if found is not None and key in found}

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from rosorin_compile.formats.distributions import described_by
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Robot
 
 from ..parameters.files import asked
@@ -69,7 +68,7 @@ def drivers(robot: Robot) -> list[Driver]:
 
 def _is_whole(robot: Robot) -> bool:
     """Say whether the drive names what is there; rules tell where it does not."""
-    drive = robot.sections[DRIVE]
+    drive = robot.drive
     if drive is None:
         return True
     names = [name for names in drive.joints.values() for name in names]

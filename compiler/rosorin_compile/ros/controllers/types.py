@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rosorin_compile.formats.distributions import title
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Heading, did_you_mean, listed, nearest
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, did_you_mean, listed, nearest
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import Finding
 from ..parameters.tables import DISTRIBUTIONS, plugins

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from rosorin_compile.formats.format import Format, InRos, Proving, Writing, by_name
+from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 
 from ..parameters import DISTRIBUTION, facts, syntax
+from . import write
 
 __all__ = ["FORMAT"]
 
 
 _LAYER: dict[str, Any] = {"type": "string", "minLength": 1}
-
-_here = by_name(__name__)
 
 FORMAT = Format(
     name="nav2",
@@ -99,8 +98,8 @@ FORMAT = Format(
         },
     },
     file="nav2.yaml",
-    check=_here("write:check"),
-    write=_here("write:write"),
+    check=write.check,
+    write=write.write,
     facts=facts,
     writing=Writing(
         measures=True,
@@ -108,7 +107,7 @@ FORMAT = Format(
     ),
     proving=Proving(
         syntax=syntax,
-        disagreements=_here("write:disagreements"),
+        disagreements=write.disagreements,
     ),
     ros=InRos(
         folder="config",

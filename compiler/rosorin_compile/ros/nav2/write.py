@@ -11,15 +11,14 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
 from rosorin_compile.model.footprint import CORNERS, Footprint, footprint, padded, solids
 from rosorin_compile.model.footprint import outside as reaching_out
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.model.tucked import left_out
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, did_you_mean, error, listed
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error, listed
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.derived import owned
 from ..controllers.topics import Driver, drivers
@@ -380,7 +379,7 @@ def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node
     owns = {kind: any(frames.owned(one) for one in mine) for kind, mine in there.items()}
     values: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
     values |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
-    if (drive := robot.sections[DRIVE]) is not None:
+    if (drive := robot.drive) is not None:
         values["robot_model_type"] = _MOTION[drive.slides]
     yield Node(AMCL, AMCL, values | scan_topic(robot, output))
     if there[SLAM]:

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Robot
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading, Rule, error, listed
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
 

@@ -13,12 +13,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.launching import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, Rule, Source, Span, error, first_of
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error, first_of
 from rosorin_compile.source.files import read_bytes, resolve
 from rosorin_compile.source.project import Description, tool_folders
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .meshes import named
 from .naming import is_legal
@@ -101,7 +103,7 @@ def carry(
     """
     from rosorin_compile.language.arguments import Argument
 
-    main = next((one for one in compiled.artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
+    main = next((one for one in compiled.artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
         return None, []  # a package without a URDF is refused anyway
     statics = next((one.output for one in compiled.artifacts if one.backend == STATICS), STATICS)

@@ -8,14 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from rosorin_compile.compare.committed import Comparison
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, digest, read_manifest
 from rosorin_compile.output.request import Request
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error, has_errors
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error, has_errors
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.ros_packages import files_below, is_launch_file, package_of
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import launch_files as static_check
 from . import naming
@@ -148,7 +150,7 @@ def check(
     ``carry`` returns the description as a package with some options carries it. Raises OSError.
     """
     by_place = _by_place(robot, artifacts, folder, files, told)
-    urdfs = [place for place, those in by_place.items() if any(one.names_meshes for one in those)]
+    urdfs = [place for place, those in by_place.items() if any(FORMATS.names_meshes(one) for one in those)]
     same, lines = [], []
     unlike: list[tuple[str, Difference | None]] = []
     for place, those in sorted(by_place.items()):
@@ -244,7 +246,7 @@ def _missing(
         name = place or artifact.file.rpartition("/")[2]
         if artifact.output in there or place == NOWHERE:
             continue
-        if place or artifact.feeds(ROBOT_STATE_PUBLISHER):
+        if place or FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER):
             message = f"there is no {name} in {folder}"
             yield error("deployed-missing", message, None, "rosorin-compile deploy writes it")
         else:

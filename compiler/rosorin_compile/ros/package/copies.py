@@ -58,7 +58,7 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
     copies = (
         [placed(robot, artifact, place, urdf) for urdf in near] if FORMATS[artifact.backend].writing.located else []
     )
-    if artifact.names_meshes and package:
+    if FORMATS.names_meshes(artifact) and package:
         from pathlib import Path
 
         settled = settle(artifact.text, package, (), Path(posixpath.dirname(place) or "."))

@@ -12,9 +12,10 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import Robot
 from rosorin_compile.output import OutputError, PackageFolder, digest, open_package_folder
 from rosorin_compile.output.request import Request
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, Rule, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.ros_packages import files_below
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import naming
 from .checking import launch_files, unreadable
@@ -109,7 +110,7 @@ class _Deployment:
         """Write the artifacts. Raises LoadError, OutputError, OSError."""
         robot, folder = self.robot, self.folder
         files = files_below(folder, skip_built=True)
-        places = naming.read(folder, robot.name) | mapped
+        places = {**naming.read(folder, robot.name), **mapped}
         planned = plan(robot, self.artifacts, folder, files, places)
         self.diagnostics.extend(planned.diagnostics)
         if has_errors(planned.diagnostics):

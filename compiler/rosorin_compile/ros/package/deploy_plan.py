@@ -14,9 +14,10 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, digest, is_generated, kept_name
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error
 from rosorin_compile.source.files import exists, is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.ros_packages import install_space, missing, package_of, share_folder, undeclared
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError
 
 from .copies import Difference, difference, forms, placed
@@ -155,7 +156,7 @@ def plan(
 
 def _is_main(artifact: Artifact) -> bool:
     """Say whether an artifact is what robot_state_publisher reads."""
-    return artifact.feeds(ROBOT_STATE_PUBLISHER)
+    return FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER)
 
 
 def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:
@@ -182,7 +183,7 @@ def _others(robot: Robot, artifact: Artifact, folder: Path, place: str) -> Itera
 
 def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: list[Diagnostic]) -> Artifact:
     """Return a URDF whose meshes are in the package, if they are there; else say what is missing."""
-    if not artifact.names_meshes:
+    if not FORMATS.names_meshes(artifact):
         return artifact
     settled = settle(artifact.text, package, (), folder)
     diagnostics += settled.diagnostics
@@ -321,7 +322,7 @@ def _undeclared(plan: Plan, root: Path, name: str) -> Iterator[Diagnostic]:
 def _stale(robot: Robot, plan: Plan, names: Sequence[str], share: Path, package: str) -> Iterator[Diagnostic]:
     """Yield which files of an install space are not those that the sources hold now."""
     stale = []
-    urdfs = [copy.place for copy in plan.copies if copy.artifact.names_meshes]
+    urdfs = [copy.place for copy in plan.copies if FORMATS.names_meshes(copy.artifact)]
     for copy, name in zip(plan.copies, names, strict=True):
         path = share / name
         texts = [form.text.encode() for form in forms(robot, copy.artifact, copy.place, urdfs, package)]

@@ -16,8 +16,9 @@ from types import MappingProxyType
 from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Rule, first_of
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of
 from rosorin_compile.source.files import is_file
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .naming import is_legal
 

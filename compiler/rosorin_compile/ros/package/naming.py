@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Heading, Rule, error
-from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.tree import Map
+from rosorin_compile.source.diagnostics import error
+from rosorin_compile.source.load import LoadError, load_mapping
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 RULES = (
@@ -71,7 +71,7 @@ def read(folder: Path, robot: str) -> dict[str, str]:
     path = folder / FILE
     if not files.is_file(path):
         return {}
-    robots = Map.load(path, str(path)).get("robots")
+    robots = load_mapping(path, str(path)).get("robots")
     mapping = robots.get(robot) if isinstance(robots, dict) else None
     if (
         robots is None
@@ -89,7 +89,7 @@ def text(folder: Path, robot: str, places: Mapping[str, str]) -> str:
     Raises LoadError for a file that is damaged.
     """
     path = folder / FILE
-    robots = dict(Map.load(path, str(path)).get("robots") or {}) if files.is_file(path) else {}
+    robots = dict(load_mapping(path, str(path)).get("robots") or {}) if files.is_file(path) else {}
     robots[robot] = dict(places)
     lines = [f"# Where rosorin-compile deploy puts artifacts in this folder ({NOWHERE}: not here).", "robots:"]
     for name in sorted(robots):

@@ -12,9 +12,10 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, Rule, error
+from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from . import meshes, papers, starting, views
@@ -88,7 +89,7 @@ def make(
     ``sources`` are folders in which other files are looked for that the description names; ``target`` is where the
     package will stand, which may hold such files already.
     """
-    main = next((one for one in artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
+    main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
         help = f"add an output with the backend {FORMATS.published().name}"
         return Package(
@@ -106,7 +107,7 @@ def make(
     lost = frozenset[str]() if searched is None else searched.missing
     for place, artifact in placed.items():
         beside = FORMATS[artifact.backend].writing.beside
-        if artifact.names_meshes:
+        if FORMATS.names_meshes(artifact):
             settled = meshes.settle(artifact.text, options.name, sources, target, found, lost)
             artifact = dataclasses.replace(artifact, text=settled.text)
             needs.update(settled.packages)

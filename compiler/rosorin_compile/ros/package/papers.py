@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.output import digest
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading, Rule
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.files import is_file, read_bytes
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 if TYPE_CHECKING:
     from .package import Options

@@ -11,18 +11,8 @@ from types import NoneType
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.distributions import title
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    WARNING,
-    Diagnostic,
-    Heading,
-    Related,
-    Span,
-    did_you_mean,
-    listed,
-    nearest,
-)
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Related, Span, did_you_mean, listed, nearest
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .tables import Key, Kind, is_of_all_nodes
 from .values import as_type, fits, refused, type_in_words, value_text

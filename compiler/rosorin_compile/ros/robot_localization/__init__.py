@@ -6,20 +6,12 @@ drive unless the output says otherwise. ``write`` makes it.
 
 from __future__ import annotations
 
-from rosorin_compile.formats.format import Format, InRos, Proving, Writing, by_name
+from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 
 from ..parameters import DISTRIBUTION, facts, syntax
+from . import write
 
-__all__ = ["FORMAT", "STATES"]
-
-# What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
-STATES = (
-    *("x", "y", "z", "roll", "pitch", "yaw"),
-    *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"),
-)
-
-
-_here = by_name(__name__)
+__all__ = ["FORMAT"]
 
 FORMAT = Format(
     name="robot_localization",
@@ -69,7 +61,7 @@ FORMAT = Format(
                     },
                     "uses": {
                         "type": "array",
-                        "items": {"enum": list(STATES)},
+                        "items": {"enum": list(write.STATES)},
                         "description": "What of it the filter uses; default with a drive: vx, vy and vyaw of odomN and"
                         " twistN, vyaw of imuN.",
                     },
@@ -86,8 +78,8 @@ FORMAT = Format(
         },
     },
     file="ekf.yaml",
-    check=_here("write:check"),
-    write=_here("write:write"),
+    check=write.check,
+    write=write.write,
     facts=facts,
     writing=Writing(
         names_robot=False,

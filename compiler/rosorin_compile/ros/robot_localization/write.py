@@ -10,27 +10,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.driving import driving_of
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Heading,
-    did_you_mean,
-    error,
-    listed,
-    quoted,
-    swaps,
-)
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error, listed, quoted, swaps
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
 from ..parameters.files import Node, asked, text
-from . import STATES
 
 RULES = (
     Rule(
@@ -53,6 +41,12 @@ RULES = (
         "As the message says.",
         Heading.NAVIGATION,
     ),
+)
+
+# What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
+STATES = (
+    *("x", "y", "z", "roll", "pitch", "yaw"),
+    *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"),
 )
 
 _PACKAGE = "robot_localization"
@@ -180,7 +174,7 @@ def _uses(robot: Robot, name: str, kind: str, one: Mapping[str, Any], base: str)
         )
     if "uses" not in one and not usual(robot, kind, base):
         message = f'nobody says what of "{name}" is used'
-        message += ", and the robot has no drive" if robot.sections[DRIVE] is None and kind != "pose" else ""
+        message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
         usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
         yield Found("filter-input", message, path, f"such as uses: [{usually}]", key=True)
 
@@ -191,7 +185,7 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
     Wheels give velocities. A base that cannot go sideways has a speed of 0 there, which is worth as much as one that
     was measured; but at the axle alone: where the frame ``base`` is elsewhere, it goes sideways as the base turns.
     """
-    drive = robot.sections[DRIVE]
+    drive = robot.drive
     if drive is None or kind == "pose":
         return ()
     if kind == "imu":
@@ -249,7 +243,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 def _values(robot: Robot, output: Output, frames: Frames, own: Filter) -> Iterator[tuple[str, Any]]:
     if "frequency" in output.options:
         yield "frequency", output.options["frequency"]
-    if "two_d_mode" in output.options or robot.sections[DRIVE] is not None:
+    if "two_d_mode" in output.options or robot.drive is not None:
         yield "two_d_mode", output.options.get("two_d_mode", True)
     yield "publish_tf", bool(own.child)
     if frames.map:

@@ -19,8 +19,9 @@ from rosorin_compile.formats.format import (
     InRos,
     Proving,
     Writing,
-    by_name,
 )
+
+from . import checks, reading, write
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -120,8 +121,6 @@ def _virtual_joint_facts(sheet: FactSheet, element: Element) -> None:
 
 _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collisions", "passive_joint"}
 
-_here = by_name(__name__)
-
 FORMAT = Format(
     name="srdf",
     word="SRDF",
@@ -131,11 +130,11 @@ FORMAT = Format(
     options={"number_format": NUMBER_FORMAT},
     file="{}.srdf",
     endings=(".srdf",),
-    check=_here("checks:check"),
-    write=_here("write:write"),
+    check=checks.check,
+    write=write.write,
     facts=_facts,
     reading=Importing(
-        join=_here("reading:join"),
+        join=reading.join,
         joins=("moveit",),
         is_other=_is_other,
         asked=_asked,

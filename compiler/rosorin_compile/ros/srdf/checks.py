@@ -12,21 +12,11 @@ from rosorin_compile.model import Joint, Output
 from rosorin_compile.model.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.tf_tree import is_tree
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Heading,
-    counted,
-    did_you_mean,
-    first_of,
-    quoted,
-)
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, did_you_mean, first_of, quoted
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 
-from ..sections.moveit import MOVEIT
-from ..sections.moveit.rules import state_path
+from ..sections.moveit import state_path
 from .planning import URDF, Planning, planning_of
 
 RULES = (
@@ -123,7 +113,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 def _no_urdf(case: Case, output: Output) -> Diagnostic:
     urdfs = [one.name for one in case.robot.outputs if one.backend == URDF]
-    said = case.robot.sections[MOVEIT]
+    said = case.robot.moveit
     if said is not None and said.urdf:
         message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
         help = did_you_mean(said.urdf, urdfs, "name an output that is a URDF")

@@ -12,13 +12,14 @@ from collections.abc import Iterable, Mapping
 from hashlib import sha256
 from itertools import combinations
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import DisabledCollision, Mesh, Shape, Transform
 from rosorin_compile.model.moveit import Pair
 from rosorin_compile.source.files import read_bytes
 
-from .planning import Planning, ordered
+if TYPE_CHECKING:
+    from .planning import Planning
 
 _DECIMALS = 9
 _FORM = 1  # of the search: another one makes every matrix stale
@@ -157,3 +158,9 @@ def changed_meshes(planning: Planning) -> list[str]:
         return []
     now = digests(meshes_of(planning), planning.robot.mesh_files)
     return [name for name, one in now.items() if matrix.meshes.get(name) != one]
+
+
+def ordered(pair: Pair) -> Pair:
+    """Return two names in their order."""
+    one, other = sorted(pair)
+    return (one, other)

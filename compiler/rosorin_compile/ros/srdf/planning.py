@@ -13,19 +13,17 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.urdf.masses import joints_of, links_of
-from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING
 from rosorin_compile.model.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
-from rosorin_compile.model.robot import JointPose, of_robot
+from rosorin_compile.model.robot import JointPose
 
-from ..sections.moveit import MOVEIT
+from . import matrix
+from .matrix import ordered
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from .matrix import Parts
 
 URDF = "urdf"
 ODOM, WORLD = "odom", "world"
@@ -34,7 +32,7 @@ ODOM, WORLD = "odom", "world"
 def urdf_of(robot: Robot) -> Output | None:
     """Return the URDF that the SRDF of a robot belongs to; None if it has none, or none of that name."""
     urdfs = [output for output in robot.outputs if output.backend == URDF]
-    said = robot.sections[MOVEIT]
+    said = robot.moveit
     if said is not None and said.urdf:
         return next((output for output in urdfs if output.name == said.urdf), None)
     published = (output for output in urdfs if output.options.get("frames", "published") == "published")
@@ -54,7 +52,7 @@ class Planning:
     def __init__(self, robot: Robot, urdf: Output) -> None:
         self.robot = robot
         self.urdf = urdf
-        self.said = robot.sections[MOVEIT] or Moveit()
+        self.said = robot.moveit or Moveit()
         self.links = links_of(robot, urdf)
         self.joints: Mapping[str, Joint] = {joint.name: joint for joint in joints_of(robot, urdf)}
         self.joint_to: Mapping[str, Joint] = {joint.child: joint for joint in self.joints.values()}
@@ -63,34 +61,24 @@ class Planning:
     @cached_property
     def digest(self) -> str:
         """What tells it from any other (see ``matrix``)."""
-        from .matrix import digest
-
-        return digest(self)
+        return matrix.digest(self)
 
     @property
     def meshes(self) -> list[str]:
         """The names of the mesh files that collide, each once, sorted."""
-        from .matrix import meshes_of
-
-        return meshes_of(self)
+        return matrix.meshes_of(self)
 
     def digests(self, files: Mapping[str, Path]) -> dict[str, str]:
         """Return the digests of those of its mesh files that were found and can be read, by name."""
-        from .matrix import digests
+        return matrix.digests(self.meshes, files)
 
-        return digests(self.meshes, files)
-
-    def parts(self, meshes: Mapping[str, str]) -> Parts:
+    def parts(self, meshes: Mapping[str, str]) -> matrix.Parts:
         """Return the digests of what decides on single pairs; ``meshes`` are those of mesh files, by name."""
-        from .matrix import parts
+        return matrix.parts(self, meshes)
 
-        return parts(self, meshes)
-
-    def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
+    def same_pairs(self, now: matrix.Parts) -> dict[Pair, DisabledCollision | None]:
         """Return the pairs of its matrix that are the same as then; None for one to be checked."""
-        from .matrix import same_pairs
-
-        return same_pairs(self, now)
+        return matrix.same_pairs(self, now)
 
     @cached_property
     def root(self) -> str:
@@ -159,7 +147,7 @@ class Planning:
         if said is None:
             return None
         edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
-        drives = self.robot.sections[DRIVE] is not None
+        drives = self.robot.drive is not None
         base = PLANAR if drives else FLOATING if edge is not None or self._floats() else FIXED
         parent = ODOM if base == PLANAR else WORLD
         return VirtualJoint(said.type or base, said.parent or (edge.parent if edge else parent), said.name)
@@ -172,7 +160,7 @@ class Planning:
     @property
     def turns_to_go_sideways(self) -> bool:
         """Whether the base moves on a plane, and not sideways."""
-        drive = self.robot.sections[DRIVE]
+        drive = self.robot.drive
         return (
             self.virtual is not None and self.virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING
         )
@@ -200,7 +188,7 @@ class Planning:
         checked = {ordered(pair) for pair in self.said.checked}
         found: dict[Pair, DisabledCollision] = {}
         matrix = self.said.matrix.pairs if current and self.said.matrix is not None else ()
-        own = (DisabledCollision(pair) for pair in self.robot.sections[DISABLED_CONTACTS])
+        own = (DisabledCollision(pair) for pair in self.robot.disabled_contacts)
         for one in (*matrix, *self.said.disabled, *own):
             pair = ordered(one.links)
             if pair not in checked and self.links.issuperset(pair):
@@ -210,9 +198,3 @@ class Planning:
 
 def _is_free(joint: Joint) -> bool:
     return joint.moves and joint.mimic is None
-
-
-def ordered(pair: Pair) -> Pair:
-    """Return two names in their order."""
-    one, other = sorted(pair)
-    return (one, other)

@@ -20,7 +20,8 @@ from rosorin_compile.source.diagnostics import Span, has_errors, nearest, quoted
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.xml.markup import Element
 
-from .planning import URDF, Planning, ordered
+from .matrix import ordered
+from .planning import URDF, Planning
 
 Entry = dict[str, Any]
 

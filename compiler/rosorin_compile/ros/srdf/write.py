@@ -9,17 +9,16 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rosorin_compile.formats.templating import Templates, attributes, comment
-from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS
 from rosorin_compile.model import DisabledCollision, Output, Pose, Robot
 from rosorin_compile.model.moveit import FIXED, PLANAR, Ball, Group
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, counted, error, first_of
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, error, first_of
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.escaping import Markup
 
-from .matrix import changed_meshes
-from .planning import Planning, ordered, planning_of
+from .matrix import changed_meshes, ordered
+from .planning import Planning, planning_of
 
 RULES = (
     Rule(
@@ -152,7 +151,7 @@ def _of_meshes(names: Sequence[str]) -> Iterator[Diagnostic]:
 def _left_out(planning: Planning) -> Iterator[Diagnostic]:
     """Yield a note on pairs that are not to collide, of links that the URDF does not have, and not just simulations."""
     simulated = {joint.child for joint in planning.robot.joints if joint.publisher.simulated}
-    said = (pair for pair in planning.robot.sections[DISABLED_CONTACTS] if simulated.isdisjoint(pair))
+    said = (pair for pair in planning.robot.disabled_contacts if simulated.isdisjoint(pair))
     pairs = [pair for pair in said if not planning.links.issuperset(pair)]
     if pairs:
         names = first_of([" and ".join(pair) for pair in pairs], 3)

@@ -18,7 +18,6 @@ from ..rule_registry import READING, Rule
 from .elements import canonical, indented, new_parser, tree_of
 
 if TYPE_CHECKING:
-    from pathlib import Path
     from xml.etree import ElementTree
 
 RULES = (
@@ -186,13 +185,6 @@ class Document:
     def parse(cls, source: Source) -> Document:
         """Return a text as XML. Raises MarkupError, which names the place."""
         return parse(source)
-
-    @staticmethod
-    def source_of(path: Path) -> Source:
-        """Return the text of a file, in the encoding that it declares. Raises MarkupError with a clear message."""
-        from .files import read_source
-
-        return read_source(path)
 
     @staticmethod
     def tree(text: str) -> ElementTree.Element:

@@ -21,9 +21,10 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Pose, Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Progress, counted, first_of, listed
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, first_of, listed
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .data import Data, mesh_names, robot_data, texture_names
 from .images import Side, companion_files, image_type

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.formats.static_tf import describe
-from rosorin_compile.language.sections.servos import SERVOS
 from rosorin_compile.model import (
     Box,
     Capsule,
@@ -151,7 +150,7 @@ def _joint(robot: Robot, joint: Joint) -> Data:
     if joint.mimic is not None:
         mimic = joint.mimic
         made["mimic"] = {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset}
-    servo = next((group for group in robot.sections[SERVOS] if joint.name in group.joints), None)
+    servo = next((group for group in robot.servos if joint.name in group.joints), None)
     if servo is not None:
         made["servo"] = _servo(servo)
     if describe(joint.source):

@@ -13,16 +13,9 @@ from rosorin_compile.model import Mesh
 from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    Diagnostic,
-    Progress,
-    RequestError,
-    did_you_mean,
-    error,
-    pip_install,
-)
-from rosorin_compile.source.installing import is_installed
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, did_you_mean, error
+from rosorin_compile.source.installing import is_installed, pip_install
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.drawing.situations import TooMany, situations
 from rosorin_compile.viewer.page.data import mesh_names

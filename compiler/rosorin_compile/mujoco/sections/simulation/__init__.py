@@ -1,45 +1,73 @@
-"""The sections that only a simulation has, beside what links, joints and shapes say of it.
-
-They share values, comparison and rules, and so a folder: each has its piece of the schema in a file of its name.
-"""
+"""The sections that only a simulation has, besides what links, joints and shapes have for it."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
 
-from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
-from rosorin_compile.model.sections import OwnSection
+from rosorin_compile.compare.simulation import words_of
+from rosorin_compile.compare.values import Said
+from rosorin_compile.model.sections import Section
 from rosorin_compile.model.simulation import Actuator
-from rosorin_compile.model.simulator import ContactPair, Entry, Simulation, Tendon
+from rosorin_compile.model.simulator import ContactPair, Entry, Tendon
+from rosorin_compile.source.rule_registry import checks_of
 
-if TYPE_CHECKING:
-    from rosorin_compile.model import Robot
-
-
-def _in_folder(name: str, after: str, tells: str = "", rules: str = "") -> OwnSection[Any]:
-    found = {"lowers": f"lowering:{name}_of", "tells": tells, "rules": rules}
-    return OwnSection.in_folder(__name__, __path__[0], (), name=name, after=after, **found)
-
-
-ACTUATORS: OwnSection[tuple[Actuator, ...]] = _in_folder("actuators", "root", "comparison:actuators", "rules.actuators")
-TENDONS: OwnSection[tuple[Tendon, ...]] = _in_folder("tendons", "actuators", "comparison:tendons", "rules.tendons")
-CONSTRAINTS: OwnSection[tuple[Entry, ...]] = _in_folder(
-    "constraints", "tendons", "comparison:constraints", "rules.constraints"
+from .lowering import (
+    actuators_of,
+    constraints_of,
+    contact_layers_of,
+    contact_pairs_of,
+    mjcf_sensors_of,
+    tendons_of,
 )
-MJCF_SENSORS: OwnSection[tuple[Entry, ...]] = _in_folder(
-    "mjcf_sensors", "constraints", "comparison:mjcf_sensors", "rules.sensors"
+from .rules import actuators, constraints, numbers, sensors, tendons
+
+Things = dict[str, Said]
+
+
+def _actuators(entries: Sequence[Actuator]) -> Things:
+    """Return the actuators that do not stand with a joint."""
+    return {f"actuator {one.name}": words_of(one) for one in entries}
+
+
+def _tendons(entries: Sequence[Tendon]) -> Things:
+    """Return the tendons."""
+    return {f"tendon {one.name}": words_of(one) for one in entries}
+
+
+def _constraints(entries: Sequence[Entry]) -> Things:
+    """Return what is held together beyond joints."""
+    return {f"constraint {one.name}": {"type": one.tag, **words_of(one)} for one in entries}
+
+
+def _mjcf_sensors(entries: Sequence[Entry]) -> Things:
+    """Return the sensors of MuJoCo that bring no frame."""
+    return {f"simulated sensor {one.name}": {"kind": one.tag, **words_of(one)} for one in entries}
+
+
+def _contact_pairs(entries: Sequence[ContactPair]) -> Things:
+    """Return who touches whom whatever their layers say; a pair without a name has its place in the list."""
+    return {f"contact pair {one.name or place}": words_of(one) for place, one in enumerate(entries, start=1)}
+
+
+def _contact_layers(names: Sequence[str]) -> Things:
+    """Return the layers of contacts, as one thing: their order is that of MuJoCo's bits."""
+    return {"contact layers": {"order": names}} if names else {}
+
+
+ACTUATORS: Section[tuple[Actuator, ...]] = Section(
+    "actuators", lower=actuators_of, describe=_actuators, checks=checks_of(actuators)
 )
-CONTACT_LAYERS: OwnSection[tuple[str, ...]] = _in_folder("contact_layers", "mjcf_sensors", "comparison:contact_layers")
+TENDONS: Section[tuple[Tendon, ...]] = Section(
+    "tendons", lower=tendons_of, describe=_tendons, checks=checks_of(tendons)
+)
+CONSTRAINTS: Section[tuple[Entry, ...]] = Section(
+    "constraints", lower=constraints_of, describe=_constraints, checks=checks_of(constraints)
+)
+MJCF_SENSORS: Section[tuple[Entry, ...]] = Section(
+    "mjcf_sensors", lower=mjcf_sensors_of, describe=_mjcf_sensors, checks=checks_of(sensors)
+)
+CONTACT_LAYERS: Section[tuple[str, ...]] = Section("contact_layers", lower=contact_layers_of, describe=_contact_layers)
 # The rules of numbers are those of all of these sections.
-CONTACT_PAIRS: OwnSection[tuple[ContactPair, ...]] = _in_folder(
-    "contact_pairs", "contact_layers", "comparison:contact_pairs", "rules.numbers"
+CONTACT_PAIRS: Section[tuple[ContactPair, ...]] = Section(
+    "contact_pairs", lower=contact_pairs_of, describe=_contact_pairs, checks=checks_of(numbers)
 )
-
-_ALL: tuple[OwnSection[Any], ...] = (
-    *(ACTUATORS, TENDONS, CONSTRAINTS, MJCF_SENSORS, CONTACT_LAYERS, CONTACT_PAIRS, MJCF_ELEMENTS),
-)
-
-
-def gathered(robot: Robot) -> Simulation:
-    """Return all of them of a robot, with how its root stands: ``robot.simulation`` for templates and users."""
-    return Simulation(robot.root_in_world, *(robot.sections[one] for one in _ALL))

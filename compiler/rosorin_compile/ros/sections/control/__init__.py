@@ -1,15 +1,137 @@
-"""The section ``control``: the hardware of ros2_control."""
+"""The section ``control``: hardware blocks of ros2_control."""
 
-from rosorin_compile.model.control import Block
-from rosorin_compile.model.sections import OwnSection
+from __future__ import annotations
 
-CONTROL: OwnSection[tuple[Block, ...]] = OwnSection.in_folder(
-    __name__,
-    __path__[0],
-    (),
-    after="drive",
-    lowers="lowering:control_of",
-    rules="rules",
-    in_urdf="urdf:blocks",
-    checks_urdf="urdf_rules:check_control",
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, TypeVar
+
+from rosorin_compile.language.lower.entries import Problem, entries_of
+from rosorin_compile.language.lower.plainly import plain, record_of
+from rosorin_compile.language.misnamed import name_meant
+from rosorin_compile.model.control import SENSOR_WORDS, SYSTEM, Block, Component, End, Interface, Transmission
+from rosorin_compile.model.sections import Section
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of
+from rosorin_compile.source.rule_registry import Heading, rule
+from rosorin_compile.source.tree import Path
+
+from .urdf import blocks
+from .urdf_rules import check_control
+
+Made = TypeVar("Made")
+
+
+def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:
+    """Return the hardware blocks of a description; a sensor without interfaces has those of its type."""
+    types = {name: entry.get("type", "") for name, entry in (tree.get("sensors") or {}).items()}
+    return tuple(_block(name, entry, types) for name, entry in entries_of(tree, "control"))
+
+
+def _block(name: str, entry: Mapping[str, Any], types: Mapping[str, str]) -> Block:
+    def sensor(called: str, said: Mapping[str, Any]) -> Component:
+        made = _component(called, said)
+        words = SENSOR_WORDS.get(types.get(called, ""), ()) if "state" not in said else ()
+        return Component(called, made.command, tuple(map(Interface, words)), made.params) if words else made
+
+    return record_of(
+        Block,
+        entry,
+        name=name,
+        type=entry.get("type", SYSTEM),
+        params=_words(entry),
+        joints=_each(entry, "joints", _component),
+        sensors=_each(entry, "sensors", sensor),
+        gpio=_each(entry, "gpio", _component),
+        transmissions=_each(entry, "transmissions", _transmission),
+        is_async=entry.get("async"),
+    )
+
+
+def _each(entry: Mapping[str, Any], key: str, make: Callable[[str, Mapping[str, Any]], Made]) -> tuple[Made, ...]:
+    return tuple(make(name, one or {}) for name, one in (entry.get(key) or {}).items())
+
+
+def _component(name: str, entry: Mapping[str, Any]) -> Component:
+    command, state = (_interfaces(entry.get(key)) for key in ("command", "state"))
+    return record_of(Component, entry, name=name, command=command, state=state, params=_words(entry))
+
+
+def _interfaces(said: Any) -> tuple[Interface, ...]:
+    if said is None:
+        return ()
+    if isinstance(said, Mapping):
+        return tuple(_interface(name, one or {}) for name, one in said.items())
+    return tuple(Interface(str(name)) for name in ([said] if isinstance(said, str) else said))
+
+
+def _interface(name: str, entry: Mapping[str, Any]) -> Interface:
+    low, high = (float(entry[key]) if key in entry else None for key in ("min", "max"))
+    return record_of(Interface, entry, name=name, low=low, high=high, params=_words(entry))
+
+
+def _transmission(name: str, entry: Mapping[str, Any]) -> Transmission:
+    ends = {key: _each(entry, key, _end) for key in ("joints", "actuators")}
+    return record_of(Transmission, entry, name=name, **ends)
+
+
+def _end(name: str, entry: Mapping[str, Any]) -> End:
+    return record_of(End, entry, name=name)
+
+
+def _words(entry: Mapping[str, Any]) -> dict[str, str | float | bool]:
+    return {key: plain(value) for key, value in (entry.get("params") or {}).items()}
+
+
+@rule(
+    "control-unused",
+    "A note: no output asks for the hardware blocks of the description.",
+    "`outputs: {urdf: {file: ..., control: jazzy}}`.",
+    Heading.CONTROL,
+)
+def control_unused(case: Case) -> Iterator[Diagnostic]:
+    """Find hardware blocks that go nowhere: an output asks for them by an option that is called as the section."""
+    blocks = case.robot.control
+    if blocks and not any(output.options.get("control") for output in case.robot.outputs):
+        message = f"no output asks for the hardware blocks ({first_of([one.name for one in blocks], 3)})"
+        help = "in a URDF: control: humble, or jazzy"
+        yield case.problem("control-unused", message, ("control",), help, severity=NOTE, key=True)
+
+
+@rule(
+    "control-pose",
+    "A hardware block starts in a pose that the robot does not have.",
+    "Name one of `poses`.",
+    Heading.CONTROL,
+)
+@rule(
+    "control-transmission",
+    "A transmission moves a joint that its block does not have, or has no joint or no actuator.",
+    "Name a joint of the same block.",
+    Heading.CONTROL,
+)
+def control_names(case: Case) -> Iterator[Diagnostic]:
+    """Find poses, and joints of transmissions, that a hardware block names and that are not there."""
+    poses = [pose.name for pose in case.robot.poses]
+    for block in case.robot.control:
+        called, own = f'hardware block "{block.name}"', [one.name for one in block.joints]
+        if block.pose and block.pose not in poses:
+            path: Path = ("control", block.name, "pose")
+            message = f'{called} starts in pose "{block.pose}", which there is not'
+            help = name_meant(case.tree, path, block.pose, poses) or "the description has no poses"
+            yield case.problem("control-pose", message, path, help)
+        for one in block.transmissions:
+            path = ("control", block.name, "transmissions", one.name)
+            for key, ends in (("joints", one.joints), ("actuators", one.actuators)):
+                if not ends:
+                    message = f'transmission "{one.name}" of {called} has no {key}'
+                    yield case.problem("control-transmission", message, (*path, key), "it has one at least", key=True)
+            for end in one.joints:
+                if end.name not in own:
+                    message = f'transmission "{one.name}" moves joint "{end.name}", which {called} does not have'
+                    help = case.suggest(path, end.name, own, "name a joint of the same block")
+                    yield case.problem("control-transmission", message, (*path, "joints", end.name), help, key=True)
+
+
+CONTROL: Section[tuple[Block, ...]] = Section(
+    "control", lower=control_of, checks=(control_unused, control_names), urdf=blocks, check_urdf=check_control
 )

@@ -17,8 +17,6 @@ from rosorin_compile.model.control import POSITION, Block, Component, End, Inter
 from rosorin_compile.source.numbers import NumberFormat
 from rosorin_compile.source.xml.escaping import escape
 
-from . import CONTROL
-
 OPTION = "control"
 
 
@@ -34,7 +32,7 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
     if not distribution:
         return []
     writer = _Writer(robot, distribution == HUMBLE, number)
-    return ["\n".join(_lines(writer.block(block), "  ")) for block in robot.sections[CONTROL]]
+    return ["\n".join(_lines(writer.block(block), "  ")) for block in robot.control]
 
 
 def follows(joint: Joint | None, component: Component) -> bool:

@@ -25,12 +25,11 @@ from rosorin_compile.model.control import (
     Words,
 )
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Heading, counted, nearest, quoted, swaps
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, nearest, quoted, swaps
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 
-from . import CONTROL
 from .urdf import OPTION, asked, follows
 
 RULES = (
@@ -93,7 +92,7 @@ _ROUNDING = 1e-9
 
 def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find what is wrong with the hardware blocks that an output asks for; what is so for all outputs is said once."""
-    if not case.robot.sections[CONTROL]:
+    if not case.robot.control:
         message = f'output "{output.name}" asks for hardware blocks, and the description has none'
         path: Path = ("outputs", output.name, OPTION)
         help = "describe one: control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}"
@@ -101,13 +100,13 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         return
     asking = [one for one in case.robot.outputs if one.backend == output.backend and asked(one)]
     if asking and asking[0].name == output.name:
-        for block in case.robot.sections[CONTROL]:
+        for block in case.robot.control:
             yield from _block(case, block)
         yield from _shared(case)
     if not case.robot.is_tree:  # what is said of that is the cause of the rest, and no output of bodies knows its links
         return
     carried = {joint.name for joint in joints_of(case.robot, output)}
-    for block in case.robot.sections[CONTROL]:
+    for block in case.robot.control:
         yield from _joints(case, block, output, carried)
         if asked(output) == HUMBLE:
             yield from _unread(case, block)
@@ -250,7 +249,7 @@ def _shared(case: Case) -> Iterator[Diagnostic]:
     """Yield the interfaces that two blocks have: the resource manager takes each once."""
     seen: dict[tuple[str, str, str], Path] = {}
     blocks: dict[tuple[str, str, str], str] = {}
-    for block in case.robot.sections[CONTROL]:
+    for block in case.robot.control:
         for section, one in block.components():
             if section == "joints" and one.name not in case.robot.joint:  # which is told
                 continue

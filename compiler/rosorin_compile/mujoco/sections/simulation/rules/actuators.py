@@ -9,15 +9,12 @@ from rosorin_compile.model import Joint
 from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.simulated_names import BALL, several
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, listed
-from rosorin_compile.source.rule_registry import rule
+from rosorin_compile.source.diagnostics import Diagnostic, listed
+from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
-from .. import ACTUATORS, TENDONS
 from ..lowering import TARGETS
 from .unfit import unfit
-
-AFTER = "simulated_names"
 
 
 def _set(words: str) -> frozenset[str]:
@@ -74,7 +71,7 @@ def drivers(case: Case) -> Iterator[Driver]:
     for joint in case.robot.joints:
         if joint.actuator is not None and joint.moves:
             yield Driver(joint.actuator, f'the actuator of joint "{joint.name}"', case.joint(joint, "actuator"), joint)
-    for actuator in case.robot.sections[ACTUATORS]:
+    for actuator in case.robot.actuators:
         yield Driver(actuator, f'actuator "{actuator.name}"', ("actuators", actuator.name), None)
 
 
@@ -86,7 +83,7 @@ def drivers(case: Case) -> Iterator[Driver]:
 )
 def targets(case: Case) -> Iterator[Diagnostic]:
     """Actuators of the section that do not act on one thing."""
-    for actuator in case.robot.sections[ACTUATORS]:
+    for actuator in case.robot.actuators:
         path: Path = ("actuators", actuator.name)
         wrong = _target(actuator, several(case))
         if wrong:
@@ -236,7 +233,7 @@ def _inherited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
     place = (*path, "mjcf", "inheritrange")
     kinds = set(actuator.targets) or {"joint"}
     other = "range" if actuator.range is not None else "actrange" if "actrange" in actuator.mjcf else ""
-    tendon = next((one for one in case.robot.sections[TENDONS] if one.name == actuator.targets.get("tendon")), None)
+    tendon = next((one for one in case.robot.tendons if one.name == actuator.targets.get("tendon")), None)
     target = joint or case.robot.joint.get(actuator.targets.get("joint", ""))
     limit = target.limit if target is not None and target.type != "continuous" else None
     has = limit is not None and limit.lower is not None and limit.upper is not None

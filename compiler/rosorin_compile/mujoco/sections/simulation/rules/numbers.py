@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
 from rosorin_compile.model.simulation import SHARED_LAYER
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, counted, did_you_mean
-from rosorin_compile.source.rule_registry import Check, rule
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, did_you_mean
+from rosorin_compile.source.rule_registry import Check, Heading, rule
 from rosorin_compile.source.tree import Path, at
 
-from .. import CONTACT_LAYERS
 from .actuators import drivers
-
-AFTER = "mjcf_sensors"
 
 # MuJoCo has a bit for each.
 MOST_LAYERS = 31
@@ -131,7 +127,7 @@ def _contacts(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
 )
 def layers(case: Case) -> Iterator[Diagnostic]:
     """Layers of contacts that there are not, or too many of."""
-    listed = case.robot.sections[CONTACT_LAYERS]
+    listed = case.robot.contact_layers
     for index, name in enumerate(listed):
         if name in listed[:index]:
             message = f'the layer "{name}" is listed twice'
@@ -203,7 +199,7 @@ def keys(case: Case) -> Iterator[Diagnostic]:
     lengths["qvel"] = {moving + (_FREE if base == "free" else 0) for base in bases} or {moving, moving + _FREE}
     places = sum(_PLACES.get(joint.type, 1 if joint.moves else 0) for joint in case.robot.joints)
     lengths["qpos"] = {places + (_FREE + 1 if base == "free" else 0) for base in bases} or {places, places + _FREE + 1}
-    if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.sections[MJCF_ELEMENTS]:
+    if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.mjcf_elements:
         lengths["act"] = {sum("timeconst" in driver.actuator.mjcf for driver in drivers(case))}
     for pose in case.robot.poses:
         for word, allowed in lengths.items():

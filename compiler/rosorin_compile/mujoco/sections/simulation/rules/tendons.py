@@ -9,13 +9,9 @@ from typing import Any
 from rosorin_compile.model import Cylinder, Sphere
 from rosorin_compile.rules.case import Case, number
 from rosorin_compile.rules.simulated_names import several
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, listed
-from rosorin_compile.source.rule_registry import rule
+from rosorin_compile.source.diagnostics import Diagnostic, listed
+from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
-
-from .. import TENDONS
-
-AFTER = "actuators"
 
 
 @rule(
@@ -28,7 +24,7 @@ AFTER = "actuators"
 def tendons(case: Case) -> Iterator[Diagnostic]:
     """Tendons that MuJoCo would not build."""
     section, turning = case.tree.get("tendons") or {}, several(case)
-    for tendon in case.robot.sections[TENDONS]:
+    for tendon in case.robot.tendons:
         path: Path = ("tendons", tendon.name)
         called = f'tendon "{tendon.name}"'
         if bool(tendon.joints) == bool(tendon.path):

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rosorin_compile.compare.difference import OTHER, YAML, Item, Side
-from rosorin_compile.compare.joints import changed, differ
-from rosorin_compile.compare.pairing import Pairing
-from rosorin_compile.compare.plainly import either
-from rosorin_compile.compare.wording import renamed
 from rosorin_compile.model import Robot
 from rosorin_compile.model.servos import ServoGroup
 
-from . import SERVOS
+from .difference import OTHER, YAML, Item, Side
+from .joints import changed, differ
+from .pairing import Pairing
+from .plainly import either
+from .wording import renamed
 
-AFTER = "pose"
 
-
-def compare(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
+def compare_servos(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
     """Yield what differs; groups, their names and their ranges between two descriptions alone."""
     ranges = all(side.format is YAML for side in sides)
     old, new = _by_joint(pairing.a.robot), _by_joint(pairing.b.robot)
@@ -45,7 +42,7 @@ def compare(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
 
 
 def _by_joint(robot: Robot) -> dict[str, ServoGroup]:
-    return {joint: group for group in robot.sections[SERVOS] for joint in group.joints}
+    return {joint: group for group in robot.servos for joint in group.joints}
 
 
 def _radians(group: ServoGroup) -> float:

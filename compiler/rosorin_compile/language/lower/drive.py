@@ -9,7 +9,7 @@ from rosorin_compile.model.drive import ROLES, Drive
 from rosorin_compile.source.rule_registry import JOINTS, Rule
 from rosorin_compile.source.wording import listed
 
-from ...lower.entries import Problem, source_of
+from .entries import Problem, source_of
 
 RULES = (
     Rule(

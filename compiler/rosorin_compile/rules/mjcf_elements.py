@@ -17,8 +17,6 @@ from rosorin_compile.source.xml import mujoco
 from rosorin_compile.source.xml.elements import Found, found_in
 from rosorin_compile.source.xml.mujoco import BODY, GEOM, JOINT
 
-AFTER = "simulated_values"
-
 # What a description has words for, wherever it stands, and the way out.
 _IN_WORDS = {
     "body": "make it a link, with a joint of type fixed where it does not move",

@@ -14,10 +14,6 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import POSES, rule
 from rosorin_compile.source.tree import Path
 
-from . import SERVOS
-
-AFTER = "ranges"
-
 # rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
 COARSE = 0.1
 # A servo reaches more or less than its joint, by a gear that is not said too; not by as much.
@@ -30,7 +26,7 @@ def groups(case: Case) -> Iterator[Diagnostic]:
     """Servos of fixed joints, and joints with two servos."""
     taken: dict[str, Path] = {}
     order = list(case.tree.get("servos") or ())
-    servos = case.robot.sections[SERVOS]
+    servos = case.robot.servos
     for group in sorted(servos, key=lambda group: order.index(group.name)):
         for index, name in enumerate(group.joints):
             path: Path = ("servos", group.name, "joints", index)
@@ -53,7 +49,7 @@ def groups(case: Case) -> Iterator[Diagnostic]:
 )
 def scales(case: Case) -> Iterator[Diagnostic]:
     """Scales of pulses that are in degrees, or were turned into radians twice."""
-    for group in case.robot.sections[SERVOS]:
+    for group in case.robot.servos:
         joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
         reach = abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
         told = _coarse(case, group, reach) if any(joint.type != "prismatic" for joint in joints) else None

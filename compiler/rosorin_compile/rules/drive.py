@@ -16,10 +16,6 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, rule
 from rosorin_compile.source.tree import Path
 
-from . import DRIVE
-
-AFTER = "mimic"
-
 LYING = math.cos(math.radians(30))  # an axis this near to its direction is meant to be that
 RADIUS_APART = 0.05  # of a radius that is given: more is another number, such as the diameter
 UNEVEN = 0.001  # m
@@ -59,7 +55,7 @@ def _named(case: Case, drive: Drive) -> list[_Named]:
 )
 def joints(case: Case) -> Iterator[Diagnostic]:
     """Joints of the drive that cannot be what they are named."""
-    drive = case.robot.sections[DRIVE]
+    drive = case.robot.drive
     if drive is None:
         return
     seen: dict[str, Path] = {}
@@ -107,7 +103,7 @@ def _is_sound(case: Case, drive: Drive) -> bool:
 )
 def axes(case: Case) -> Iterator[Diagnostic]:
     """Axes of wheels that do not lie, and of steering that does not stand."""
-    drive = case.robot.sections[DRIVE]
+    drive = case.robot.drive
     if drive is None or not _is_sound(case, drive):
         return
     from rosorin_compile.model.driving import axis_in_base
@@ -151,7 +147,7 @@ def _direction(axis: Vector) -> str:
 )
 def places(case: Case) -> Iterator[Diagnostic]:
     """Wheels that stand elsewhere than their names say, or cannot drive."""
-    drive = case.robot.sections[DRIVE]
+    drive = case.robot.drive
     if drive is None or not _is_sound(case, drive):
         return
     from rosorin_compile.model.driving import place_in_base
@@ -262,7 +258,7 @@ def _radii(case: Case, drive: Drive) -> dict[str, float] | None:
 )
 def radii(case: Case) -> Iterator[Diagnostic]:
     """Wheels whose radius nobody says, or two say differently."""
-    drive = case.robot.sections[DRIVE]
+    drive = case.robot.drive
     if drive is None or not _is_sound(case, drive):
         return
     if drive.radius is not None and drive.radius <= 0:

@@ -1,17 +1,18 @@
-"""The section ``servos`` of a description as a value of the model, and the pulses that poses are written in."""
+"""Lower servo groups, and named poses, which may be given in pulses of servos."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.source.rule_registry import POSES, Rule
 from rosorin_compile.source.tree import Map, Path
 
-from ...lower.entries import Problem, entries_of
-from ...lower.plainly import record_of
-from ...misnamed import name_meant
+from ..misnamed import name_meant
+from .entries import Problem, entries_of, source_of, values_of
+from .plainly import pose_of_entry, record_of
 
 RULES = (
     Rule(
@@ -43,7 +44,7 @@ def _group_of(name: str, entry: Mapping[str, Any], problem: Problem) -> ServoGro
     return record_of(ServoGroup, entry, name=name, flipped=entry.get("flipped", False))
 
 
-def positions_of(
+def _positions_of(
     pose: str, pulses: Mapping[str, int], servos: tuple[ServoGroup, ...], tree: Map, problem: Problem
 ) -> dict[str, float]:
     """Return the positions that the pulses of a pose give, by joint; ``problem`` takes what is wrong with one."""
@@ -63,3 +64,24 @@ def positions_of(
             problem("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
         positions[joint] = group.radians(pulse)
     return positions
+
+
+def pose_of_joints(
+    name: str, entry: Mapping[str, Any], servos: tuple[ServoGroup, ...], tree: Map, problem: Problem
+) -> JointPose:
+    """Return a named pose of a tree; its pulses are positions by ``servos``.
+
+    ``problem`` takes what is wrong with it.
+    """
+    positions = {joint: float(value) for joint, value in sorted(entry.get("positions", {}).items())}
+    pulses = dict(sorted(entry.get("pulses", {}).items()))
+    if pulses:
+        given = _positions_of(name, pulses, servos, tree, problem)
+        for joint in (joint for joint in given if joint in positions):
+            path: Path = ("poses", name, "pulses", joint)
+            problem("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
+        positions |= given
+    base = pose_of_entry(entry["base"]) if "base" in entry else None
+    controls = {actuator: float(value) for actuator, value in sorted(entry.get("controls", {}).items())}
+    more = values_of(entry.get("mjcf"))
+    return JointPose(name, positions, pulses, source_of(entry.get("source")), base, controls, more)

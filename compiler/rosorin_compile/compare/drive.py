@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rosorin_compile.compare.difference import OTHER, Item, Side
-from rosorin_compile.compare.joints import changed, differ
-from rosorin_compile.compare.pairing import Pairing
-from rosorin_compile.compare.wording import number
 from rosorin_compile.model.drive import ROLES, Drive
 
-from . import DRIVE
+from .difference import OTHER, Item
+from .joints import changed, differ
+from .pairing import Pairing
+from .wording import number
 
-AFTER = "sensor"
 
-
-def compare(pairing: Pairing, _: tuple[Side, Side]) -> Iterator[Item]:
+def compare_drive(pairing: Pairing) -> Iterator[Item]:
     """Yield what differs; of two kinds of bases nothing else is compared."""
-    a, b = (side.robot.sections[DRIVE] for side in (pairing.a, pairing.b))
+    a, b = (side.robot.drive for side in (pairing.a, pairing.b))
     if a is None or b is None or a.kind != b.kind:
         before, after = a.kind if a else None, b.kind if b else None
         if before != after:

@@ -1,0 +1,59 @@
+"""The section ``controllers``: the controllers of ros2_control, which drive its hardware."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rosorin_compile.language.annotations import named_as
+from rosorin_compile.language.lower.entries import Problem, entries_of
+from rosorin_compile.language.lower.plainly import record_of
+from rosorin_compile.language.misnamed import name_meant
+from rosorin_compile.model.controllers import Controller, flat
+from rosorin_compile.model.sections import Section
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import Check
+from rosorin_compile.source.tree import Path
+
+
+def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...]:
+    """Return the controllers of a description."""
+    return tuple(
+        record_of(
+            Controller,
+            entry,
+            name=name,
+            params={key: _plain(value) for key, value in flat(entry.get("params") or {}).items()},
+        )
+        for name, entry in entries_of(tree, "controllers")
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Return a value without its place: quantities as numbers in SI units."""
+    if isinstance(value, list):
+        return tuple(_plain(item) for item in value)
+    if isinstance(value, float):
+        return float(value)
+    return str(value) if isinstance(value, str) else value
+
+
+@Check
+def controller_names(case: Case) -> Iterator[Diagnostic]:
+    """Find hardware blocks and sensors that a controller names and that are not there (controller-name)."""
+    blocks = [name for section in named_as("hardware block") for name in case.tree.get(section) or ()]
+    sensors = [sensor.name for sensor in case.robot.sensors]
+    for one in case.robot.controllers:
+        for key, name, word, known in (
+            ("hardware", one.hardware, "hardware block", blocks),
+            ("sensor", one.sensor, "sensor", sensors),
+        ):
+            if name and name not in known:
+                path: Path = ("controllers", one.name, key)
+                message = f'the controller "{one.name}" names the {word} "{name}", which there is not'
+                help = name_meant(case.tree, path, name, known) if known else f"the robot has no {word}"
+                yield case.problem("controller-name", message, path, help)
+
+
+CONTROLLERS: Section[tuple[Controller, ...]] = Section("controllers", lower=controllers_of, checks=(controller_names,))

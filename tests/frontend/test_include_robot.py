@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 import shutil
@@ -321,8 +322,8 @@ def test_explain_shows_the_file_and_line_of_the_foreign_robot(monkeypatch, capsy
     assert re.search(r"right_base_joint, fixed, published by .*\n +descriptions/cell/robot.yaml:9:13\n", said)
 
 
-def test_a_xacro_that_is_trusted_is_run_each_time_without_a_word(tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
+def test_trust_comes_from_the_person_who_runs_the_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     monkeypatch.chdir(tmp_path)
     text = '<robot name="post" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="post${1}"/></robot>'
     (tmp_path / "descriptions/cell").mkdir(parents=True)
@@ -331,10 +332,25 @@ def test_a_xacro_that_is_trusted_is_run_each_time_without_a_word(tmp_path, monke
     cell.write_text(
         "robot: cell\ninclude:\n  - {file: post.xacro, trust: true}\noutputs: {urdf: {file: cell.urdf}}\n", "utf-8"
     )
-    for command in ("all", "all", "check"):
+    for command in ("all", "check"):
         assert main([command]) == 0
-        assert "xacro-runs-code" not in capsys.readouterr().err
+        said = capsys.readouterr().err
+        assert "warning[xacro-runs-code]" in said
+        assert "robot.yaml:3:31: warning[trust-ignored]" in said
+    cell.write_text(cell.read_text("utf-8").replace(", trust: true", ""), "utf-8")
+    assert main(["check", "--trust"]) == 0
+    assert "xacro-runs-code" not in capsys.readouterr().err
+    assert [one.rule for one in compile_robot(cell).diagnostics] == ["xacro-runs-code"]
+    with monkeypatch.context() as trusting:
+        trusting.setenv("ROSORIN_COMPILE_TRUST", "1")
+        assert compile_robot(cell).diagnostics == []
+    (tmp_path / "config/rosorin-compile").mkdir(parents=True)
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    (tmp_path / "config/rosorin-compile/trusted").write_text(f"# my files\n{digest}  post.xacro\n", "utf-8")
     assert compile_robot(cell).diagnostics == []
+    (tmp_path / "descriptions/cell/post.xacro").write_text(text + "<!-- changed -->", "utf-8")
+    assert [one.rule for one in compile_robot(cell).diagnostics] == ["xacro-runs-code"]
+    cell.write_text(cell.read_text("utf-8").replace("post.xacro", "post.xacro, trust: true"), "utf-8")
     cell.write_text(cell.read_text("utf-8").replace("true", "perhaps"), "utf-8")
     assert main(["all"]) == 1
     assert "trust of an include is true or false, not text" in capsys.readouterr().err

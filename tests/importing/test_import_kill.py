@@ -28,23 +28,22 @@ BEFORE = {"robot.yaml": "robot: before\n", "notes.txt": "mine\n"}
 
 def child(folder: Path) -> None:
     """Do what is said on standard input, one kill a line."""
-    from rosorin_compile import output
     from rosorin_compile.cli.main import main
     from rosorin_compile.formats.reading import read_robot
-    from rosorin_compile.importing import round_trip
+    from rosorin_compile.importing import import_robot
     from rosorin_compile.importing.words import worded
     from support.output_child import die_at
 
     quiet = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 (for as long as the process lives)
     told, sys.stdout = sys.stdout, quiet
     trips: list[Any] = []
-    checked = round_trip.check_round_trip
-    round_trip.check_round_trip = lambda *arguments, **named: trips[0] if trips else checked(*arguments, **named)
+    checked = import_robot.check_round_trip
+    import_robot.check_round_trip = lambda *arguments, **named: trips[0] if trips else checked(*arguments, **named)
     main(["import", str(ROVER / "rover.urdf"), "-o", str(folder / "first")])  # loads what the others then have
     said = worded(read_robot(ROVER / "rover.urdf"))
     trips.append(checked(said.imported, folder / "first", parts=False, plain=said.plain))  # several files
     after = {path.name: path.read_text("utf-8") for path in (ROVER / "flat").iterdir()}
-    write_set = output.write_set
+    write_set = import_robot.write_set
     for line in sys.stdin:
         how, number, existing = line.split()
         target = folder / f"{how}{number}{existing}"
@@ -60,7 +59,7 @@ def child(folder: Path) -> None:
                     die_at(step)
                     return write_set(*arguments, **named)
 
-                output.write_set = dying
+                import_robot.write_set = dying
             sys.stderr = quiet
             os._exit(main(["import", str(ROVER / "rover.urdf"), "-o", str(target), "--force"]))
         if how == "after":

@@ -52,8 +52,14 @@ def description_of(name: str) -> tuple[Path | None, list[Diagnostic]]:
     """Return the first file of a description given as a file, a folder or a name; None, and why, if there is none."""
     try:
         return first_file(name), []
-    except NoDescription as problem:
-        return None, [error("file-unreadable", str(problem), None)]
+    except (NoDescription, OSError) as problem:
+        return None, [unreadable(problem)]
+
+
+def unreadable(problem: NoDescription | OSError) -> Diagnostic:
+    """Return the error for a robot that was not found; an OSError without a name is that of the working directory."""
+    deleted = isinstance(problem, OSError) and problem.filename is None
+    return error("file-unreadable", "the working directory was deleted" if deleted else str(problem), None)
 
 
 def file_of(name: str) -> tuple[Path | None, list[Diagnostic]]:

@@ -66,8 +66,8 @@ def side_of(robot: object, arguments: Sequence[Mapping[str, Any] | None], packag
             return Read(None, wrong)
     try:
         read = read_side(own.name, values, own.packages, trust)
-    except NoDescription as problem:
-        return Read(None, [error("file-unreadable", str(problem), None)])
+    except (NoDescription, OSError) as problem:
+        return Read(None, [asked.unreadable(problem)])
     if own.arguments and read.deaf:
         return read._replace(diagnostics=[*read.diagnostics, asked.deaf(Path(own.name))])
     return read

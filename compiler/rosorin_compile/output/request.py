@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.project import ENDINGS, Description, NoDescription, stdin_of
@@ -54,7 +54,7 @@ class Request:
 
         ``outputs`` is the folder that contains a folder of artifacts for each robot.
         """
-        from rosorin_compile.language.asked import ask
+        from rosorin_compile.language.asked import ask, unreadable
 
         if isinstance(robot, Request):
             return robot, []
@@ -63,8 +63,8 @@ class Request:
             return None, asked.diagnostics
         try:
             description = Description.find([asked.name], None if outputs is None else os.fsdecode(outputs))[0]
-        except NoDescription as problem:
-            return None, [error("file-unreadable", str(problem), None)]
+        except (NoDescription, OSError) as problem:
+            return None, [unreadable(problem)]
         return cls(description, asked.arguments, (), asked.packages, trust), []
 
     @property

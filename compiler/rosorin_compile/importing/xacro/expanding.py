@@ -25,6 +25,7 @@ from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnosti
 from rosorin_compile.source.files import record
 from rosorin_compile.source.project import shown
 from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.trust import untrusted
 from rosorin_compile.source.wording import and_more, counted
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse
@@ -37,7 +38,7 @@ RULES = (
     Rule(
         "xacro-runs-code",
         "A warning, before a xacro is expanded: it can run Python code of whoever wrote it.",
-        "Go on only with files of people whom you trust; `--trust` says that you do, in an include `trust: true`.",
+        "Continue only if you trust the authors; `--trust` or `ROSORIN_COMPILE_TRUST=1` silences the warning.",
         READING,
     ),
     Rule(
@@ -123,15 +124,18 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         (),
         "go on only with files of people whom you trust; --trust says that you do",
     )
-    diagnostics = [] if options.trust else [warning]
+    trusted = options.trust or not untrusted([path])
+    diagnostics = [] if trusted else [warning]
     if options.tell is not None:
-        options.tell(replace(warning, numbers=TRUSTED) if options.trust else warning)
+        options.tell(replace(warning, numbers=TRUSTED) if trusted else warning)
         diagnostics = []
     system.needs("resource", system.NO_LIMITS)
     answer = _expand(path, options)
-    for name, found in answer.get("recorded", ()):
-        record(name, found)
+    for name, version in answer.get("recorded", ()):
+        record(name, tuple(version))
     files = _files(path, answer)
+    if trusted and not options.trust and (others := untrusted(files)):  # the list has the first file, not those
+        diagnostics.append(replace(warning, message=f"{warning.message}: {shown(others[0])} is not a trusted file"))
     sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
     diagnostics += _remarks(answer, first)
     problems = faults(answer, document, path, options, files, sources)

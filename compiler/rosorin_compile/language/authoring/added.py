@@ -96,7 +96,7 @@ def _include() -> Schema:
             "trust": {
                 "type": ["boolean", "string"],
                 "pattern": _WHOLE,
-                "description": "Robot: say nothing of what a xacro can run: whoever wrote it is trusted.",
+                "description": "Robot: no effect. Trust comes from the person who runs the command: --trust.",
             },
             "prefix": {**text, "description": "Robot: what is put before the names of its links, joints and so on."},
             "meshes": {

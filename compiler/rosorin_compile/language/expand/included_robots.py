@@ -43,6 +43,12 @@ RULES = (
         FILES,
     ),
     Rule(
+        "trust-ignored",
+        "A warning: `trust` of an include has no effect, because trust comes from the person who runs the command.",
+        "Remove the key. If you trust the authors of the files, use `--trust` or set `ROSORIN_COMPILE_TRUST=1`.",
+        FILES,
+    ),
+    Rule(
         "include-renamed",
         "A note: in elements of an included robot that are kept as they are, names got its prefix.",
         topic=FILES,
@@ -58,16 +64,14 @@ _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
     (re.compile(r"give it one: (\S+):=VALUE"), r"give it one: args: {\1: VALUE}"),
     (re.compile(r"--lenient\b"), "lenient: true"),
-    (re.compile(r"--trust\b"), "trust: true"),
 )
 _FEW = 4
 
 
 class How(NamedTuple):
-    """How a foreign file is read: ``lenient``, and with ``trust`` in what it runs."""
+    """How a foreign file is read."""
 
     lenient: bool
-    trust: bool
 
 
 class ForeignReader(Protocol):
@@ -187,7 +191,9 @@ class Robots:
         packages = {**own, **self.packages}
         path = self._file(entry, scope, include, packages)
         texts = {name: self._text(entry["args"], name, scope) for name in entry.get("args") or ()}
-        how = How(bool(entry.get("lenient")), bool(entry.get("trust")))
+        how = How(bool(entry.get("lenient")))
+        if "trust" in entry:
+            self._warn_of_trust(entry, scope)
         key = (str(path), tuple(texts.items()), tuple(packages.items()), how.lenient)
         self._check_prefix(path, entry, texts, scope, include.place)
         if key not in self.known:
@@ -302,6 +308,13 @@ class Robots:
         clash = error("duplicate-name", message, joints.key_spans[name], "give the include another joint: NAME")
         self._say(clash, via)
         raise Failed
+
+    def _warn_of_trust(self, entry: Map, scope: Scope) -> None:
+        """Report that a description cannot grant trust."""
+        message = "trust of an include has no effect: trust comes from the person who runs the command"
+        span = place_of(entry, "trust", scope).span
+        help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
+        self.reader.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
 
     def _say(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
         """Say something of a foreign file, in the words of an include; ``ahead``: before anything is done."""

@@ -26,6 +26,7 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
+from rosorin_compile.source.files import is_file
 from rosorin_compile.source.project import no_file
 from rosorin_compile.source.rule_registry import Heading, Rule
 
@@ -84,7 +85,7 @@ class ParameterFiles:
     def check(self) -> None:
         """Raise RequestError for a file that does not exist."""
         for path in (*self.files, *self.controllers, *self.launch):
-            if not path.is_file():
+            if not is_file(path):
                 raise RequestError(no_file(path))
 
 

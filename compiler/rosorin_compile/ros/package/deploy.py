@@ -110,7 +110,7 @@ class _Deployment:
         """Write the artifacts. Raises LoadError, OutputError, OSError."""
         robot, folder = self.robot, self.folder
         files = files_below(folder, skip_built=True)
-        places = naming.read(folder, robot.name) | mapped
+        places = {**naming.read(folder, robot.name), **mapped}
         planned = plan(robot, self.artifacts, folder, files, places)
         self.diagnostics.extend(planned.diagnostics)
         if has_errors(planned.diagnostics):

@@ -1308,7 +1308,7 @@ def extract_factory(
         arguments: The arguments of its xacro, by name.
         packages: Folders of other ROS packages by name.
         robot: The robot file in the package; by default the only one.
-        height_map_link: The link whose meshes are used for a height map; by default there is none.
+        height_map_link: The link whose meshes are used for a height map; by default no map is computed.
         frame: The link whose frame the height map uses; by default ``height_map_link``.
         section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
         cell: As in ``extract_height_map``.
@@ -1440,7 +1440,7 @@ def deploy(
         deployed.
 
     Raises:
-        RequestError: There is no such folder or output.
+        RequestError: The folder does not exist, or the robot has no such output.
 
     Example:
         >>> result = deploy("rosorin", "ros_ws/src/rosorin_base", dry_run=True)  # doctest: +SKIP

@@ -21,15 +21,17 @@ from typing import BinaryIO
 from . import system
 
 AnyPath = str | os.PathLike[str]
+# What tells a file from another version of it: inode, size, times (ns); of a folder the inode; empty without a file.
+Version = tuple[int, ...]
 
 _ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)
-_recorders: ContextVar[tuple[dict[Path, bool], ...]] = ContextVar("recorders", default=())
+_recorders: ContextVar[tuple[dict[Path, Version], ...]] = ContextVar("recorders", default=())
 
 
 @contextmanager
-def recording() -> Iterator[dict[Path, bool]]:
-    """Collect the paths that are read (True), or looked for and not found (False), in the block and blocks in it."""
-    paths: dict[Path, bool] = {}
+def recording() -> Iterator[dict[Path, Version]]:
+    """Collect the paths that are read, or looked for and not found, in the block: each with its version."""
+    paths: dict[Path, Version] = {}
     token = _recorders.set((*_recorders.get(), paths))
     try:
         yield paths
@@ -37,10 +39,24 @@ def recording() -> Iterator[dict[Path, bool]]:
         _recorders.reset(token)
 
 
-def record(path: AnyPath, found: bool = True) -> None:
-    """Record that a file was read, or looked for and not found, by code that does not use this module."""
+def record(path: AnyPath, version: Version) -> None:
+    """Record that a version of a file was read, or that there was none, by code that does not use this module."""
     for recorder in _recorders.get():
-        recorder[Path(path)] = found
+        recorder[Path(path)] = version
+
+
+def version(path: AnyPath) -> Version:
+    """Return the version of a file; empty if there is none, or nobody may look."""
+    try:
+        return _version(Path(path).stat())
+    except (OSError, ValueError):
+        return ()
+
+
+def _version(status: os.stat_result) -> Version:
+    if stat.S_ISDIR(status.st_mode):
+        return (status.st_ino,)
+    return (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
 
 
 def read_bytes(path: AnyPath, most: int = -1) -> bytes:
@@ -56,16 +72,19 @@ def read_text(path: AnyPath, encoding: str = "utf-8", errors: str = "strict") ->
 
 def open_binary(path: AnyPath) -> BinaryIO:
     """Open a regular file for reading, without waiting for a pipe. Raises OSError."""
-    record(path, exists(path))
     try:
         handle = os.open(path, os.O_RDONLY | system.NO_WAIT | system.AS_BYTES | getattr(os, "O_CLOEXEC", 0))
     except ValueError as problem:  # a NUL in the name
         raise FileNotFoundError(errno.ENOENT, str(problem), os.fspath(path)) from None
+    except OSError:
+        record(path, version(path))
+        raise
     try:
-        mode = os.fstat(handle).st_mode
-        if stat.S_ISDIR(mode):
+        status = os.fstat(handle)
+        record(path, _version(status))
+        if stat.S_ISDIR(status.st_mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
-        if not stat.S_ISREG(mode):
+        if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "No regular file", os.fspath(path))
         return os.fdopen(handle, "rb")
     except BaseException:
@@ -103,7 +122,7 @@ def _mode(path: AnyPath) -> int:
     except OSError as problem:
         if problem.errno not in _ABSENT:
             raise
-    record(path, found=False)
+    record(path, ())
     return 0
 
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import os
-import stat
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-from .files import read_bytes, recording
+from .files import Version, read_bytes, recording, version
 
 INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
 _SMALL = 1_000_000  # bytes: a larger file is told by its times alone
+_CLOCK_STEP = 20_000_000  # ns: the times of files may be that much behind the clock
 _PATIENCE = 20  # looks at files that keep changing, until they are read as they are
 
 
@@ -31,25 +31,24 @@ class WatchedFiles:
 
     def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:
         """Wait until the files stop changing, for a second at most."""
-        before = [_signature(state.path) for state in self.states]
+        before = [version(state.path) for state in self.states]
         for _ in range(_PATIENCE):
             sleep(SETTLE)
-            after = [_signature(state.path) for state in self.states]
+            after = [version(state.path) for state in self.states]
             if after == before:
                 return
             before = after
 
     def read(self, used: Callable[[], object]) -> None:
         """Take down which files ``used`` reads or looks for; what changes meanwhile is read once more."""
-        begun = time.time_ns()
+        begun = time.time_ns() - _CLOCK_STEP
         with recording() as paths:
             used()
         own = self.artifacts
-        found = {os.path.abspath(path): is_there for path, is_there in paths.items()}
-        self.states = [State(path) for path in found if own is None or not _is_within(path, own)]
+        read = {os.path.abspath(path): of for path, of in paths.items()}
+        self.states = [State(path) for path in read if own is None or not _is_within(path, own)]
         self.is_outdated = any(
-            found[state.path] != bool(state.signature) or max(state.signature[2:], default=0) > begun
-            for state in self.states
+            state.version != read[state.path] or max(state.version[2:], default=0) > begun for state in self.states
         )
 
 
@@ -58,30 +57,19 @@ class State:
 
     def __init__(self, path: str) -> None:
         self.path = path
-        self.signature = _signature(path)
-        self.content = _content(path, self.signature)
+        self.version = version(path)
+        self.content = _content(path, self.version)
 
     def differs(self) -> bool:
         """Whether the file is another one by now."""
-        signature = _signature(self.path)
-        return signature != self.signature and _content(self.path, signature) != self.content
+        now = version(self.path)
+        return now != self.version and _content(self.path, now) != self.content
 
 
-def _signature(path: str) -> tuple[int, ...]:
-    """Return what tells a file from another version of it; nothing if it is not there. A folder is always the same."""
-    try:
-        status = Path(path).stat()
-    except (OSError, ValueError):
-        return ()
-    if stat.S_ISDIR(status.st_mode):
-        return (status.st_ino,)
-    return (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
-
-
-def _content(path: str, signature: tuple[int, ...]) -> object:
-    """Return what a file holds, in short; of what is large or no file, its signature."""
-    if len(signature) < 2 or signature[1] > _SMALL:
-        return signature
+def _content(path: str, now: Version) -> object:
+    """Return what a file holds, in short; of what is large or no file, its version."""
+    if len(now) < 2 or now[1] > _SMALL:
+        return now
     try:
         return hashlib.sha256(read_bytes(path)).digest()
     except OSError:

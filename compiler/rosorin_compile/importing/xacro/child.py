@@ -96,7 +96,7 @@ def main() -> None:
         os.environ.update(request["environment"])
     with recording() as paths:
         answer = expand(request)
-    answer["recorded"] = [[os.path.abspath(path), found] for path, found in paths.items()]
+    answer["recorded"] = [[os.path.abspath(path), version] for path, version in paths.items()]
     with answer_to:
         json.dump(answer, answer_to)
     # Threads or exit handlers of the file are not waited for.

@@ -131,8 +131,8 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         diagnostics = []
     system.needs("resource", system.NO_LIMITS)
     answer = _expand(path, options)
-    for name, found in answer.get("recorded", ()):
-        record(name, found)
+    for name, version in answer.get("recorded", ()):
+        record(name, tuple(version))
     files = _files(path, answer)
     if trusted and not options.trust and (others := untrusted(files)):  # the list has the first file, not those
         diagnostics.append(replace(warning, message=f"{warning.message}: {shown(others[0])} is not a trusted file"))

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
-from rosorin_compile.source.files import is_file, record, recording, resolve
+from rosorin_compile.source.files import Version, is_file, record, recording, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.memo import forget
 from rosorin_compile.source.progress import Progress
@@ -121,7 +121,7 @@ class Kept:
         self.robots = 0
         self.reader: Reader | None = None
         self.root: Map | None = None
-        self.looked_for: dict[Path, bool] = {}  # as ``recording`` has them
+        self.looked_for: dict[Path, Version] = {}  # as ``recording`` has them
 
     def read(self, reader: Reader) -> tuple[Reader, Map | None]:
         """Return the joined files of a description, and who has read them: ``reader`` or one before, both anew."""
@@ -130,8 +130,8 @@ class Kept:
             forget()
         before = self.reader
         if before is not None and before.same_as(reader) and before.is_current():
-            for file, found in self.looked_for.items():
-                record(file, found)
+            for file, version in self.looked_for.items():
+                record(file, version)
             return before.renewed(), self.root
         with recording() as self.looked_for:
             root = reader.whole()

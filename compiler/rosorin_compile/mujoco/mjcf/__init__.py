@@ -35,7 +35,7 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
-from rosorin_compile.source.files import record
+from rosorin_compile.source.files import record, version
 
 from .settings import SETTINGS
 
@@ -82,7 +82,8 @@ def _refusal(text: str, folder: Path) -> Refusal:
 
     names = _FILE.findall(text)
     for name in names:
-        record(folder / unescape(name, {"&quot;": '"'}))
+        file = folder / unescape(name, {"&quot;": '"'})
+        record(file, version(file))
     return refusal(text, folder, by_itself=not names)
 
 

@@ -11,6 +11,7 @@ from itertools import count
 from pathlib import Path
 
 from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.files import shown
 from rosorin_compile.source.rule_registry import PACKAGES, WRITING, Rule
 from rosorin_compile.source.wording import printable
 
@@ -52,6 +53,7 @@ class OutputError(Exception):
         place = Path(problem.filename) if isinstance(problem.filename, str) else path
         if any(map(STAGING_NAME.fullmatch, place.parts)):  # it has a random name, and is removed already
             place = path.parent
+        place = Path(shown(place))
         message = f"cannot {verb} {path}: {problem.strerror or type(problem).__name__} ({place})"
         if problem.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
             rule = "output-read-only" if verb == "write" else "output-unreadable"

@@ -384,7 +384,7 @@ def transform(
         trust: As in ``compile``.
 
     Raises:
-        RequestError: There is no such frame, joint, pose or mode, or a value is invalid.
+        RequestError: The robot has no such frame, joint, pose or mode, or a value is invalid.
 
     Example:
         >>> import rosorin_compile
@@ -434,7 +434,7 @@ def frames(
         trust: As in ``compile``.
 
     Raises:
-        RequestError: There is no such frame, publisher or mode, or the drawing cannot be written there.
+        RequestError: The robot has no such frame, publisher or mode, or the drawing cannot be written.
 
     Example:
         >>> import rosorin_compile
@@ -481,7 +481,7 @@ def pulses(
         trust: As in ``compile``.
 
     Raises:
-        RequestError: The robot has no servos, there is no such joint or pose, or a value is invalid.
+        RequestError: The robot has no servos, no such joint or no such pose, or a value is invalid.
         NoPulse: A pulse does not exist, or no pulse sets a position.
 
     Example:
@@ -617,7 +617,7 @@ def init(name: str, template: str = new_robot.DEFAULT, project: FilePath = ".") 
         project: The folder that contains ``descriptions/``.
 
     Raises:
-        RequestError: The name is invalid or in use, or there is no such template.
+        RequestError: The name is invalid or in use, or the template does not exist.
         OSError: The folder cannot be written.
 
     Example:
@@ -679,7 +679,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
     """Return the meaning of rule ids, of plug-ins, too; without ``ids`` of all rules, sorted by id.
 
     Raises:
-        UnknownName: There is no rule with an id; the message has a suggestion.
+        UnknownName: A rule id does not exist; the message has a suggestion.
 
     Example:
         >>> import rosorin_compile
@@ -699,7 +699,7 @@ def schema(name: str = "authoring") -> dict[str, Any]:
     """Return a JSON Schema by its name in ``rosorin-compile schema --list``; by default that for editors.
 
     Raises:
-        UnknownName: There is no such schema; the message has a suggestion.
+        UnknownName: The schema does not exist; the message has a suggestion.
 
     Example:
         >>> import rosorin_compile
@@ -961,7 +961,7 @@ def write_sweep(
     report: Callable[[Diagnostic], None] | None = None,
     trust: bool = False,
 ) -> WrittenVariants:
-    r"""Compile a description with the arguments of each variant, and write each variant into a folder of its own.
+    r"""Compile a description with the arguments of each variant, and write each variant to a separate folder.
 
     Args:
         robot: As in ``compile``.
@@ -1308,7 +1308,7 @@ def extract_factory(
         arguments: The arguments of its xacro, by name.
         packages: Folders of other ROS packages by name.
         robot: The robot file in the package; by default the only one.
-        height_map_link: The link whose meshes are used for a height map; by default there is none.
+        height_map_link: The link whose meshes are used for a height map. Default: no height map.
         frame: The link whose frame the height map uses; by default ``height_map_link``.
         section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
         cell: As in ``extract_height_map``.
@@ -1440,7 +1440,7 @@ def deploy(
         deployed.
 
     Raises:
-        RequestError: There is no such folder or output.
+        RequestError: The folder or output does not exist.
 
     Example:
         >>> result = deploy("rosorin", "ros_ws/src/rosorin_base", dry_run=True)  # doctest: +SKIP

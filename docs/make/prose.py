@@ -87,7 +87,7 @@ def _help_text(command: Sequence[str]) -> str:
     output = io.StringIO()
     with redirect_stdout(output), redirect_stderr(io.StringIO()), suppress(SystemExit):
         main([*command, "--help"])
-    return output.getvalue()
+    return re.sub(r"-\n +", "-", output.getvalue())  # click wraps lines at hyphens
 
 
 def missing_terms(texts: Sequence[str]) -> list[str]:

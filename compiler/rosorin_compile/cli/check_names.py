@@ -14,7 +14,8 @@ import click
 
 from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription, all_here
 
-from .registry import CHECK, check, is_own, names, whose
+from .registry import check, names, whose
+from .table import CHECK, is_own
 
 Resolved = tuple[str, click.Command, list[str]]
 

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.core import ParameterSource
 
-from rosorin_compile.source.console import show_progress
+from rosorin_compile.source.console import ENVELOPE, MARKDOWN, show_progress
 from rosorin_compile.source.plugins import Plugin, PluginFailed, broken, failed
 
 from .answer import Answer
-from .registry import entry
+from .table import entry
 from .usage import FINE, PROBLEMS, WrongUsage, tell_of_cache, tell_of_system
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem] | list[str]"]
 Sections = Callable[[], Mapping[str, Sequence[tuple[str, str]]]]
 _NAME = re.compile(r"[a-z][a-z0-9-]*")
+FORMAT_NAMES = ("text", ENVELOPE, "github", "sarif", MARKDOWN)
 _FAIL_ON = {"error": ("error",), "warning": ("error", "warning")}
 
 
@@ -86,6 +87,19 @@ def combined(*decorators: Callable[[Decorated], Decorated]) -> Callable[[Decorat
         return function
 
     return decorate
+
+
+output_options = combined(
+    option(
+        "--format",
+        type=click.Choice(FORMAT_NAMES),
+        metavar="FORMAT",
+        default="text",
+        help=f"format of the output: {', '.join(FORMAT_NAMES[:-1])} or {FORMAT_NAMES[-1]}; default: text",
+    ),
+    option("-q", "--quiet", is_flag=True, help="print only errors and the result", excludes=("verbose",)),
+    option("-v", "--verbose", is_flag=True, help="print all notes, and the files that were read"),
+)
 
 
 class Command(click.Command):
@@ -262,8 +276,6 @@ class Ways(click.Group):
 
 def command(name: str, kind: type[Command] = Command, **settings: Any) -> Callable[[Run], Command]:
     """Return a decorator that makes a function that takes ``Options`` a command; built-in ones are in the registry."""
-    from .options import output_options
-
     if "help" not in settings:
         group = "checks" if kind is Check else "commands"
         listed = entry(name, group)

@@ -17,8 +17,8 @@ from rosorin_compile.source.yaml_text import Scalar
 from .answer import give_result
 from .command import Options, Ways, combined, command, option
 from .options import PATH, robot_options, words_argument
-from .registry import entry
 from .run import Run
+from .table import entry
 from .usage import FINE, PROBLEMS, WrongUsage
 
 _LENGTH = Quantity.one("m")

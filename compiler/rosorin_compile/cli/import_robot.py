@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import Any
 
@@ -108,8 +107,8 @@ def run(options: Options) -> int:
         console.say(line)
     for line in result.to_do:
         console.say(line, needed=True)
-    if not failed and options.into is None:
-        console.say(f"next: rosorin-compile all {shlex.quote(result.folder)}")
+    for line in result.next_steps:
+        console.say(line)
     if not failed:
         give_result(options, result, str)
     console.finish()

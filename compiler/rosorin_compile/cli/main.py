@@ -24,6 +24,7 @@ from rosorin_compile.source.progress import Progress
 from . import registry
 from .answer import Answer, requested_format
 from .check_names import resolve
+from .table import CHECK, COMMANDS
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 PROGRAM = "rosorin-compile"
@@ -64,7 +65,7 @@ class Program(click.Group):
         found = registry.command(name)
         if found is None:
             raise click.UsageError(f'there is no command "{name}"; {_suggestion(name)}')
-        if name == registry.CHECK and getattr(found, "plugin", None) is None:
+        if name == CHECK and getattr(found, "plugin", None) is None:
             return resolve(found, rest)
         return name, found, rest
 
@@ -90,7 +91,7 @@ def _suggestion(word: str) -> str:
     from rosorin_compile.source.diagnostics import did_you_mean
 
     instead = _INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
-    aliases = [name for one in registry.COMMANDS for name in one.also]
+    aliases = [name for one in COMMANDS for name in one.also]
     return f'say "{instead}"' if instead else did_you_mean(word, [*registry.names("commands"), *aliases])
 
 

@@ -7,15 +7,12 @@ from typing import Any, TypeVar
 
 import click
 
-from rosorin_compile.source.console import ENVELOPE, MARKDOWN
-
 from . import complete
 from .command import argument, combined, option
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 Decorator = Callable[[Decorated], Decorated]
 
-FORMAT_NAMES = ("text", ENVELOPE, "github", "sarif", MARKDOWN)
 SEVERITIES = ("error", "warning", "never")
 PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
@@ -114,18 +111,6 @@ output_folder_option = option(
 )
 
 summary_option = option("--summary", type=PATH, metavar="FILE", help="also append the messages to a file, as Markdown")
-
-output_options = combined(
-    option(
-        "--format",
-        type=click.Choice(FORMAT_NAMES),
-        metavar="FORMAT",
-        default="text",
-        help=f"format of the output: {', '.join(FORMAT_NAMES[:-1])} or {FORMAT_NAMES[-1]}; default: text",
-    ),
-    option("-q", "--quiet", is_flag=True, help="print only errors and the number of stand-ins", excludes=("verbose",)),
-    option("-v", "--verbose", is_flag=True, help="print all notes, and the files that were read"),
-)
 
 notes_option = option("--notes", is_flag=True, help="list notes and stand-ins instead of counting them")
 

@@ -1,17 +1,19 @@
-"""The registry of commands and checks: a table for the help, and modules that are imported when a name is called.
+"""The registry of commands and checks: their modules are imported when a name is called.
 
-Plug-ins bring more by entry points, whose names are those of their commands; nothing of a plug-in is imported that is
-not called. ``GROUPS`` is the order of the groups in the help; groups of plug-ins follow.
+Plug-ins add more by entry points, whose names are those of their commands; nothing of a plug-in is imported that is
+not called.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 from rosorin_compile.source.plugins import PluginFailed, broken, clash, installed, load
+
+from .table import GROUPS, OWN, Entry, entry, is_own
 
 if TYPE_CHECKING:
     import click
@@ -19,86 +21,6 @@ if TYPE_CHECKING:
     from rosorin_compile.source.diagnostics import Diagnostic
 
     from .command import Command
-
-CHECK = "check"  # the command that has checks
-_COMPILE, _IMPORT, _INSPECT = "describe and compile", "import and compare", "inspect"
-_BUILD, _DEPLOY, _SET_UP = "build systems", "deploy and verify", "set up"
-GROUPS = (_COMPILE, _IMPORT, _INSPECT, _BUILD, _DEPLOY, _SET_UP)
-
-
-@dataclass(frozen=True)
-class Entry:
-    """A line of the help: a command or check, and the module whose ``run`` it is."""
-
-    name: str
-    module: str
-    group: str
-    help: str
-    order: int = 100
-    also: tuple[str, ...] = ()
-    hidden: bool = False
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The name and the alternative names."""
-        return (self.name, *self.also)
-
-
-COMMANDS = (
-    Entry("init", "init", _COMPILE, "create a new robot description", 10),
-    Entry("all", "all", _COMPILE, "compile robots and write all artifacts", 20, ("compile",)),
-    Entry("print", "print", _COMPILE, "compile a robot and print one artifact to standard output", 30),
-    Entry("check", "check", _COMPILE, "compile robots and compare them with the committed artifacts", 40),
-    Entry("watch", "watch", _COMPILE, "compile on every change of a file and print the changes of the robot", 50),
-    Entry("sweep", "sweep", _COMPILE, "compile many variants of one robot, each to a separate folder", 60),
-    Entry("collisions", "collisions", _COMPILE, "compute the pairs of links that MoveIt does not need to check", 70),
-    Entry("schema", "schema", _COMPILE, "print the JSON Schema of descriptions or of an output", 80),
-    Entry("rule", "rule", _COMPILE, "explain a rule: the cause of the message and the fix", 90),
-    Entry("import", "import_robot", _IMPORT, "convert a URDF, xacro, SDF or MJCF to a description", 10),
-    Entry("extract", "extract", _IMPORT, "compute boxes and height maps from meshes", 20),
-    Entry("diff", "diff", _IMPORT, "compare two robots by meaning, in any supported formats", 30),
-    Entry("explain", "explain", _INSPECT, "print the pose of a frame and the lines of YAML that define it", 10),
-    Entry("tf", "tf", _INSPECT, "print the transform between two frames, in the format of tf2_echo", 20),
-    Entry("frames", "frames", _INSPECT, "show the tree of frames with their publishers", 30),
-    Entry("view", "view", _INSPECT, "show the robot in the browser and update it when files change", 40),
-    Entry("picture", "picture", _INSPECT, "draw the robot to a PNG file, without a browser", 50),
-    Entry("simulate", "simulate", _INSPECT, "test the robot in MuJoCo: at rest, in its poses and driving", 60),
-    Entry("pulses", "pulses", _INSPECT, "convert servo pulses to joint positions and back", 70, hidden=True),
-    Entry("args", "args", _INSPECT, "list the arguments of a robot", 80),
-    Entry("cmake-dir", "cmake_dir", _BUILD, "print the folder of the CMake package", 10, hidden=True),
-    Entry("bazel-dir", "bazel_dir", _BUILD, "print the folder of the Bazel rule", 20, hidden=True),
-    Entry("package", "package", _DEPLOY, "write a ROS 2 package with the artifacts of a robot", 10),
-    Entry("deploy", "deploy", _DEPLOY, "copy the artifacts to an existing ROS 2 package", 20),
-    Entry("verify", "verify", _DEPLOY, "compare a recording of the robot with its description", 30),
-    Entry("completion", "completion", _SET_UP, "print the completion script for bash, zsh or fish", 10),
-    Entry("help", "help", _SET_UP, "show the help of a command", 20),
-)
-CHECKS = (
-    Entry("parameters", "check_parameters", CHECK, "check parameter files of ROS nodes: frames and publishers"),
-    Entry(
-        "deployed",
-        "check_deployed",
-        CHECK,
-        "compare with copies in a package, an install space or another folder",
-    ),
-    Entry(
-        "physics",
-        "check_physics",
-        CHECK,
-        "find links that collide with each other at rest or while joints move, with MuJoCo",
-    ),
-)
-_OWN = {"commands": COMMANDS, "checks": CHECKS}
-
-
-def entry(name: str, group: str = "commands") -> Entry:
-    """Return the built-in entry of a name. Raises StopIteration."""
-    return next(one for one in _OWN[group] if name in one.names)
-
-
-def is_own(name: str, group: str = "commands") -> bool:
-    """Return True if a command or check of this name is built in."""
-    return any(name in one.names for one in _OWN[group])
 
 
 def command(name: str) -> click.Command | None:
@@ -169,7 +91,7 @@ def checks(of_plugins: bool = True) -> dict[str, Entry]:
 
 
 def _all(group: str, of_plugins: bool) -> list[Entry]:
-    found = [*_OWN[group]]
+    found = [*OWN[group]]
     if of_plugins and any(one.group == group for one in installed()):
         more, wrong = _of_plugins(group, [name for one in found for name in one.names])
         warn_of_plugins(wrong)
@@ -179,5 +101,5 @@ def _all(group: str, of_plugins: bool) -> list[Entry]:
 
 def names(group: str) -> dict[str, str]:
     """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
-    own = {one.name: one.help for one in _OWN[group] if not one.hidden}
+    own = {one.name: one.help for one in OWN[group] if not one.hidden}
     return {**{one.name: f"of {one.distribution} {one.version}" for one in installed() if one.group == group}, **own}

@@ -85,9 +85,9 @@ class Item:
 
 @dataclass(frozen=True)
 class Difference:
-    """How two robots differ by meaning; ``notes`` say what is written differently and means the same.
+    """The differences in meaning between two robots; ``notes`` list texts that differ but mean the same.
 
-    ``a`` and ``b`` are None where they could not be read, or not be compared: then ``diagnostics`` has errors.
+    ``a`` and ``b`` are None if they could not be read or compared; ``diagnostics`` has the errors.
     """
 
     a: Side | None

@@ -37,9 +37,9 @@ _LIMITS = ("lower", "upper", "effort", "velocity")
 
 @dataclass(frozen=True)
 class Artifact:
-    """One emitted file: its name in the outputs folder, its text, the format that made it, the name of its output.
+    """One emitted file: its name in the output folder, its text, its format and the name of its output.
 
-    ``withheld`` says that publishers are not to read it, though they read its format.
+    If ``withheld`` is true, publishers must not read the file, although they read its format.
     """
 
     file: str

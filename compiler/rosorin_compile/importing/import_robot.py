@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import stat
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -80,6 +81,7 @@ class ImportResult:
     written: Annotated[tuple[str, ...], "the files that are new or changed, relative to the folder"] = ()
     report: Annotated[tuple[str, ...], "what was converted and compared, in sentences"] = ()
     to_do: Annotated[tuple[str, ...], "with `--into`: lines to add to or change in files of the package"] = ()
+    next_steps: Annotated[tuple[str, ...], "what to do next, in sentences"] = ()
     inputs: Annotated[tuple[str, ...], "the files that were read"] = ()
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
@@ -190,6 +192,8 @@ class _Import:
         return self._end(replace(result, written=written.written, report=tuple(report)))
 
     def _end(self, result: ImportResult) -> ImportResult:
+        if not self.package and result.report and not has_errors(self.diagnostics):
+            result = replace(result, next_steps=(f"next: rosorin-compile all {shlex.quote(result.folder)}",))
         return replace(result, diagnostics=tuple(self.diagnostics))
 
     def _read(self) -> Imported:
@@ -270,8 +274,9 @@ class _Import:
         report: list[str] = []
         if put.again is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
             report += _report(folder, imported, trip, (), lines)
-        report += [*package_report(package, put), *in_the_end(source, put)]
-        return self._end(replace(result, written=put.written, report=tuple(report), to_do=tuple(to_do(package, put))))
+        report += package_report(package, put)
+        lines, after = tuple(to_do(package, put)), tuple(in_the_end(source, put))
+        return self._end(replace(result, written=put.written, report=tuple(report), to_do=lines, next_steps=after))
 
     def _import_again(
         self, result: ImportResult, record: Record, files: Mapping[str, str], request: Request

@@ -150,12 +150,12 @@ class Output:
 
 @dataclass(frozen=True, repr=False)
 class Robot:
-    """A whole robot. Links, joints and sensors stand in the order of the description.
+    """A robot. Links, joints and sensors have the order of the description.
 
-    ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
-    of each that is, and of each image. ``mesh_contents`` are the bytes of those that artifacts open, as they open them,
-    each with the ending of its name. ``root_in_world`` is how the root link stands in a simulation. ``sections`` has
-    the values of sections of plug-ins.
+    ``missing_meshes`` are the names of mesh files that were not found. ``mesh_files`` maps the names of the others, and
+    of images, to files. ``mesh_contents`` has the bytes of the mesh files that artifacts open, by name.
+    ``root_in_world`` is the pose and the joint of the root link in a simulation. ``sections`` has the values of
+    sections of plug-ins.
     """
 
     name: str

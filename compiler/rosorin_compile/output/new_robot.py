@@ -44,7 +44,7 @@ _MAX_NAME = 60
 class NewRobot:
     """A new description that was written, and the schema for editors.
 
-    ``schema_outdated`` says that there is a schema of another version, which was not replaced.
+    ``schema_outdated`` is true if the existing schema has another version; it was not replaced.
     """
 
     description: Path

@@ -52,9 +52,9 @@ FILE = "file"  # begins the names of all attributes of MJCF that name one
 
 @dataclass(frozen=True)
 class Variant:
-    """One robot of a list: its name, its arguments with their places, and the place of its name.
+    """One robot of a list: its name, its arguments with their positions, and the position of its name.
 
-    ``diagnostics`` say what is wrong with the entry itself.
+    ``diagnostics`` are the errors of the entry itself.
     """
 
     name: str
@@ -65,13 +65,12 @@ class Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """What became of a description: the model and the artifacts (both only without errors), and all that is to say.
+    """The model and the artifacts of a description, which exist only without errors, and all diagnostics.
 
-    ``inputs`` are the files that were read, or looked for and not found: another content of one may change the result;
-    ``missing`` are those of them that were not found. A package.xml, which only
-    says what a package is called, is no input. ``resolved`` says where the names of packages and of mesh files
-    led. ``meshes`` are the mesh files that were looked for; None if none were.
-    ``variant`` is which of many robots it is, if ``sweep`` made it.
+    ``inputs`` are the files that were read or looked for and not found: a change of one of them may change the result.
+    ``missing`` are those that were not found. A package.xml from which only the name of the package was read does not
+    count. ``resolved`` maps names of packages and mesh files to the paths that were found. ``meshes`` are the mesh
+    files, or None if they were not requested. ``variant`` is set by ``sweep``.
     """
 
     robot: Robot | None
@@ -132,9 +131,9 @@ class Compiled:
 
 @dataclass(frozen=True)
 class Reading:
-    """The robot of a file in any format (None if it has errors), all that is to say, and the files that were read.
+    """The robot of a file in any format (None if it has errors), all diagnostics, and the files that were read.
 
-    ``tree`` is what it says as a description has it, after includes, arguments and expressions.
+    ``tree`` is the robot as a description, after includes, arguments and expressions.
     """
 
     robot: Robot | None

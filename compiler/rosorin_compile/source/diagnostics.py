@@ -162,10 +162,10 @@ class MadeSpan(Span):
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One problem or remark: ``rule`` is its kebab-case id, ``help`` the way out.
+    """One problem or remark: ``rule`` is its kebab-case id, and ``help`` suggests a fix.
 
-    ``of`` are the names of what it is about: the link or joint under which a description may accept it, or the edge,
-    topic or line of a recording. ``numbers``, in SI units, are for programs.
+    ``of`` names its subject: the link or joint under which a description may accept it, or the edge, topic or line of a
+    recording. ``numbers``, in SI units, are for programs.
     """
 
     rule: str

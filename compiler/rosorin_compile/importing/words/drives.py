@@ -175,7 +175,7 @@ class _Drives:
             made["frame"] = drive.frame
         if self.radius is not None:
             made["radius"] = self.radius
-        self.drive = made
+        self.sections["drive"] = made
         self.said.setdefault("drive", []).append(name)
         return ""
 

@@ -119,7 +119,7 @@ def carry(
     read = [
         name
         for name, folder in packages.items()
-        if str(folder) in main.text or any(_spelled(f).is_relative_to(folder) for f in compiled.inputs)
+        if str(folder) in main.text or any(_spelled(f).is_relative_to(folder) for f in compiled.files_read)
     ]
     needs = tuple(sorted(name for name in read if is_legal(name) and name != package))
     return Carried(places[_spelled(path)], files, passed, main.output, statics, needs), []
@@ -133,7 +133,7 @@ def _places(compiled: Compiled, path: Path, packages: Mapping[str, Path]) -> tup
     """Return where in a package the files of a description stand, and what cannot stand in one."""
     python = compiled.python_packages
     elsewhere = [tool_folders()["parts_library"], *python, *map(_spelled, packages.values())]
-    inputs = [_spelled(one) for one in compiled.inputs]
+    inputs = [_spelled(one) for one in compiled.files_read]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
     top, prefix = _top(_spelled(path), own)
     outside = [one for one in own if not one.is_relative_to(top)]
@@ -243,10 +243,10 @@ def proven(carried: Carried, compiled: Compiled, request: Request, there: Path, 
         return [error("package-not-carried", message, None, "what it reads may depend on where it stands")]
     python = again.python_packages
     allowed = [resolve(one) for one in (tool_folders()["parts_library"], *packages.values(), *python)]
-    strays = [one for one in again.inputs if not any(map(resolve(one).is_relative_to, allowed))]
+    strays = [one for one in again.files_read if not any(map(resolve(one).is_relative_to, allowed))]
     if strays:
         message = f"from the package the description still reads {first_of([str(one) for one in strays], 3)}"
-        span = _named_in(strays[0].name, [_spelled(one) for one in compiled.inputs])
+        span = _named_in(strays[0].name, [_spelled(one) for one in compiled.files_read])
         return [error("package-not-carried", message, span, "name it relative to the file that reads it")]
     return []
 
@@ -257,6 +257,6 @@ def _moved(span: Span | None, carried: Carried, compiled: Compiled, there: Path)
         return None
     name = os.path.relpath(resolve(span.source.path), resolve(there))
     data = carried.files.get(name)
-    known = {_spelled(one): one for one in compiled.inputs}
+    known = {_spelled(one): one for one in compiled.files_read}
     file = next((shown for full, shown in known.items() if data is not None and read_bytes(full) == data), None)
     return None if file is None else span._replace(source=Source(str(file), span.source.text))

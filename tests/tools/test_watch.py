@@ -18,6 +18,7 @@ import pytest
 
 from rosorin_compile.cli.watch import ReportedDiagnostics
 from rosorin_compile.output.new_robot import start
+from rosorin_compile.source import watched_files
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.files import exists, read_bytes
 from rosorin_compile.source.watched_files import WatchedFiles
@@ -284,6 +285,24 @@ def test_a_file_that_goes_while_it_is_read_is_read_again(tmp_path: Path) -> None
     path.write_text("1", "utf-8")
     inputs = WatchedFiles()
     inputs.read(lambda: [read_bytes(path), path.unlink()])
+    assert inputs.changed()
+
+
+def test_a_file_that_changes_while_its_state_is_taken_is_read_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("1", "utf-8")
+    time.sleep(0.05)
+
+    def read_next(path: str) -> bytes:
+        Path(path).write_text("22", "utf-8")
+        return Path(path).read_bytes()
+
+    inputs = WatchedFiles()
+    with monkeypatch.context() as patch:
+        patch.setattr(watched_files, "read_bytes", read_next)
+        inputs.read(lambda: read_bytes(path))
     assert inputs.changed()
 
 

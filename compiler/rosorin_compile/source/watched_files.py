@@ -58,7 +58,8 @@ class State:
     def __init__(self, path: str) -> None:
         self.path = path
         self.version = version(path)
-        self.content = _content(path, self.version)
+        content = _content(path, self.version)
+        self.content = content if version(path) == self.version else None  # that may be the content of the next one
 
     def differs(self) -> bool:
         """Whether the file is another one by now."""

@@ -43,9 +43,10 @@ def decimals(text: str) -> int:
 
 
 def shorter(value: float, bound: Fraction, places: int) -> bool:
-    """Say whether a decimal with so many places at most is within the bound."""
+    """Return True if a decimal with at most so many places, as a double, is within the bound."""
     unit = Fraction(10) ** -places
-    return any(abs(whole * unit - Fraction(value)) < bound * (1 - Fraction(1, 10**9)) for whole in _around(value, unit))
+    doubles = [Fraction(float(whole * unit)) for whole in _around(value, unit)]
+    return any(abs(double - Fraction(value)) < bound * (1 - Fraction(1, 10**9)) for double in doubles)
 
 
 def _around(value: float, unit: Fraction) -> tuple[int, int]:
@@ -58,6 +59,7 @@ def _around(value: float, unit: Fraction) -> tuple[int, int]:
 @example(5e-324)
 @example(1.7976931348623157e308)
 @example(-9.9999999999995)
+@example(0.0999999999999)
 def test_a_number_is_within_the_bound_and_none_is_shorter(value: float) -> None:
     text = short(value)
     bound = BOUND * abs(Fraction(value))

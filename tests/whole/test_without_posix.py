@@ -88,7 +88,6 @@ def test_what_needs_locks_or_limits_says_so(tmp_path: Path) -> None:
             *[["deploy", "bot", "-o", "ws"]] * 2,
             ["init", "other"],
             ["frames", "bot"],
-            ["complete", "2", "rosorin-compile", "tf", "mas"],
         ],
     )
     assert set(codes) == {0}, said

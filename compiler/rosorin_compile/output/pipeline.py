@@ -404,20 +404,6 @@ def _exactly(output: Output) -> Output:
     return replace(output, options={"number_format": "exact", **output.options})
 
 
-def expand_robot(
-    path: Path,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Mapping[str, Path] | None = None,
-    unsaved: Mapping[Path, bytes] = NOTHING,
-) -> Map | None:
-    """Return the tree of a description after includes, arguments and expressions; None of one that has errors there.
-
-    ``unsaved`` are bytes that are read in the place of files. Robots of others that it includes are left out.
-    """
-    with held_in_memory(unsaved):
-        return expand(path, arguments or {}, None, packages=packages).tree
-
-
 def emitted(understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()) -> Compiled:
     """Return the artifacts of a robot that is understood; ``path`` is its first file.
 

@@ -37,10 +37,3 @@ class CheckedPhysics:
     def of(cls, robot: str, file: str, looked_at: LookedAt | None, diagnostics: Sequence[Diagnostic]) -> CheckedPhysics:
         """Return the result with these diagnostics."""
         return cls(robot, file, not has_errors(diagnostics), looked_at, tuple(diagnostics))
-
-
-@dataclass(frozen=True)
-class PhysicsOfRobots:
-    """The results of all requested robots."""
-
-    robots: list[CheckedPhysics]

@@ -7,7 +7,7 @@ corner is in the other one. Of the rest each pair is told, with the shapes, the 
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Generator, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -306,9 +306,3 @@ def stands_in(case: Case, path: Path) -> bool:
         if source:
             return bool(source.get("status") == "stand_in")
     return False
-
-
-def pairs_of(states: Iterable[State]) -> set[Pair]:
-    """Return the pairs that overlap in all of the states."""
-    sets = [set(state.overlaps) for state in states]
-    return set.intersection(*sets) if sets else set()

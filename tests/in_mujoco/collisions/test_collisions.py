@@ -294,7 +294,7 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
         return nearest(search, pair)
 
     monkeypatch.setattr(Search, "_nearest", watched)
-    monkeypatch.setattr(search_module.world, "cores", lambda: 1)
+    monkeypatch.setattr(search_module.system, "cores", lambda: 1)
     return asked
 
 
@@ -304,7 +304,7 @@ def test_one_core_and_two_find_the_same(capsys: Shown, monkeypatch: pytest.Monke
     """And so does a second process that ends before it has told anything."""
     found = []
     for cores in (1, 2):
-        monkeypatch.setattr(search_module.world, "cores", lambda cores=cores: cores)
+        monkeypatch.setattr(search_module.system, "cores", lambda cores=cores: cores)
         ask(capsys, "collisions", "reach", "--force")
         found.append(MATRIX.read_bytes())
     monkeypatch.setattr(search_module.pickle, "dump", lambda *_: os._exit(1))

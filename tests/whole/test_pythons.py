@@ -40,7 +40,7 @@ OF_IMPORT = ("import arm.xml -o of_mjcf",)
 EVERY_DAY = ("all rosorin ur5e -q", "print rosorin urdf -q -o printed.urdf", "check rosorin -q")
 # What Ubuntu 22.04 has as python3-jsonschema, python3-yaml, ...; pip builds PyYAML 5.4.1 with an older Cython.
 UBUNTU = ("jsonschema==3.2.0", "attrs==21.2.0", "pyrsistent==0.18.1", "six==1.16.0", "setuptools==59.6.0")
-UBUNTU += ("jinja2==3.0.3", "markupsafe==2.0.1", "numpy==1.21.5", "wheel==0.37.1", "cython<3")
+UBUNTU += ("click==8.0.3", "jinja2==3.0.3", "markupsafe==2.0.1", "numpy==1.21.5", "wheel==0.37.1", "cython<3")
 SYSTEM = (
     "/usr/bin/python3",
     "python3-click python3-jinja2 python3-jsonschema python3-yaml python3-setuptools python3-wheel",

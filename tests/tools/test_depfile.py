@@ -290,7 +290,7 @@ def test_a_depfile_goes_over_nothing_that_it_tells_of(home: Path, capsys: Shown)
         ["all", "r.yaml", "--only", "urdf", "--depfile", "outputs/r/r.urdf"],
     ):
         main(words)
-        assert "is what the depfile would tell of" in capsys.readouterr().err
+        assert "is an input or an artifact in the depfile" in capsys.readouterr().err
     assert (home / "r.yaml").read_text().startswith("robot: r")
     assert (home / "r.urdf").read_text().startswith("<?xml")
 

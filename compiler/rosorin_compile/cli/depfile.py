@@ -32,7 +32,7 @@ def write_depfile(path: Path, target: str, inputs: Sequence[Path], artifacts: It
     names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
     text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
     if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *artifacts)):
-        raise OutputError("output-is-input", f"{path} is what the depfile would tell of", "name another file")
+        raise OutputError("output-is-input", f"{path} is an input or an artifact in the depfile", "name another file")
     write_file(path, os.fsencode(text), may_replace=_is_depfile)
 
 

@@ -1,4 +1,4 @@
-"""What the command line gives a description: arguments, files of them, and folders of ROS packages."""
+"""Arguments of descriptions on the command line, files of arguments, and folders of ROS packages."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ MARK = ":="  # between name and value of an argument, as xacro has it
 
 
 class Given(NamedTuple):
-    """The arguments of a run: texts by name from the command line, and the files that hold more of them.
+    """The arguments that a command passes to each of its robots: texts by name, and files with more arguments.
 
-    ``packages`` are folders of ROS packages by name, for robots in other formats; ``trust`` is that in what those run.
+    ``packages`` maps names of ROS packages to folders. ``trust`` permits a xacro to run Python code without a warning.
     """
 
     texts: dict[str, str]
@@ -59,7 +59,7 @@ class Given(NamedTuple):
 
 
 def given_arguments(options: Options, words: list[str]) -> tuple[Given, list[str]]:
-    """Return what the command line gives, and the words that set no argument. Raises WrongUsage.
+    """Return the arguments on the command line, and the words that are not arguments. Raises WrongUsage.
 
     A command without ``-a`` takes no arguments: all its words are others.
     """

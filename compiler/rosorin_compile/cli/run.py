@@ -1,6 +1,6 @@
-"""One run of a command: what was asked for is opened in one place, and what is said of it is ended there.
+"""The state that a command needs while it runs: options, console, arguments and robots.
 
-``Run.of`` opens a run, ``for_each`` does something with each robot that is asked for.
+``Run.of`` creates it from the options; ``for_each`` calls a function for each requested robot.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a command: its options, where it prints, what the descriptions are given, and the other words."""
+    """One run of a command: its options, its console, the arguments of the descriptions, and the other words."""
 
     options: Options
     console: Console

@@ -184,7 +184,7 @@ class Request:
 
     @property
     def tell(self) -> Callable[[Diagnostic], None] | None:
-        """The receiver of warnings before code is executed: nobody reads them if the code is trusted."""
+        """The receiver of warnings before code is executed; it ignores them if the code is trusted."""
         return _ignore if self.trust else self.warn
 
 

@@ -1,4 +1,4 @@
-"""Write one file, which this tool or nobody wrote before; the error of all that writes, and its rules."""
+"""Write a single file that is new or was written by this tool; the error class and the rules of all writers."""
 
 from __future__ import annotations
 

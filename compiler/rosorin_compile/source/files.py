@@ -46,7 +46,7 @@ def record(path: AnyPath, version: Version) -> None:
 
 
 def version(path: AnyPath) -> Version:
-    """Return the version of a file; empty if there is none, or nobody may look."""
+    """Return the version of a file, empty if it does not exist or cannot be accessed."""
     try:
         return _version(Path(path).stat())
     except (OSError, ValueError):
@@ -93,22 +93,22 @@ def open_binary(path: AnyPath) -> BinaryIO:
 
 
 def exists(path: AnyPath) -> bool:
-    """Whether there is something at a path, links followed. Raises OSError if nobody may look."""
+    """Return True if the path exists, following links. Raises OSError if it cannot be accessed."""
     return _mode(path) != 0
 
 
 def is_file(path: AnyPath) -> bool:
-    """Whether there is a regular file at a path, links followed. Raises OSError if nobody may look."""
+    """Return True for a regular file, following links. Raises OSError if it cannot be accessed."""
     return stat.S_ISREG(_mode(path))
 
 
 def is_folder(path: AnyPath) -> bool:
-    """Whether there is a folder at a path, links followed. Raises OSError if nobody may look."""
+    """Return True for a folder, following links. Raises OSError if it cannot be accessed."""
     return stat.S_ISDIR(_mode(path))
 
 
 def is_special(path: AnyPath) -> bool:
-    """Whether there is a pipe, a device or the like at a path. Raises OSError if nobody may look."""
+    """Return True for a pipe, a device or the like. Raises OSError if it cannot be accessed."""
     mode = _mode(path)
     return mode != 0 and not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
 
@@ -140,7 +140,7 @@ def resolve(path: AnyPath) -> Path:
 
 
 def same_file(path: AnyPath, other: AnyPath) -> bool:
-    """Whether two paths lead to the same file or folder; not if one is absent. Raises OSError if nobody may look."""
+    """Return True if both paths lead to the same existing file. Raises OSError if one cannot be accessed."""
     return exists(path) and exists(other) and Path(path).samefile(other)
 
 

@@ -162,7 +162,7 @@ def _description_folders(project: Path) -> list[Path]:
 
 
 def _has_first_file(folder: Path) -> bool:
-    """Whether a folder has the first file of a description, if only as a link, or nobody may look."""
+    """Return True if a folder has the main file of a description, even a dangling link or an unreadable file."""
     try:
         (folder / ROOT_FILE).lstat()
     except PermissionError:  # reading the description says why
@@ -286,7 +286,7 @@ def first_file(name: str) -> Path:
 
 
 def _may_be_file(path: Path) -> bool:
-    """Whether there is a file, or nobody may look: then reading it says why."""
+    """Return True if a file exists or cannot be accessed; reading it then reports the reason."""
     try:
         return files.is_file(path)
     except PermissionError:

@@ -1,7 +1,7 @@
-"""Remembering: what functions have worked out once, and are asked for again and again.
+"""Cache results of functions in memory.
 
-The same numbers and names stand in a robot many times, and in each of its artifacts. Over thousands of robots in one
-process they are others and others: ``forget`` lets go of all of them, so that memory does not grow.
+The same numbers and names occur many times in a robot and its artifacts. A process that compiles thousands of robots
+calls ``forget`` between them, so that memory does not grow.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ _functions: list[Callable[[], None]] = []
 
 
 def remembered(work: Callable[Given, Found]) -> Callable[Given, Found]:
-    """Return a function that works out each of its results once, as long as there are not too many."""
+    """Cache the latest 20,000 results of a function until ``forget`` is called."""
     remembering = lru_cache(maxsize=_MOST)(work)
     _functions.append(remembering.cache_clear)
     return remembering  # type: ignore[return-value]  # its signature is lost on the way
 
 
 def forget() -> None:
-    """Forget all results."""
+    """Clear all caches."""
     for clear in _functions:
         clear()

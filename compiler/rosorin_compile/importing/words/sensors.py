@@ -146,8 +146,6 @@ def entry(one: Seen, robot: Robot, asked: str) -> dict[str, Any]:
     if kind in IMAGES:
         optical = _optical(one, robot, frame)
         made["optical"] = {"frame": optical} if optical else False
-        if any(one.pose):
-            made["mjcf"] = []
     elif kind in ("lidar_2d", "lidar_3d", "range_finder") and not _in_mujoco(one, words):
         made["mjcf"] = []
     stamp = _stamp(one)
@@ -236,8 +234,8 @@ _NEAR = 5e-3  # rad: of a circle that is said with a few digits
 
 
 def _in_mujoco(one: Seen, words: Mapping[str, Any]) -> bool:
-    """Say whether the arguments of a lidar are all that MuJoCo has to know: where its rays begin, and not too many."""
-    if int(words.get("rays", 1)) * int(words.get("layers", 1)) > MAX_RAYS or any(one.pose):
+    """Return True if the arguments of a lidar describe its rays, and MuJoCo can take that many."""
+    if int(words.get("rays", 1)) * int(words.get("layers", 1)) > MAX_RAYS:
         return False
     for axis, word in ((_horizontal(one), "fov"), (_vertical(one), "vertical_fov")):
         low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)

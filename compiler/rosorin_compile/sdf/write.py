@@ -207,8 +207,11 @@ class _Writer:
         look = self._look(solid, kept.inner.get("material", ())) if purpose == "visual" else ""
         geometry = _geometry(solid, self.form, kept.inner.get("mesh", ()))
         texts = [element.verbatim for element in kept.elements]
-        if purpose == "collision" and link in self.kept.collisions:
-            texts += of_collision(self.kept.collisions[link], {element.tag for element in kept.elements})
+        if purpose == "collision":
+            friction = solid.contact.sliding_friction if solid.contact else None
+            own_friction = {} if friction is None else dict.fromkeys(("mu1", "mu2"), self.form.number(friction))
+            said = {**own_friction, **self.kept.collisions.get(link, {})}
+            texts += of_collision(said, {element.tag for element in kept.elements})
         more = at(texts, "        ")
         return attributes(name=name), self.form.pose(solid.origin(), seen), geometry, look, more
 

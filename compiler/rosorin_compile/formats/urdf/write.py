@@ -146,19 +146,28 @@ def _seen(robot: Robot, output: Output) -> Robot:
 def _gazebo(
     robot: Robot, output: Output, form: _Format, masses: Mapping[str, Inertial]
 ) -> tuple[list[str], list[Diagnostic]]:
-    """Return what Gazebo has of the sensors, and what it will not see of them."""
+    """Return the sensors, springs and frictions for Gazebo, and what it will not see of them."""
     from ..gazebo_sensors import distribution
-    from .gazebo import Carried, kept_joints, sensors
+    from .gazebo import Carried, kept_joints, physics, sensors
 
     carried = links_of(robot, output)
 
+    def shapes(link: str) -> list[Shape]:
+        return collisions(robot, link, carried, form.boxes) if "collision" in form.elements else []
+
     def named(link: str) -> list[str]:
-        shapes = collisions(robot, link, carried, form.boxes) if "collision" in form.elements else []
-        return [shape.name for shape in shapes]
+        return [shape.name for shape in shapes(link)]
 
     kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
     there = Carried(carried, joints_of(robot, output), INERTIAL in form.elements, masses, named, kept)
-    return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
+    blocks, told = sensors(robot, there, distribution(output.options["gazebo"]), form.number)
+    frictions = {
+        name: {shape.contact.sliding_friction if shape.contact else None for shape in shapes(name)}
+        for name in (link.name for link in robot.links if link.name in carried)
+    }
+    dynamics = there.joints if "dynamics" in form.elements else ()
+    more, lost = physics(robot, frictions, dynamics, form.number)
+    return [*blocks, *more], [*told, *lost]
 
 
 def _of_sections(robot: Robot, output: Output, form: _Format) -> list[str]:

@@ -63,11 +63,17 @@ def _vector_at(key: str) -> Callable[[Map, int], dict[str, Any]]:
 
 
 def _grid(grid: Map, axis: int) -> dict[str, Any]:
-    """Return the cells of a height map in reverse order along x or y; along z nothing below z = 0 can be said."""
+    """Return the cells of a height map in reverse order along x or y.
+
+    Along z the heights change sign, which a rule reports: a map counts them up from z = 0.
+    """
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
     is_grid = isinstance(heights, Seq) and heights and all(isinstance(row, Seq) for row in heights)
-    if axis == AXES["z"] or not is_grid or not isinstance(origin, Seq) or not is_number(cell):
+    if not is_grid or not isinstance(origin, Seq) or not is_number(cell):
         return {}
+    if axis == AXES["z"]:
+        negative = [listed([_negative(v) if is_number(v) else v for v in row], row) for row in heights]
+        return {"heights": listed(negative, heights)}
     count = len(heights) if axis == AXES["x"] else len(heights[0])
     if len(origin) != _PLANE or not is_number(origin[axis]):
         return {}

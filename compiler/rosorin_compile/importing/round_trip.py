@@ -12,8 +12,9 @@ from typing import NamedTuple
 from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, Outputs
+from rosorin_compile.formats.named_files import beside
 from rosorin_compile.formats.reading import outputs_of
-from rosorin_compile.model import Robot, Transform
+from rosorin_compile.model import Mesh, Robot, Shape, Transform
 from rosorin_compile.output.pipeline import Compiled, compile_robot
 from rosorin_compile.output.request import Request
 from rosorin_compile.source import files
@@ -161,7 +162,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
         made, again = without_words(made, source), without_words(again, source)
     exact, by_urdf = Proof.model(0.0, carried_by_urdf=False), Proof.model(Tolerance.NUMBER, carried_by_urdf=True)
     found += [f"description: {text}" for text in Proof.of(source, made, exact).texts]
-    found += [f"{what}: {text}" for text in Proof.of(source, again, by_urdf).texts]
+    found += [f"{what}: {text}" for text in Proof.of(_with_urdf_names(source), again, by_urdf).texts]
     for companion in beside:
         for section in companion.reading.joins:
             lines = Proof.of(source, again, Proof.section(section, Tolerance.NUMBER)).texts
@@ -173,6 +174,21 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
         return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
     reordered = _moving(source) != _moving(again)
     return trip._replace(frames=len(source.links), states=STATES, largest=largest, reordered=reordered)
+
+
+def _with_urdf_names(robot: Robot) -> Robot:
+    """Return a robot whose mesh files have the names that a URDF gives them."""
+
+    def renamed(shapes: tuple[Shape, ...]) -> tuple[Shape, ...]:
+        return tuple(
+            replace(shape, geometry=replace(shape.geometry, file=beside(shape.geometry.file)))
+            if isinstance(shape.geometry, Mesh) and beside(shape.geometry.file) != shape.geometry.file
+            else shape
+            for shape in shapes
+        )
+
+    links = (replace(one, visual=renamed(one.visual), collision=renamed(one.collision)) for one in robot.links)
+    return replace(robot, links=tuple(links))
 
 
 def _moving(robot: Robot) -> list[str]:

@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rosorin_compile.formats.mesh_files import Found, Searched, files_diagnostic
-from rosorin_compile.formats.named_files import OF_ELEMENT, Named
+from rosorin_compile.formats.named_files import OF_ELEMENT, OF_MESH, Named
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
@@ -69,6 +69,8 @@ def brought(searched: Searched, outputs: Path) -> Searched:
         Progress.step("reading meshes", number, len(searched.found))
         try:
             files |= dict.fromkeys(found.beside, _read(found.file)) if found.beside else {}
+            if found.named.kind == OF_MESH:
+                continue
             copies, is_new = _copies(found, outputs)
         except UnreadableMesh as problem:
             cause = (problem.rule or "mesh-not-read", str(problem), problem.help, found.named.kind)

@@ -177,18 +177,27 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
 
 
 def _with_urdf_names(robot: Robot) -> Robot:
-    """Return a robot whose mesh files have the names that a URDF gives them."""
+    """Return a robot whose meshes and textures have the names that a URDF gives them."""
 
     def renamed(shapes: tuple[Shape, ...]) -> tuple[Shape, ...]:
-        return tuple(
-            replace(shape, geometry=replace(shape.geometry, file=beside(shape.geometry.file)))
-            if isinstance(shape.geometry, Mesh) and beside(shape.geometry.file) != shape.geometry.file
-            else shape
-            for shape in shapes
-        )
+        made = []
+        for shape in shapes:
+            solid = shape.geometry
+            solid = replace(solid, file=beside(solid.file)) if isinstance(solid, Mesh) else solid
+            made.append(replace(shape, geometry=solid, texture=beside(shape.texture)))
+        return tuple(made)
 
+    if not any(":" in name for name in _files_of(robot)):
+        return robot
     links = (replace(one, visual=renamed(one.visual), collision=renamed(one.collision)) for one in robot.links)
-    return replace(robot, links=tuple(links))
+    materials = (replace(one, texture=beside(one.texture)) for one in robot.materials)
+    return replace(robot, links=tuple(links), materials=tuple(materials))
+
+
+def _files_of(robot: Robot) -> list[str]:
+    shapes = [shape for link in robot.links for shape in (*link.visual, *link.collision)]
+    meshes = [shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh)]
+    return [*meshes, *(one.texture for one in (*shapes, *robot.materials))]
 
 
 def _moving(robot: Robot) -> list[str]:

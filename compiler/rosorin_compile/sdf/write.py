@@ -119,7 +119,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "places": [writer.place(robot.link[name]) for name in writer.bodies.in_order(robot.link)],
         "joints": [writer.joint(joint) for joint in robot.joints if writer.bodies.says(joint)],
         "elements": [*writer.loops(), *at(writer.kept.model, "    ")],
-        "drake": any(one.tag in _LOOPS for one in robot.constraints) and not output.options.get("gazebo"),
+        "drake": bool(writer.loop_constraints) and not output.options.get("gazebo"),
     }
     return templates.own("sdf/robot.sdf.jinja", values), [*writer.diagnostics()]
 
@@ -263,16 +263,19 @@ class _Writer:
         limits_of = _pairs(limits, kept.get("axis/limit", ()))
         return vector(joint.axis, number), limits_of, dynamics_of, follows, at(kept.get("axis", ()), "        ")
 
+    @property
+    def loop_constraints(self) -> list[Entry]:
+        """The active constraints that hold two links together."""
+        return [one for one in self.robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
+
     def loops(self) -> Iterator[str]:
         """Yield what closes each kinematic loop: a ball or fixed joint for Gazebo, or constraints for Drake.
 
         Drake 1.51 refuses a file whose joints are no tree, and Gazebo has no word but joints.
         """
         places = self.robot.poses_in_root({})
-        for one in self.robot.constraints:
-            ends = self._ends(one) if one.tag in _LOOPS else None
-            if one.tag not in _LOOPS or one.values.get("active") is False:
-                continue
+        for one in self.loop_constraints:
+            ends = self._ends(one)
             if ends is None:
                 self.open.append(one.name)
                 continue
@@ -377,20 +380,21 @@ class _Writer:
 
     def _loops_told(self) -> Iterator[Diagnostic]:
         """Yield a warning for loops that one of the two readers does not close."""
-        names = [one.name for one in self.robot.constraints if one.tag in _LOOPS and one.name not in self.open]
+        names = [one.name for one in self.loop_constraints if one.name not in self.open]
         if self.open:
             message = f"{'constraint' if len(self.open) == 1 else 'constraints'} {quoted(self.open, 3)} left open"
             yield Diagnostic("sdf-cannot-say", WARNING, f"{message} in the SDF: both ends have to be links of it")
         if not names:
             return
+        verb = "is" if len(names) == 1 else "are"
         which = f"the {'loop' if len(names) == 1 else 'loops'} of {'constraint' if len(names) == 1 else 'constraints'}"
         if not self.gazebo:
-            message = f"{which} {quoted(names, 3)} closed in Drake alone: Drake refuses joints that form a loop"
+            message = f"{which} {quoted(names, 3)} {verb} closed in Drake alone: Drake refuses joints that form a loop"
             yield Diagnostic(
                 "sdf-cannot-say", WARNING, message, help='write gazebo: "classic" for joints that close it'
             )
         elif self.gazebo != CLASSIC:
-            message = f"{which} {quoted(names, 3)} stays open in Gazebo {distribution(self.gazebo)}, which has no loops"
+            message = f"{which} {quoted(names, 3)} {verb} open in Gazebo {distribution(self.gazebo)}"
             help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes it"
             yield Diagnostic("sdf-cannot-say", WARNING, message, help=help)
 

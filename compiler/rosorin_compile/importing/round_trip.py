@@ -197,7 +197,7 @@ def _with_urdf_names(robot: Robot) -> Robot:
 def _files_of(robot: Robot) -> list[str]:
     shapes = [shape for link in robot.links for shape in (*link.visual, *link.collision)]
     meshes = [shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh)]
-    return [*meshes, *(one.texture for one in (*shapes, *robot.materials))]
+    return [*meshes, *(shape.texture for shape in shapes), *(one.texture for one in robot.materials)]
 
 
 def _moving(robot: Robot) -> list[str]:

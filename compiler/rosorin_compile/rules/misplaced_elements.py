@@ -119,7 +119,9 @@ def _misplaced(tags: tuple[str, ...]) -> tuple[str, str] | None:
 def _words(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagnostic]:
     """Yield what is no element of SDF among those of a sensor."""
     known = sdf_elements().get(parent)
-    for name, value in elements.items() if isinstance(elements, Map) and known is not None else ():
+    if not isinstance(elements, Map) or known is None:
+        return
+    for name, value in elements.items():
         if name in _FREE or ":" in name or name == "attributes" or value is None:
             continue
         if name not in known:

@@ -208,7 +208,7 @@ class Robots:
             sum(isinstance(one, Map) and one.get("type") != "fixed" for one in (some.get("joints") or {}).values())
             for some in (tree, robot)
         ]
-        return counts[0] > counts[1]
+        return bool(counts[0] > counts[1])
 
     def _meshes(self, made: Map, entry: Map, via: Instance) -> Map:
         """Return a robot whose meshes are named as its artifacts find them; say where they do not."""

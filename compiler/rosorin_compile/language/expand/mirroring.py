@@ -68,8 +68,9 @@ def _grid(grid: Map, axis: int) -> dict[str, Any]:
     Along z the heights change sign, which a rule reports: a map counts them up from z = 0.
     """
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
-    is_grid = isinstance(heights, Seq) and heights and all(isinstance(row, Seq) for row in heights)
-    if not is_grid or not isinstance(origin, Seq) or not is_number(cell):
+    if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
+        return {}
+    if not isinstance(origin, Seq) or not isinstance(cell, (int, float)):
         return {}
     if axis == AXES["z"]:
         negative = [listed([_negative(v) if is_number(v) else v for v in row], row) for row in heights]

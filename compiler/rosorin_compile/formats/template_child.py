@@ -1,4 +1,4 @@
-"""The child process that renders the templates of users, with limits for CPU time, memory and output.
+"""The child process that renders a template of a user, with limits for CPU time, memory and output.
 
 The parent sends one pickled request on standard input. The child answers with one JSON object on standard output: the
 text or the reason why there is none, and the files that were read or looked for.
@@ -10,67 +10,20 @@ import json
 import os
 import pickle
 import signal
-import subprocess
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from rosorin_compile.source import files, system
-from rosorin_compile.source.cache import cache_folder
+from rosorin_compile.source import files
 
-CPU_SECONDS = 5
-WALL_SECONDS = 60  # a child on a busy machine waits for its turn
-MEMORY = 700_000_000  # bytes beyond what the interpreter and the robot take
+from .templating import MAX_SECONDS, OUT_OF_TIME, Templates, explain_failure
+
+MAX_MEMORY = 700_000_000  # bytes beyond what the interpreter and the robot take
 MAX_OUTPUT = 50_000_000  # characters
-
-# Started by -c: -m would look for modules in the working folder first, which may belong to a stranger.
-_START = f"import sys, json; sys.path[:] = json.loads(sys.argv[1]); from {__name__} import main; main()"
-_TIME = f"it takes more than {CPU_SECONDS} s of CPU time"
-
-
-class Rendered(NamedTuple):
-    """The answer of the child: ``text``, or the rule, message, template and line of a failure.
-
-    ``inputs`` are the files that were read or looked for.
-    """
-
-    text: str = ""
-    rule: str = ""
-    message: str = ""
-    template: str = ""
-    line: int = 0
-    inputs: tuple[str, ...] = ()
-
-
-def render(folder: Path | None, first: Path | None, name: str, values: Mapping[str, Any]) -> Rendered:
-    """Render a template in a child process. Returns a failure if it exceeds a limit."""
-    system.needs("resource", system.NO_LIMITS)
-    cache_folder("templates")  # the child caches there; only this process can report that it is open to others
-    path = json.dumps([os.path.abspath(entry) for entry in sys.path if entry])
-    command = [sys.executable, "-c", _START, path]
-    request = pickle.dumps((folder, first, name, dict(values)))
-    # numpy reserves memory for each thread of its libraries.
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    try:
-        done = subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
-            command, input=request, capture_output=True, timeout=WALL_SECONDS, env=environment, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return Rendered(rule="template-failed", message=f"it did not end within {WALL_SECONDS} s", template=name)
-    if done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0)):
-        return Rendered(rule="template-failed", message=_TIME, template=name)
-    if done.returncode:
-        last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
-        return Rendered(rule="template-failed", message=f"the process that renders it ended: {last}", template=name)
-    answer = json.loads(done.stdout)
-    return Rendered(**{**answer, "inputs": tuple(answer["inputs"])})
 
 
 def main() -> None:
     """Render the template that standard input requests, and write the answer to standard output."""
-    from .templating import Templates, explain_failure
-
     folder, first, name, values = pickle.load(sys.stdin.buffer)  # noqa: S301 - written by the parent
     with files.recording() as inputs:
         templates = Templates(folder, first=first)
@@ -100,18 +53,18 @@ def _limit() -> None:
         return
 
     def stop(*_: object) -> None:
-        raise _OutOfTime(_TIME)
+        raise _OutOfTime(OUT_OF_TIME)
 
     signal.signal(signal.SIGXCPU, stop)
     usage = resource.getrusage(resource.RUSAGE_SELF)
-    seconds = int(usage.ru_utime + usage.ru_stime) + CPU_SECONDS
+    seconds = int(usage.ru_utime + usage.ru_stime) + MAX_SECONDS
     _lower(resource.RLIMIT_CPU, seconds, seconds + 1)  # a long operation in C sees only the hard limit
     try:
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         used = pages * resource.getpagesize()
     except (OSError, ValueError):  # not Linux
         used = 300_000_000
-    _lower(resource.RLIMIT_AS, used + MEMORY, used + MEMORY)
+    _lower(resource.RLIMIT_AS, used + MAX_MEMORY, used + MAX_MEMORY)
 
 
 def _lower(kind: int, soft: int, hard: int) -> None:

@@ -7,17 +7,23 @@ are rendered in a child process with limits, in the sandbox of Jinja, where they
 
 from __future__ import annotations
 
+import json
+import os
+import pickle
 import re
+import signal
+import subprocess
+import sys
 from collections.abc import Mapping
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import jinja2
 from jinja2.exceptions import SecurityError
 
-from rosorin_compile.source import files
+from rosorin_compile.source import files, system
 from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.project import data_folder, homes
@@ -56,6 +62,16 @@ def _own() -> jinja2.Environment:
     folder = data_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
     return jinja2.Environment(loader=loader, **options("own"))  # noqa: S701 - what is XML is escaped
+
+
+MAX_SECONDS = 5  # of CPU time, for a template of a user
+OUT_OF_TIME = f"it takes more than {MAX_SECONDS} s of CPU time"
+_PATIENCE = 60  # seconds until a child is stopped: on a busy machine it waits for its turn
+# Started by -c: -m would look for modules in the working folder first, which may belong to a stranger.
+_START_CHILD = (
+    "import sys, json; sys.path[:] = json.loads(sys.argv[1]);"
+    "from rosorin_compile.formats.template_child import main; main()"
+)
 
 
 class TemplateProblem(Exception):
@@ -153,9 +169,7 @@ class Templates:
                 return self.environment.get_template(name).render(values)
             except Exception as problem:  # a filter of Jinja raises whatever it likes
                 raise self._problem(*explain_failure(problem, name), asked) from None
-        from .template_child import render
-
-        rendered = render(self.folder, self.first, name, values)
+        rendered = _render_in_child(self.folder, self.first, name, values)
         for file in map(Path, rendered.inputs):
             files.record(file, files.version(file))
             self.used |= {file} if files.version(file) else set()
@@ -199,6 +213,44 @@ class Templates:
             return None
         places = (files.resolve(anchor),) if name.startswith(BUILTIN) else (files.resolve(anchor), *self.homes)
         return path if any(path.is_relative_to(place) for place in places) else None
+
+
+class _Rendered(NamedTuple):
+    """The answer of the child: ``text``, or the rule, message, template and line of a failure.
+
+    ``inputs`` are the files that were read or looked for.
+    """
+
+    text: str = ""
+    rule: str = ""
+    message: str = ""
+    template: str = ""
+    line: int = 0
+    inputs: tuple[str, ...] = ()
+
+
+def _render_in_child(folder: Path | None, first: Path | None, name: str, values: Mapping[str, Any]) -> _Rendered:
+    """Render a template in a child process. Returns a failure if it exceeds a limit."""
+    system.needs("resource", system.NO_LIMITS)
+    cache_folder("templates")  # the child caches there; only this process can report that it is open to others
+    path = json.dumps([os.path.abspath(entry) for entry in sys.path if entry])
+    command = [sys.executable, "-c", _START_CHILD, path]
+    request = pickle.dumps((folder, first, name, dict(values)))
+    # numpy reserves memory for each thread of its libraries.
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    try:
+        done = subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
+            command, input=request, capture_output=True, timeout=_PATIENCE, env=environment, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return _Rendered(rule="template-failed", message=f"it did not end within {_PATIENCE} s", template=name)
+    if done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0)):
+        return _Rendered(rule="template-failed", message=OUT_OF_TIME, template=name)
+    if done.returncode:
+        last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
+        return _Rendered(rule="template-failed", message=f"the process that renders it ended: {last}", template=name)
+    answer = json.loads(done.stdout)
+    return _Rendered(**{**answer, "inputs": tuple(answer["inputs"])})
 
 
 def options(kind: str) -> dict[str, Any]:

@@ -8,9 +8,9 @@ import pytest
 
 from rosorin_compile.compare.entities import Change
 from rosorin_compile.compare.wording import Row
+from rosorin_compile.formats.load_robot import understand
 from rosorin_compile.language.explain.answer import explain
 from rosorin_compile.language.explain.explanation import Explanation
-from rosorin_compile.output.pipeline import understand
 from rosorin_compile.viewer.changed import change_data
 
 TWO = """\

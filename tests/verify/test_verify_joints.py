@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.formats.load_robot import understand
 from rosorin_compile.model import Pose, Robot
-from rosorin_compile.output.pipeline import understand
 from rosorin_compile.recordings.arrays import Samples, arrays_of, transform_from
 from rosorin_compile.recordings.expected import Description, Options
 from rosorin_compile.recordings.joints import TREMBLING, JointLog

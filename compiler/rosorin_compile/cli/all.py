@@ -27,8 +27,8 @@ from .run import Run, count, counted_files, for_each, nothing_written, write_dep
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
-    from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.output.request import Request
+    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.request import Request
     from rosorin_compile.results import Written
 
 

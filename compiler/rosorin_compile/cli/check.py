@@ -31,7 +31,7 @@ from .run import Run, console_of, count, for_each, nothing_written, write_depfil
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from rosorin_compile.output.check_outputs import Committed
+    from rosorin_compile.compare.check_outputs import Committed
     from rosorin_compile.source.markdown import Block
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from rosorin_compile.output.request import is_foreign
+from rosorin_compile.request import is_foreign
 from rosorin_compile.ros.parameters import DISTRIBUTION
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import has_errors

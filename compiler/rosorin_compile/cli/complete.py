@@ -96,7 +96,7 @@ def _descriptions(ctx: click.Context) -> list[Description]:
 
 def _arguments(path: Path) -> dict[str, str]:
     from rosorin_compile.language.arguments import declared
-    from rosorin_compile.output.request import is_foreign
+    from rosorin_compile.request import is_foreign
 
     if is_foreign(path):
         return dict.fromkeys(_XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace")), "argument of the xacro")
@@ -106,7 +106,7 @@ def _arguments(path: Path) -> dict[str, str]:
 
 def _robot(description: Description, ctx: click.Context) -> Robot:
     """Return a robot that is read without running anything. Raises ValueError for another one."""
-    from rosorin_compile.output.request import Request
+    from rosorin_compile.request import Request
 
     arguments = dict(text.split("=", 1) for text in ctx.params.get("arg") or () if "=" in text)
     with _time_limit():

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rosorin_compile.output.new_robot import DEFAULT, TEMPLATES, check_free
+from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, check_free
 from rosorin_compile.source.diagnostics import error
 
 from .answer import answer_of, give_result
@@ -18,7 +18,7 @@ from .options import PATH
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from rosorin_compile.output.new_robot import NewRobot
+    from rosorin_compile.importing.new_robot import NewRobot
 
 
 @command("init", exits="0 written, 1 the folder cannot be written")

@@ -25,9 +25,9 @@ from .run import Run
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
+    from rosorin_compile.formats.compiled import Compiled
     from rosorin_compile.model import Output
-    from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.output.request import Request
+    from rosorin_compile.request import Request
     from rosorin_compile.source.diagnostics import Diagnostic
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.output.request import is_foreign as is_foreign
+from rosorin_compile.request import is_foreign as is_foreign
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.progress import Progress

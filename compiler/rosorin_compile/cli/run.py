@@ -26,9 +26,9 @@ from .robots import described, descriptions_of, no_stdin, one, take_stdin
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
+    from rosorin_compile.formats.compiled import Compiled
     from rosorin_compile.model.kinematics.quaternions import Position
-    from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.output.request import Request
+    from rosorin_compile.request import Request
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.viewer.changed import Pictures

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile import api
-from rosorin_compile.output.request import is_foreign
+from rosorin_compile.request import is_foreign
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription

@@ -32,7 +32,7 @@ from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from rosorin_compile.output.request import Request
+    from rosorin_compile.request import Request
 
 
 _LOOK = 0.15  # seconds between two looks at the files

@@ -25,7 +25,7 @@ from .usage import FINE
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.committed import Comparison
-    from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.formats.compiled import Compiled
 
 
 MAX_SHOWN = 20  # changes of one run, one line each

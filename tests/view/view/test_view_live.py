@@ -18,7 +18,7 @@ import jsonschema
 import pytest
 
 from rosorin_compile.cli import view as command
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.project import Description
 from rosorin_compile.viewer.page import data_of

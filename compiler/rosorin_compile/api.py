@@ -21,12 +21,13 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.compare.check_outputs import compare_committed
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from rosorin_compile.compare.tolerance import printing_of
+from rosorin_compile.compare.wording import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics
 from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
@@ -59,7 +60,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
-from rosorin_compile.source.project import no_file
+from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
@@ -127,7 +128,7 @@ def compile(  # noqa: A001 - re.compile has this name, too
     """
     request = Request.of(robot, arguments, packages, trust=trust)
     compiled, path = request.compile(outputs, meshes=meshes), request.description.path
-    if compiled.robot is None and path.name and not asked.is_description(path):
+    if compiled.robot is None and not request.problems and not asked.is_description(path):
         message = f"{path.name} is not called as a description is, such as robot.yaml"
         help = "rosorin_compile.read takes robots in other formats"
         compiled.diagnostics.append(Diagnostic("wrong-format", NOTE, message, help=help))
@@ -242,6 +243,7 @@ def diff(
     a_arguments: Values = None,
     b_arguments: Values = None,
     packages: Packages = None,
+    brief: bool = False,
     trust: bool = False,
 ) -> Difference:
     """Compare two robots by meaning: descriptions, files in any supported format, or ``Robot`` objects.
@@ -256,6 +258,7 @@ def diff(
         arguments: Arguments of both robots.
         a_arguments: Arguments of ``a`` only.
         b_arguments: Arguments of ``b`` only.
+        brief: Shorten the lists of what is not compared.
 
     Example:
         >>> import rosorin_compile
@@ -263,7 +266,7 @@ def diff(
         >>> difference.same, difference.items
         (True, ())
         >>> rosorin_compile.diff("rosorin", "nothing.urdf").diagnostics[0].message
-        'there is no file "nothing.urdf"'
+        'cannot read nothing.urdf: No such file or directory'
     """
     diagnostics: list[Diagnostic] = []
     if isinstance(tolerance, bool) or not (isinstance(tolerance, (int, float)) and 0 <= tolerance < float("inf")):
@@ -271,45 +274,54 @@ def diff(
         diagnostics.append(error("bad-argument", message, None))
     if not (prefix is None or isinstance(prefix, str)):
         diagnostics.append(error("bad-argument", f"the prefix is text, not {prefix!s:.60}", None))
-    sides, not_compared = list[Side](), list[str]()
-    for robot, values in ((a, a_arguments), (b, b_arguments)):
-        side, left_out, found = _side(robot, arguments, values, packages, trust)
-        sides += [side] if side is not None else []
-        not_compared += [f"{side.label}: {what}" for what in left_out] if side is not None else []
-        diagnostics += found
-    if len(sides) < 2 or has_errors(diagnostics):
+    first = _side(a, arguments, a_arguments, packages, trust)
+    second = _side(b, arguments, b_arguments, packages, trust)
+    diagnostics += [*first.diagnostics, *second.diagnostics]
+    if arguments and first.deaf and second.deaf:
+        diagnostics.append(asked.deaf(first.deaf))
+    if first.side is None or second.side is None or has_errors(diagnostics):
         return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
     try:
-        found = compare_robots(sides[0], sides[1], tolerance, prefix)
+        found = compare_robots(first.side, second.side, tolerance, prefix)
     except PluginFailed as problem:
         return Difference(None, None, (), (), (), tolerance, (*diagnostics, problem.diagnostic))
-    not_compared = [*found.not_compared, *not_compared]
+    not_compared = [*found.not_compared]
+    for one in (first, second):
+        left_out = [several(one.left_out)] if brief and one.left_out else one.left_out
+        not_compared += [f"{one.side.label}: {what}" for what in left_out if one.side is not None]
     return replace(found, not_compared=tuple(not_compared), diagnostics=tuple(diagnostics))
 
 
-def _side(
-    robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool
-) -> tuple[Side | None, list[str], list[Diagnostic]]:
-    """Load one side of a comparison; return it, what of its file is not part of it, and diagnostics."""
+class _Loaded(NamedTuple):
+    """One side of a comparison, and what of its file is not part of it; ``deaf`` is a file that takes no arguments."""
+
+    side: Side | None
+    diagnostics: Sequence[Diagnostic] = ()
+    left_out: Sequence[str] = ()
+    deaf: Path | None = None
+
+
+def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool) -> _Loaded:
     if isinstance(robot, Robot):
-        return Side(robot.name, YAML, robot), [], []
+        return _Loaded(Side(robot.name, YAML, robot))
     requests = [Request.of(robot, values, packages, trust=trust) for values in (shared, own)]
     if problems := [problem for request in requests for problem in request.problems]:
-        return None, [], problems
+        return _Loaded(None, problems)
     request = replace(requests[1], arguments={**requests[0].arguments, **requests[1].arguments})
     found, path = request.understand(), request.description.path
     diagnostics = [d for d in found.diagnostics if d.severity == ERROR or (d.rule == _EXECUTED and not request.trust)]
     if found.robot is None:
-        return None, [], diagnostics
-    label = str(path) if isinstance(robot, Request) else os.fsdecode(robot)
+        return _Loaded(None, diagnostics)
+    label = str(path) if isinstance(robot, Request) or path == Description.ON_STDIN else os.fsdecode(robot)
     imported = found.imported
     if imported is None or imported.tree is None:
-        return Side(label, YAML, found.robot, folder=path.parent), [], diagnostics
+        return _Loaded(Side(label, YAML, found.robot, folder=path.parent), diagnostics)
     if requests[1].arguments and not imported.takes_arguments:
         diagnostics.append(asked.deaf(path))
     reduced = replace(found.robot, outputs=())
     side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree), path.parent)
-    return side, list(dict.fromkeys(left.what for left in imported.left_out)), diagnostics
+    left_out = list(dict.fromkeys(left.what for left in imported.left_out))
+    return _Loaded(side, diagnostics, left_out, None if imported.takes_arguments else path)
 
 
 def explain(

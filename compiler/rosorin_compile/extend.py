@@ -5,11 +5,21 @@ They are public beside those of ``rosorin_compile`` and ``rosorin_compile.model`
 
 from __future__ import annotations
 
-from rosorin_compile.cli.answer import give_result
-from rosorin_compile.cli.command import Check, Command, Options, argument, check, command, option
-from rosorin_compile.cli.options import check_options, robot_argument, robot_options, robots_argument
+from rosorin_compile.cli.answer import FINE, PROBLEMS, give_result
+from rosorin_compile.cli.command import (
+    Check,
+    Command,
+    Options,
+    argument,
+    check,
+    check_options,
+    command,
+    option,
+    robot_argument,
+    robot_options,
+    robots_argument,
+)
 from rosorin_compile.cli.run import Run, for_each
-from rosorin_compile.cli.usage import FINE, PROBLEMS
 from rosorin_compile.formats.facts import frame_facts
 from rosorin_compile.formats.format import (
     Artifact,

@@ -148,7 +148,7 @@ class Request:
             return Reading(None, [problem.diagnostic], ())
         found = understand_foreign(path, options)
         diagnostics, imported = found.diagnostics, found.imported
-        if options.texts and imported and imported.tree is not None and not imported.takes_arguments:
+        if options.arguments and imported and imported.tree is not None and not imported.takes_arguments:
             diagnostics = arrange([*diagnostics, asked.deaf(path)])
         if found.robot is None or imported is None or has_errors(diagnostics):
             return Reading(None, diagnostics, found.expanded.files)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.compiled import Compiled, compile_robot, emit_published
 from rosorin_compile.model import Pose, Robot, Transform
 from rosorin_compile.recordings.expected import Description, Options
 from rosorin_compile.recordings.joints import JointLog

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.model.geometry import Pose
 from rosorin_compile.formats.compiled import emit_published
+from rosorin_compile.model.geometry import Pose
 from rosorin_compile.request import Request
 from rosorin_compile.source.project import Description
 from support import bags

@@ -42,11 +42,9 @@ def __getattr__(name: str) -> object:
     """Return a public name, imported at this moment."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; plug-ins import {__name__}.extend")
-    if name.islower():
-        from rosorin_compile import api as module
-    else:
-        from rosorin_compile import results as module
-    globals()[name] = value = getattr(module, name)
+    from rosorin_compile import api, results
+
+    globals()[name] = value = getattr(api if name.islower() else results, name)
     return value
 
 

@@ -34,7 +34,7 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.language import asked
-from rosorin_compile.language.arguments import declared
+from rosorin_compile.language.arguments import Argument, declared
 from rosorin_compile.language.explain.answer import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
@@ -128,7 +128,7 @@ def compile(  # noqa: A001 - re.compile has this name, too
     """
     request = Request.of(robot, arguments, packages, trust=trust)
     compiled, path = request.compile(outputs, meshes=meshes), request.description.path
-    if compiled.robot is None and not request.problems and not asked.is_description(path):
+    if compiled.robot is None and path.is_file() and not asked.is_description(path):
         message = f"{path.name} is not called as a description is, such as robot.yaml"
         help = "rosorin_compile.read takes robots in other formats"
         compiled.diagnostics.append(Diagnostic("wrong-format", NOTE, message, help=help))
@@ -613,7 +613,8 @@ def arguments(robot: FilePath | Request, arguments: Values = None, packages: Pac
         [('base', ('fixed', 'free'), 'free')]
     """
     request = Request.of(robot, arguments, packages)
-    name, found, problems = request.description.name, (), [*request.problems]
+    name, problems = request.description.name, [*request.problems]
+    found: list[Argument] = []
     try:
         if not problems:
             found, problems = declared(request.description.path, request.values(), request.packages)
@@ -953,7 +954,7 @@ def import_robot(
         trust=trust,
         warn=warn,
     )
-    return importing.import_robot(Path(source), options)
+    return importing.import_robot(source if isinstance(source, Path) else Path(source), options)
 
 
 def _read_options(

@@ -46,7 +46,7 @@ STAMP = np.array([5], np.int64)
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
     path: Path = tmp_path_factory.mktemp("robot") / "robot.yaml"
     path.write_text(ROBOT, "utf-8")
-    _, lowered, diagnostics, _ = understand(path)
+    _, lowered, diagnostics, *_ = understand(path)
     assert lowered is not None
     assert lowered.robot is not None, text(diagnostics)
     return lowered.robot

@@ -65,17 +65,24 @@ class Answer:
         if self.form == ENVELOPE:
             import json
 
-            from rosorin_compile.source.report import as_object
-            from rosorin_compile.source.version import __version__
-
-            diagnostics = [as_object(one) for one in self.diagnostics]
-            envelope = {"version": __version__, "command": self.command, "diagnostics": diagnostics}
-            text = json.dumps(plain({**envelope, "result": self.result}), indent=2, allow_nan=False)
-            sys.stdout.write(f"{text}\n")
+            sys.stdout.write(json.dumps(envelope(self), indent=2, allow_nan=False) + "\n")
         elif self.form != "text":
             from rosorin_compile.source.console import print_document
 
             print_document(self.form, self.consoles, self.diagnostics)
+
+
+def envelope(answer: Answer) -> dict[str, object]:
+    """Return the JSON envelope of an answer, as plain data."""
+    from rosorin_compile.source.report import as_object
+    from rosorin_compile.source.version import __version__
+
+    return {
+        "version": __version__,
+        "command": answer.command,
+        "diagnostics": [plain(as_object(one)) for one in answer.diagnostics],
+        "result": plain(answer.result),
+    }
 
 
 def requested_format(words: Sequence[str]) -> str:

@@ -23,7 +23,7 @@ from rosorin_compile.source.project import ON_STDIN, Description
 from rosorin_compile.source.wording import counted
 from rosorin_compile.viewer.changed import Pictures
 
-from .answer import FINE, PROBLEMS, answer_of
+from .answer import FINE, PROBLEMS
 from .command import (
     Options,
     check_options,
@@ -76,16 +76,15 @@ def run(options: Options) -> int:
         return for_each(options, check_robot)
     page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
     work = partial(check_robot, page=page)
-    console = answer_of(options).console(options.quiet)
     try:
         code = for_each(options, work)
     except BrokenPipeError:  # the reader of the messages has left; the page is for somebody else
         page.clear()
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
             for_each(options, work)
-            write_page(page, console)
+            write_page(page, Run.of(options).console)
         raise
-    write_page(page, console)
+    write_page(page, Run.of(options).console)
     return code
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 from rosorin_compile.request import is_foreign
 from rosorin_compile.ros.parameters import DISTRIBUTION
@@ -19,7 +20,7 @@ _HOW = "rosorin-compile check parameters ROBOT FILE ..."
 _DESCRIPTION = re.compile(r"""^["']?robot["']?[ \t]*:[ \t]*[^\s#{]""", re.MULTILINE)
 _MAX_BYTES = 1_000_000  # of a file that are searched
 _FILES = "Parameter files"
-_MANY = {"type": PATH, "many": True, "metavar": "FILE ...", "section": _FILES}
+_MANY: dict[str, Any] = {"type": PATH, "many": True, "metavar": "FILE ...", "section": _FILES}
 
 
 @check("parameters", exits="0 no errors, 1 errors")

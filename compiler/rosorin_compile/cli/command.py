@@ -177,7 +177,8 @@ class Command(click.Command):
             notes = [Diagnostic("system-lacks", NOTE, message) for message in missed()]
             if refused := cache_refused():
                 notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
-            answer.console().show(notes)
+            if notes:
+                answer.console().show(notes)
         fail_on = getattr(options, "fail_on", "error")
         if fail_on == "never" and code == PROBLEMS:
             return FINE

@@ -21,7 +21,7 @@ from .command import (
     Decorator,
     Options,
     command,
-    full_option,
+    flag,
     option,
     page_options,
     robot_options,
@@ -73,7 +73,7 @@ def _robots() -> Decorator[Any]:
     metavar="NUMBER",
     help="largest difference to ignore, in metres, radians or relative to the number; default: 1e-9",
 )
-@full_option
+@flag("--full", help="print all differences")
 @page_options("write a page that shows both robots and their differences")
 @robot_options
 def run(options: Options) -> int:
@@ -87,16 +87,18 @@ def run(options: Options) -> int:
             f"diff compares two robots, and was given {len(run.words)}: {', '.join(run.words) or 'none'}"
         )
     take_stdin(run.words)
-    descriptions = [find_robot(word, _HOW) for word in run.words]
     own = [named(options.a_arg), named(options.b_arg)]
+    descriptions = [find_robot(word, _HOW) for word in run.words]
     requests = [replace(run.request(one), warn=None) for one in descriptions]
     try:
         values = requests[0].values()
     except LoadError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
+    a, b = run.words
     found = api.diff(
-        *run.words,
+        a,
+        b,
         options.tolerance,
         options.prefix,
         arguments=values,

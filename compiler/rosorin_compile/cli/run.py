@@ -277,7 +277,8 @@ def refuse_half_marks(words: Iterable[str]) -> None:
 def warn_of_no_robots(console: Console) -> None:
     """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
     wrong = without_first_file(Description.around())
-    console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
+    if wrong:
+        console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
 def named(texts: Iterable[str]) -> dict[str, str]:

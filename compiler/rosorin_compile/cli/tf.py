@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import RequestError
 
@@ -138,7 +138,7 @@ def _csv(found: Transforms) -> str:
     heads = [*found.swept, *_COLUMNS, "qx", "qy", "qz", "qw"]
     lines = [",".join(f'"{head}"' if "," in head or '"' in head else head for head in heads)]
     for transform in found.transforms:
-        positions = (transform.positions[joint] for joint in found.swept)
+        positions: list[Any] = [transform.positions[joint] for joint in found.swept]
         numbers = (*positions, *transform.translation, *transform.rpy, *transform.quaternion)
         lines.append(",".join(repr(float(number)) for number in numbers))
     return "\n".join(lines)

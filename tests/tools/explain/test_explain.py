@@ -17,7 +17,7 @@ PROJECT = HANDY
 
 
 def answers(*names: str, pose: str = "", **given: str) -> list[Explanation | Answer]:
-    expanded, lowered, diagnostics, _ = understand(Path("descriptions/handy/robot.yaml"), given)
+    expanded, lowered, diagnostics, *_ = understand(Path("descriptions/handy/robot.yaml"), given)
     assert lowered is not None, diagnostics
     return explain(expanded, lowered, given, names, pose)
 

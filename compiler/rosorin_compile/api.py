@@ -128,7 +128,7 @@ def compile(  # noqa: A001 - re.compile has this name, too
     """
     request = Request.of(robot, arguments, packages, trust=trust)
     compiled, path = request.compile(outputs, meshes=meshes), request.description.path
-    if compiled.robot is None and path.is_file() and not asked.is_description(path):
+    if compiled.robot is None and not request.problems and os.path.lexists(path) and request.is_foreign:
         message = f"{path.name} is not called as a description is, such as robot.yaml"
         help = "rosorin_compile.read takes robots in other formats"
         compiled.diagnostics.append(Diagnostic("wrong-format", NOTE, message, help=help))

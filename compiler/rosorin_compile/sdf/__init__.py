@@ -5,8 +5,7 @@ for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
 
 Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
 name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
-``verbatim`` (what stays as it stands). ``words`` is what both sides know, ``grammar`` what both readers know. ``proof``
-holds what comes of a file against it in Drake (``engine``).
+``verbatim`` (what stays as it stands). ``words`` is what both sides know, ``grammar`` what both readers know.
 """
 
 from __future__ import annotations
@@ -28,7 +27,6 @@ from rosorin_compile.formats.format import (
 )
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.proof import Proof
     from rosorin_compile.formats.expectation import Expectation
     from rosorin_compile.formats.facts import Deviations
     from rosorin_compile.formats.format import Facts, Opened
@@ -111,12 +109,6 @@ def _against(text: str, known: Expectation) -> Deviations:
     return against(text, known)
 
 
-def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
-    from .proof import prove
-
-    return prove(imported, text, files)
-
-
 FORMAT = Format(
     name="sdf",
     word="SDF",
@@ -165,7 +157,6 @@ FORMAT = Format(
     proving=Proving(
         against=_against,
         syntax=_syntax,
-        prove=_prove,
         frames=_frames,
         joint_names=_joint_names,
         solids=_solids,

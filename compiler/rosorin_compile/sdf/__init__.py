@@ -54,7 +54,7 @@ def _syntax(text: str) -> object:
 
 def _frames(robot: Robot) -> Sequence[str]:
     """Return what hangs on something: not what is free in the world, which is no link of an SDF."""
-    from .names import world_of
+    from .words import world_of
 
     world = world_of(robot)
     return [one.child for one in robot.joints if one.parent != world or one.type not in ("floating", "planar")]
@@ -80,7 +80,7 @@ def _cannot_say(robot: Robot, fact: Fact) -> bool:
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .names import check
+    from .words import check
 
     return check(case, output)
 

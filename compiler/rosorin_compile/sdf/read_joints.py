@@ -13,13 +13,12 @@ from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, counted, did_you_mean, first_of, listed
 from rosorin_compile.source.xml.markup import Element
 
-from .grammar import MOTION
 from .read_links import Entries
 from .reading import Numbers, Said, cleaned, converted, entry_of, others, place, words
 from .scopes import JOINT, OWN, Models, Node
 from .trees import PAIRS, Joined, Tree, is_along, is_near
 from .verbatim import keep, text_of, wrapped
-from .words import OF_JOINT
+from .words import MOTION, OF_JOINT
 
 _OF_JOINT = ("pose", "parent", "child", "axis", "axis2")
 _OF_AXIS = ("xyz", "limit", "dynamics", "use_parent_model_frame")

@@ -19,8 +19,8 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
 
 from .included import Included
-from .names import RESERVED, WORLD
 from .reading import Numbers, Said
+from .words import RESERVED, WORLD
 
 RULES = (
     Rule(

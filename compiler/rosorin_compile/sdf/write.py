@@ -42,9 +42,8 @@ from rosorin_compile.source.xml.escaping import escape
 from rosorin_compile.source.xml.imu import with_noise
 
 from .bodies import LEAST, Bodies, bodies_of
-from .classic import of_collision
-from .kept import Kept, at, kept, own
-from .names import WORLD, world_of
+from .kept import Kept, at, kept, of_collision, own
+from .words import WORLD, world_of
 
 RULES = (
     Rule(

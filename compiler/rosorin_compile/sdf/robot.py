@@ -7,6 +7,7 @@ name of the model before them. What the language has no word for is kept as it s
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from rosorin_compile.formats.checked import accept
@@ -22,7 +23,7 @@ from rosorin_compile.source.xml.markup import Document, Element
 
 from .read_joints import Joints
 from .read_links import Entries, Links
-from .reading import Said, changed, converted, entry_of, others
+from .reading import Said, changed, cleaned, converted, entry_of, others
 from .scopes import FRAME, Models, Node, Scope
 from .trees import Tree, is_near, named_twice
 from .verbatim import keep, text_of, wrapped
@@ -86,6 +87,7 @@ class _Robot:
         self.top = top
         self.entries = Entries({}, {})
         self.elements: list[Placed] = []
+        self.constraints: dict[str, Placed] = {}
 
     def read(self) -> dict[str, Any] | None:
         """Return the sections; None after an error that hides all else."""
@@ -130,6 +132,12 @@ class _Robot:
         if root:
             made["root"] = root
         self._kept()
+        for joint in tree.loops:
+            if joint.parent is not None:
+                at = tree.pose(joint.parent).inverse().then(tree.pose(joint.node)).xyz
+                self._connect(joint.node.element, [joint.parent.called, joint.child.called], at)
+        if self.constraints:
+            made["constraints"] = self.constraints
         if self.elements:
             made["urdf_elements"] = self.elements
         return made
@@ -220,6 +228,7 @@ class _Robot:
         for child in (one for one in rest if one.tag == "drake:joint"):
             message = f"{named(child)} is a joint of Drake's own, which no description has"
             self.reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
+        rest = [child for child in rest if not (child.tag == "drake:ball_constraint" and self._of_drake(child, scope))]
         texts = {tag: [(child, text_of(child, scope, self.models)) for child in found]
                  for tag, found in (("gazebo", gazebo), ("sdf", rest))}  # fmt: skip
         for tag, found in texts.items():
@@ -230,6 +239,27 @@ class _Robot:
         for node in scope.nodes.values():
             if node.inner is not None:
                 self._of_model(node.inner)
+
+    def _of_drake(self, element: Element, scope: Scope) -> bool:
+        """Add a ball constraint of Drake; return False if it does not hold two links."""
+        words = {child.tag.removeprefix("drake:ball_constraint_"): child for child in element.children}
+        ends = [self.models.find(scope, words[key].text) for key in ("body_A", "body_B") if key in words]
+        point = self.models.numbers.all_of(words["p_AP"], 3) if "p_AP" in words else None
+        links = [node.called for node in ends if node is not None and node.kind == "link"]
+        if len(links) != len(("A", "B")) or point is None:
+            return False
+        self._connect(element, links, [float(one.value) for one in point])
+        return True
+
+    def _connect(self, element: Element, links: list[str], at: Sequence[float]) -> None:
+        """Add a constraint that closes a loop."""
+        name = element.get("name") or "loop"
+        while name in self.constraints:
+            name += "_"
+        numbers = [Placed(cleaned(value), element.span) for value in at]
+        entry = {"type": "connect", "links": links, "at": Placed(numbers, element.span)}
+        self.constraints[name] = Placed(entry, element.span)
+        self.reading.paths[id(element)] = ("constraints", name)
 
 
 def _brought(node: Node) -> Element:

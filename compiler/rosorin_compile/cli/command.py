@@ -165,8 +165,11 @@ class Command(click.Command):
         answer = ctx.obj if isinstance(ctx.obj, Answer) else Answer()
         options = self.options(ctx)
         options.answer, answer.command, answer.form = answer, self.called, options.format
-        if getattr(options, "xacro_seconds", None):
-            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
+        seconds = getattr(options, "xacro_seconds", None)
+        if seconds is not None:
+            if seconds < 1:
+                raise RequestError(f"--xacro-seconds takes 1 or more seconds, not {seconds}")
+            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(seconds)  # for all processes of the run
         if options.format in ("text", "github", "markdown") and not options.quiet:
             show_progress()
         with self.guarded():
@@ -360,7 +363,7 @@ robot_options = combined(
     flag("--trust", help="do not warn about code that a xacro file can run"),
     option(
         "--xacro-seconds",
-        type=click.IntRange(1),
+        type=int,
         metavar="S",
         help="time limit for a xacro file in seconds; default: 60",
     ),

@@ -41,7 +41,7 @@ _INSTEAD = {
     "validate": "check",
 }
 _REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
-_STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+_STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
 
 class Program(click.Group):

@@ -26,7 +26,7 @@ from rosorin_compile.source.system import missed
 
 from . import complete
 from .answer import FINE, PROBLEMS, Answer
-from .registry import entry
+from .table import entry
 
 RULES = (
     Rule(

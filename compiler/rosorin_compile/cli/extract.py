@@ -27,8 +27,8 @@ from .command import (
     robot_options,
     words_argument,
 )
-from .registry import entry
 from .run import Run, refuse_stdin
+from .table import entry
 
 _LENGTH, _ANGLE, _NUMBER = Quantity.one("m"), Quantity.one("rad"), Quantity.one()
 _SETTINGS: dict[str, Any] = {"within": "extract", "exits": "0 written, 1 errors"}

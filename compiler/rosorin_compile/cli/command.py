@@ -55,6 +55,10 @@ _ARGUMENTS = "Arguments of the description or the xacro file"
 class Options(SimpleNamespace):
     """The parsed options of one run by name; repeatable options and ``words`` are lists."""
 
+    def pick(self, names: str) -> dict[str, Any]:
+        """Return the values of some options by name, as arguments of the API."""
+        return {name: getattr(self, name) for name in names.split()}
+
 
 Run = Callable[[Options], int]
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])

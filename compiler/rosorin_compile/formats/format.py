@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .facts import Deviations
     from .imported import Imported, LeftOut, ReadOptions
     from .templating import Templates
+    from .unsupported import Unsupported
 
 
 ANGLES = ("roll", "pitch", "yaw")
@@ -388,6 +389,9 @@ class Format:
     What it does:
 
     - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
+    - ``covers``: the keys of the language that it is about, such as ``joints.axis``; a key stands for those below it, ()
+      for all.
+    - ``unsupported``: of these keys those that an output has no word for, with the reason (see ``unsupported``).
     - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
       ``imported.converted``).
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
@@ -410,6 +414,8 @@ class Format:
     roots: tuple[str, ...] = ()
     recognises: Callable[[Document, Path], bool] | None = None
     write: Writer | None = None
+    covers: tuple[str, ...] = ()
+    unsupported: Callable[[Output], Mapping[str, Unsupported]] | None = None
     read: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     facts: Callable[[str], Facts] | None = None
     reading: Importing = Importing()

@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS, Artifact, plugged_diagnostics
+from rosorin_compile.formats.unsupported import notes as unsupported_notes
 from rosorin_compile.language.accepting import Entry, settled, unknown, unused
 from rosorin_compile.language.expand import Expanded, expand
 from rosorin_compile.language.expression.functions import plugged as plugged_functions
@@ -424,6 +425,7 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = meshes.told_to(robot)
     artifacts, said, templates = _made(robot, outputs, expanded.tree, path)
+    said += unsupported_notes(expanded.tree, outputs, FORMATS)
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)
     if has_errors(said):

@@ -26,6 +26,7 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
+from rosorin_compile.formats.unsupported import OF_MUJOCO, OF_PUBLISHERS, Unsupported
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.proof import Proof
@@ -117,12 +118,35 @@ def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     return prove(imported, text, files)
 
 
+def _unsupported(output: Output) -> Mapping[str, Unsupported]:  # noqa: ARG001
+    """Return what SDF has no word for."""
+    return {
+        **OF_MUJOCO,
+        **OF_PUBLISHERS,
+        "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
+        "joints.*.calibration": Unsupported("no calibration of joints"),
+        "joints.*.safety_controller": Unsupported("no soft limits"),
+    }
+
+
 FORMAT = Format(
     name="sdf",
     word="SDF",
     article="an",
     about="the model for Gazebo and Drake",
     rank=22,
+    covers=(
+        "robot",
+        "links",
+        "joints",
+        "materials",
+        "sensors",
+        "root",
+        "actuators",
+        "disabled_contacts",
+        "urdf_elements",
+    ),
+    unsupported=_unsupported,
     options={
         "number_format": NUMBER_FORMAT,
         "version": {

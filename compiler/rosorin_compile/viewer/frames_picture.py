@@ -122,6 +122,20 @@ FORMAT = Format(
     article="a",
     about="the tree of frames, with who publishes each",
     rank=80,
+    covers=(
+        *(
+            "robot",
+            "joints.type",
+            "joints.parent",
+            "joints.child",
+            "joints.publisher",
+            "sensors.type",
+            "sensors.parent",
+        ),
+        *("sensors.frame", "sensors.joint", "sensors.publisher", "sensors.optical.frame", "sensors.optical.joint"),
+        *("sensors.optical.publisher", "edges.parent", "edges.child", "edges.publisher", "edges.moving", "edges.when"),
+        "publishers.node",
+    ),
     options={
         "modes": {
             "type": "array",

@@ -368,6 +368,18 @@ FORMAT = Format(
     files="the JSON of a driver",
     about="the model for drivers",
     rank=60,
+    covers=(
+        *("joints.type", "joints.parent", "joints.child", "joints.xyz", "joints.rpy", "joints.limit.lower"),
+        *(
+            "joints.limit.upper",
+            "links.collision.box",
+            "sensors.parent",
+            "sensors.frame",
+            "sensors.joint",
+            "sensors.xyz",
+        ),
+        *("sensors.rpy", "sensors.optical", "servos"),
+    ),
     options={
         "joints": {
             "type": "array",

@@ -35,6 +35,7 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
+from rosorin_compile.formats.unsupported import OF_PUBLISHERS, Unsupported
 from rosorin_compile.source.files import record, version
 
 from .settings import SETTINGS
@@ -169,11 +170,35 @@ def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     return prove(imported, text, files)
 
 
+def _unsupported(output: Output) -> Mapping[str, Unsupported]:  # noqa: ARG001
+    """Return what MJCF has no word for."""
+    return {
+        **OF_PUBLISHERS,
+        "sensors.*.joint": Unsupported("bodies that are fixed to each other need no joint", quiet=True),
+        "sensors.*.optical.joint": Unsupported("bodies that are fixed to each other need no joint", quiet=True),
+        "joints.*.calibration": Unsupported("no calibration of joints"),
+        "joints.*.safety_controller": Unsupported("no soft limits"),
+    }
+
+
 FORMAT = Format(
     name="mjcf",
     word="MJCF",
     about="the model for MuJoCo",
     rank=30,
+    covers=(
+        "robot",
+        "links",
+        "joints",
+        "materials",
+        "sensors",
+        "root",
+        "actuators",
+        "disabled_contacts",
+        "poses",
+        "mjcf_elements",
+    ),
+    unsupported=_unsupported,
     options={
         "number_format": NUMBER_FORMAT,
         "base": {

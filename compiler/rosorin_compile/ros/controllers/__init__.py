@@ -21,6 +21,7 @@ FORMAT = Format(
     article="a",
     about="the parameters of ros2_control's controllers",
     rank=61,
+    covers=("robot", "controllers", "drive"),
     options={
         "distribution": DISTRIBUTION,
         "update_rate": {

@@ -127,6 +127,7 @@ FORMAT = Format(
     article="an",
     about="what MoveIt has to know beside the URDF",
     rank=25,
+    covers=("robot", "moveit", "disabled_contacts", "poses.positions", "poses.pulses"),
     options={"number_format": NUMBER_FORMAT},
     file="{}.srdf",
     endings=(".srdf",),

@@ -18,6 +18,7 @@ from typing import Any
 from rosorin_compile.formats.facts import frame_facts
 from rosorin_compile.formats.format import Fact, Facts, Format, InRos, Proving, Value, Writing
 from rosorin_compile.formats.templating import Templates
+from rosorin_compile.formats.unsupported import FRAMES
 from rosorin_compile.model import Output, Pose, Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
@@ -254,6 +255,20 @@ FORMAT = Format(
     article="a",
     about="the robot to look at, in a browser",
     rank=90,
+    covers=(
+        *FRAMES,
+        *(
+            "links.inertial",
+            "links.collision",
+            "links.visual",
+            "materials.rgba",
+            "joints",
+            "sensors",
+            "servos",
+            "poses",
+        ),
+        *("edges.parent", "edges.child", "edges.publisher", "edges.moving", "edges.when", "publishers.node"),
+    ),
     options={
         "meshes": {"type": "boolean", "description": "Whether the meshes are in the page; default true."},
         "max_megabytes": {

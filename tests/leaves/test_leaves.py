@@ -10,7 +10,7 @@ import json
 import random
 import shutil
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,6 +31,25 @@ SHARE = 10
 WAITING = ("tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs")
 MOST_VALID, MOST_TRIED = 3, 25
 EXPANDED = ("args", "let", "include")
+
+# The kinds of drives, with the type of the controller of each, for wheels.yaml.
+_LEFT, _RIGHT, _ROLLING = (
+    ["left_joint", "left_2_joint"],
+    ["right_joint", "right_2_joint"],
+    ["left_joint", "right_joint"],
+)
+_STEERING, _DRIVEN = ["fork_joint", "fork_2_joint"], ["front_joint", "front_2_joint"]
+DRIVES: dict[str, dict[str, Any]] = {
+    "differential": {"drive": {"differential": {"left": _LEFT, "right": _RIGHT}}},
+    "tricycle": {
+        "drive": {"tricycle": {"steering": "fork_joint", "driven": ["front_joint"], "rolling": _ROLLING}},
+        "controllers": {"wheels": {"type": "tricycle"}},
+    },
+    "ackermann": {
+        "drive": {"ackermann": {"steering": _STEERING, "driven": _DRIVEN, "rolling": _ROLLING}},
+        "controllers": {"wheels": {"type": "ackermann_steering"}},
+    },
+}
 
 Description = dict[str, Any]
 Form = Callable[[Description], dict[str, Description]]
@@ -55,11 +74,12 @@ class Case:
         assert isinstance(base, Result), f"{name}: {base}"
         self.base = base
 
-    def compile(self, description: Description) -> Result | str:
-        """Compile the description in its form; return the first error if there is one."""
+    def compile(self, description: Description, formats: Collection[str] = ()) -> Result | str:
+        """Compile a description in its form to all formats or some; return the first error if there is one."""
         for name, content in self.form(description).items():
             (self.folder / name).write_text(json.dumps(_escaped(content)), encoding="utf-8")
-        compiled = rosorin_compile.compile(self.folder / "robot.yaml")
+        names = [output.name for output in self.base.outputs if output.backend in formats] if formats else []
+        compiled = rosorin_compile.compile(self.folder / "robot.yaml", outputs=names)
         if compiled.robot is None:
             return next(str(one) for one in compiled.diagnostics if one.severity == "error")
         texts = defaultdict[str, tuple[str, ...]](tuple)
@@ -75,11 +95,11 @@ class Case:
         reasons = [reason(FORMATS[name], output, key) for output in outputs]
         return all(why is not None and why.quiet for why in reasons)
 
-    def results(self, leaf: Leaf) -> Iterator[Result]:
+    def results(self, leaf: Leaf, formats: Collection[str]) -> Iterator[Result]:
         """Yield the results of some other values of a leaf that are valid."""
         valid = 0
         for number, description in enumerate(changed(self.description, leaf, self.names)):
-            result = self.compile(description)
+            result = self.compile(description, formats)
             if isinstance(result, Result):
                 valid += 1
                 yield result
@@ -142,7 +162,9 @@ def cases(form: Form, folder: Path) -> list[Case]:
     # The types of sensors are gone with the expansion.
     found["robot"]["sensors"]["cliff"]["type"] = "range_finder"
     found["robot"]["outputs"] |= {"robot_model": {"file": "model.json"}, "frames_picture": {"file": "frames.svg"}}
-    found |= {path.stem: yaml.safe_load(path.read_text("utf-8")) for path in sorted(HERE.glob("*.yaml"))}
+    found |= {f"{path.stem}_leaves": yaml.safe_load(path.read_text("utf-8")) for path in sorted(HERE.glob("*.yaml"))}
+    wheels = found.pop("wheels_leaves")
+    found |= {f"wheels_{kind}": {**wheels, **changes} for kind, changes in DRIVES.items()}
     made = []
     for name, description in found.items():
         shutil.copytree(EVERY_WORD, folder / name)
@@ -161,9 +183,10 @@ def lost(cases: list[Case], keys: set[str]) -> dict[str, dict[str, set[str]]]:
             places = [leaf for leaf in case.leaves if leaf.key == key][:3]
             formats = {name for name in case.base.texts if not case.is_excused(name, key)} - carried
             for leaf in places:
-                if tried and not formats:
+                if not formats:
+                    tried = True
                     break
-                for result in case.results(leaf):
+                for result in case.results(leaf, formats):
                     tried = True
                     carried |= {name for name in formats if _carries(case.base, result, name, key)}
                     formats -= carried
@@ -183,5 +206,10 @@ def _carries(base: Result, result: Result, name: str, key: str) -> bool:
     if result.texts.get(name) != base.texts[name]:
         return True
     prefix = name.replace("_", "-")
-    noted = any(rule == "not-in-format" and key in text and FORMATS[name].word in text for rule, text in base.remarks)
+    steps = key.split(".")
+    listed = [f"{'.'.join(steps[: count + 1])} (" for count in range(len(steps))]
+    texts = [text for rule, text in base.remarks if rule == "not-in-format" and text.startswith(FORMATS[name].word)]
+    noted = any(one in text for one in listed for text in texts)
+    ignored = [text for rule, text in base.remarks if rule == "ignored-key"]
+    noted |= any(f"its {step} has no effect" in text for step in steps for text in ignored)
     return noted or any(rule.startswith(prefix) for rule, _ in base.remarks ^ result.remarks)

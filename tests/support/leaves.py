@@ -9,6 +9,7 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from itertools import permutations
 from typing import Any, NamedTuple
 
 from rosorin_compile.language.schema import own_schema
@@ -132,6 +133,9 @@ def changed(description: Mapping[str, Any], leaf: Leaf, names: Mapping[str, list
     forms = _forms(leaf.schema)
     for value in _others(old, forms, names):
         yield _with(description, leaf.path, value)
+    if leaf.key.endswith(".when"):  # which depends on a mode: on another one, everywhere
+        for mode, other in permutations(names["mode"], 2):
+            yield json.loads(json.dumps(description).replace(mode, other))
     if isinstance(old, str) and old and not any("enum" in form for form in forms):
         text = json.dumps(description)
         yield json.loads(text.replace(f'{json.dumps(old)[:-1]}"', f'{json.dumps(old)[:-1]}_x"'))

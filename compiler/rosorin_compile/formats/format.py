@@ -389,8 +389,7 @@ class Format:
     What it does:
 
     - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
-    - ``covers``: the keys of the language that it is about, such as ``joints.axis``; a key stands for those below it, ()
-      for all.
+    - ``covers``: the keys of the language that it is about, such as ``joints.axis``, with all below them; () for all.
     - ``unsupported``: of these keys those that an output has no word for, with the reason (see ``unsupported``).
     - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
       ``imported.converted``).
@@ -415,7 +414,7 @@ class Format:
     recognises: Callable[[Document, Path], bool] | None = None
     write: Writer | None = None
     covers: tuple[str, ...] = ()
-    unsupported: Callable[[Output], Mapping[str, Unsupported]] | None = None
+    unsupported: Mapping[str, Unsupported] | Callable[[Output], Mapping[str, Unsupported]] = field(default_factory=dict)
     read: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     facts: Callable[[str], Facts] | None = None
     reading: Importing = Importing()

@@ -18,7 +18,7 @@ from rosorin_compile.source.wording import first_of, listed
 
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Proving, Value, row_name
 from .static_tf import describe
-from .unsupported import FRAMES
+from .unsupported import PLACES
 
 if TYPE_CHECKING:
     from .expectation import Expectation
@@ -337,7 +337,12 @@ FORMAT = Format(
     article="a",
     about="every frame, where it sits and who publishes it",
     rank=70,
-    covers=(*FRAMES, "joints.type", "sensors.type", "sensors.stamps", "edges", "publishers", "poses", "servos"),
+    covers=(
+        *PLACES,
+        *("joints.type", "joints.publisher", "sensors.type", "sensors.publisher", "sensors.optical.publisher"),
+        *("edges", "publishers", "poses.positions", "poses.pulses", "servos.flipped", "servos.rad_per_pulse"),
+        "servos.zero_pulse",
+    ),
     options={"number_format": NUMBER_FORMAT},
     file="frames.md",
     write=write,

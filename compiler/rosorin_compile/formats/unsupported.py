@@ -1,8 +1,8 @@
 """What a format does not carry of a description, and the note that says so.
 
-Messages print keys without the names of entries: ``joints.dynamics.damping``; here "*" stands for each entry:
-``joints.*.dynamics.damping``. A key stands for all keys below it. A format carries the keys that it ``covers``, without those that are ``unsupported`` and those that name
-another format (``mjcf``, ``gazebo``).
+Messages print keys without the names of entries: ``joints.dynamics.damping``; in ``unsupported`` "*" stands for each
+entry: ``joints.*.dynamics.damping``. A key stands for all keys below it. A format carries the keys that it ``covers``,
+without those that are ``unsupported`` and those that name another format (``mjcf``, ``gazebo``).
 """
 
 from __future__ import annotations
@@ -37,15 +37,28 @@ ADDRESSED: Mapping[str, tuple[str, ...]] = {
     "gazebo": ("sdf", "urdf"),
     "urdf_elements": ("urdf",),
 }
-# What says where values come from, and how the description is read and checked: sections, then keys of entries.
-ABOUT_THE_DESCRIPTION = ("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "publishers.stamps")
-REMARKS = ("source", "stand_ins", "method", "reason", "about", "stamps")
-
-# The keys that give a frame its place and its publisher.
-FRAMES = (
-    *("robot", "joints.parent", "joints.child", "joints.xyz", "joints.rpy", "joints.publisher", "sensors.parent"),
-    *("sensors.frame", "sensors.xyz", "sensors.rpy", "sensors.publisher", "sensors.optical"),
+# What says how the description is read and checked, and keys of any entry that say where its values come from.
+ABOUT_THE_DESCRIPTION = (
+    *("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "links.inertial.of.name"),
 )
+REMARKS = frozenset({"source", "stand_ins", "method", "reason", "about", "stamps"})
+
+# The keys that give a frame its place, and those that name the node that publishes it.
+PLACES = (
+    *("robot", "joints.parent", "joints.child", "joints.xyz", "joints.rpy", "sensors.parent", "sensors.frame"),
+    *("sensors.xyz", "sensors.rpy", "sensors.optical.frame", "sensors.optical.xyz", "sensors.optical.rpy"),
+)
+_PUBLISHER = ("joints.publisher", "sensors.publisher", "sensors.optical.publisher")
+NODES = tuple(
+    f"{publisher}{turn}" for publisher in _PUBLISHER for turn in (".static_transform_publisher", ".by", ".when")
+)
+UNPUBLISHED = tuple(f"{publisher}.none" for publisher in _PUBLISHER)
+
+_GEOMETRY = (
+    *("box", "cylinder", "capsule", "sphere", "ellipsoid", "mesh.file", "mesh.scale", "height_map.origin"),
+    *("height_map.cell", "height_map.heights", "height_map.bottom", "xyz", "rpy"),
+)
+SHAPES = tuple(f"links.{purpose}.{key}" for purpose in ("collision", "visual") for key in _GEOMETRY)
 
 
 class Unsupported(NamedTuple):
@@ -79,7 +92,6 @@ OF_PUBLISHERS: Mapping[str, Unsupported] = {
     key: Unsupported("for launch files, and the table of frames", quiet=True)
     for key in ("joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher")
 }
-WITH_A_SENSOR_TYPE = {"sensors.*.with": Unsupported("an argument of its type of sensors", quiet=True)}
 
 
 def without_names(key: str) -> str:
@@ -99,15 +111,19 @@ def is_within(key: str, prefixes: Iterable[str]) -> bool:
 def reason(format: Format, output: Output, key: str) -> Unsupported | None:
     """Return why an output does not carry a key of the language, or None if it has to."""
     steps = key.split(".")
-    if steps[0] in ABOUT_THE_DESCRIPTION or steps[-1] in REMARKS or REMARKS[0] in steps:
+    if is_within(key, ABOUT_THE_DESCRIPTION) or not REMARKS.isdisjoint(steps):
         return Unsupported("it is about the description", quiet=True)
     for step in steps:
         if format.name not in ADDRESSED.get(step, (format.name,)):
             return Unsupported(f"{step} is for {listed(ADDRESSED[step])}", quiet=True)
     if format.covers and not is_within(key, format.covers):
         return Unsupported(f"a {format.word} has {listed(format.covers)}", quiet=True)
-    unsupported = format.unsupported(output) if format.unsupported is not None else {}
-    return next((why for prefix, why in unsupported.items() if is_within(key, (without_names(prefix),))), None)
+    table = _table(format, output)
+    return next((why for prefix, why in table.items() if is_within(key, (without_names(prefix),))), None)
+
+
+def _table(format: Format, output: Output) -> Mapping[str, Unsupported]:
+    return format.unsupported(output) if callable(format.unsupported) else format.unsupported
 
 
 def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:
@@ -117,9 +133,7 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
         by_format.setdefault(output.backend, []).append(output)
     for name, some in by_format.items():
         format = formats[name]
-        if format.unsupported is None:
-            continue
-        tables = [format.unsupported(output) for output in some]
+        tables = [_table(format, output) for output in some]
         keys = [key for key, why in tables[0].items() if not why.quiet and all(key in table for table in tables[1:])]
         counts = [(key, sum(1 for _ in _places(tree, key))) for key in keys]
         found = [(key, count) for key, count in counts if count]

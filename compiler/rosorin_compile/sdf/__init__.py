@@ -118,16 +118,13 @@ def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     return prove(imported, text, files)
 
 
-def _unsupported(output: Output) -> Mapping[str, Unsupported]:  # noqa: ARG001
-    """Return what SDF has no word for."""
-    return {
-        **OF_MUJOCO,
-        **OF_PUBLISHERS,
-        "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
-        "joints.*.calibration": Unsupported("no calibration of joints"),
-        "joints.*.safety_controller": Unsupported("no soft limits"),
-    }
-
+_UNSUPPORTED = {
+    **OF_MUJOCO,
+    **OF_PUBLISHERS,
+    "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
+    "joints.*.calibration": Unsupported("no calibration of joints"),
+    "joints.*.safety_controller": Unsupported("no soft limits"),
+}
 
 FORMAT = Format(
     name="sdf",
@@ -146,7 +143,7 @@ FORMAT = Format(
         "disabled_contacts",
         "urdf_elements",
     ),
-    unsupported=_unsupported,
+    unsupported=_UNSUPPORTED,
     options={
         "number_format": NUMBER_FORMAT,
         "version": {

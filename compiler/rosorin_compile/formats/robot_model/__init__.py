@@ -372,7 +372,7 @@ FORMAT = Format(
         *("joints.type", "joints.parent", "joints.child", "joints.xyz", "joints.rpy", "joints.limit.lower"),
         *(
             "joints.limit.upper",
-            "links.collision.box",
+            "links.collision.box.size",
             "sensors.parent",
             "sensors.frame",
             "sensors.joint",

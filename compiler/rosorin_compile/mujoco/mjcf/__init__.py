@@ -170,16 +170,14 @@ def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     return prove(imported, text, files)
 
 
-def _unsupported(output: Output) -> Mapping[str, Unsupported]:  # noqa: ARG001
-    """Return what MJCF has no word for."""
-    return {
-        **OF_PUBLISHERS,
-        "sensors.*.joint": Unsupported("bodies that are fixed to each other need no joint", quiet=True),
-        "sensors.*.optical.joint": Unsupported("bodies that are fixed to each other need no joint", quiet=True),
-        "joints.*.calibration": Unsupported("no calibration of joints"),
-        "joints.*.safety_controller": Unsupported("no soft limits"),
-    }
-
+_NO_JOINT = Unsupported("bodies that are fixed to each other need no joint", quiet=True)
+_UNSUPPORTED = {
+    **OF_PUBLISHERS,
+    "sensors.*.joint": _NO_JOINT,
+    "sensors.*.optical.joint": _NO_JOINT,
+    "joints.*.calibration": Unsupported("no calibration of joints"),
+    "joints.*.safety_controller": Unsupported("no soft limits"),
+}
 
 FORMAT = Format(
     name="mjcf",
@@ -198,7 +196,7 @@ FORMAT = Format(
         "poses",
         "mjcf_elements",
     ),
-    unsupported=_unsupported,
+    unsupported=_UNSUPPORTED,
     options={
         "number_format": NUMBER_FORMAT,
         "base": {

@@ -18,7 +18,7 @@ from typing import Any
 from rosorin_compile.formats.facts import frame_facts
 from rosorin_compile.formats.format import Fact, Facts, Format, InRos, Proving, Value, Writing
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.formats.unsupported import FRAMES
+from rosorin_compile.formats.unsupported import NODES, PLACES, SHAPES, UNPUBLISHED
 from rosorin_compile.model import Output, Pose, Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
@@ -256,18 +256,16 @@ FORMAT = Format(
     about="the robot to look at, in a browser",
     rank=90,
     covers=(
-        *FRAMES,
-        *(
-            "links.inertial",
-            "links.collision",
-            "links.visual",
-            "materials.rgba",
-            "joints",
-            "sensors",
-            "servos",
-            "poses",
-        ),
-        *("edges.parent", "edges.child", "edges.publisher", "edges.moving", "edges.when", "publishers.node"),
+        *PLACES,
+        *NODES,
+        *UNPUBLISHED,
+        *SHAPES,
+        *("links.inertial", "links.visual.rgba", "links.visual.texture", "links.visual.material", "materials.rgba"),
+        *("joints.type", "joints.axis"),
+        *("joints.limit.lower", "joints.limit.upper", "joints.mimic.joint", "joints.mimic.multiplier"),
+        *("joints.mimic.offset", "sensors.type", "sensors.joint", "sensors.gazebo.xyz", "sensors.gazebo.rpy", "servos"),
+        *("poses.positions", "poses.pulses", "edges.parent", "edges.child", "edges.publisher", "edges.moving"),
+        *("edges.when", "publishers.node"),
     ),
     options={
         "meshes": {"type": "boolean", "description": "Whether the meshes are in the page; default true."},

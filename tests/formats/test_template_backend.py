@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 
 from rosorin_compile.formats import template
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.templating import TemplateProblem, Templates
 from rosorin_compile.model import Box, Joint, Limit, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.output.pipeline import compile_robot
 from support.robots import compiled, copy_of_rosorin, texts
 
 TESTER = Robot(

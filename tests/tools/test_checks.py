@@ -8,7 +8,7 @@ import click
 import pytest
 
 from rosorin_compile.cli.main import main, program
-from rosorin_compile.cli.registry import checks
+from rosorin_compile.cli.registry import commands
 from support.commands import Shown, parse, write_files
 from support.paths import DATA
 
@@ -32,12 +32,12 @@ def carts(home: Path, capsys: Shown) -> Path:
 def test_each_check_is_in_the_help(capsys: Shown) -> None:
     assert main(["check", "--help"]) == 0
     said = capsys.readouterr().out
-    for one in checks().values():
+    for one in commands("checks").values():
         assert f"\n  {one.name} " in said
         assert one.help.split()[0] in said
 
 
-@pytest.mark.parametrize("name", checks())
+@pytest.mark.parametrize("name", commands("checks"))
 def test_the_help_of_a_check(name: str, capsys: Shown) -> None:
     assert main(["check", name, "--help"]) == 0
     said = capsys.readouterr().out

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.watch import ReportedDiagnostics
-from rosorin_compile.output.new_robot import start
+from rosorin_compile.importing.new_robot import start
 from rosorin_compile.source import watched_files
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.files import exists, read_bytes

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 import rosorin_compile
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.language.expand import files
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source import load
 from rosorin_compile.source.tree import Kept as KeptText
 from rosorin_compile.source.units import Quantity

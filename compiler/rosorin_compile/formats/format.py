@@ -55,13 +55,15 @@ class Artifact:
 
 
 class Refusal(NamedTuple):
-    """Why an engine does not load an artifact; empty if it does, or is not installed.
+    """Why an engine does not load an artifact; empty if it does.
 
-    ``outdated`` says that the engine is too old for it, which says nothing of the artifact.
+    ``outdated``: the engine is too old for it, which says nothing about the artifact. ``missing``: the name of an
+    engine that is not installed, so that nothing was loaded.
     """
 
     reason: str = ""
     outdated: bool = False
+    missing: str = ""
 
 
 class About(NamedTuple):

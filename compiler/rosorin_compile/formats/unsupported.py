@@ -11,8 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
-from rosorin_compile.source.rule_registry import FORMATS as HEADING
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Map, locate
 from rosorin_compile.source.wording import counted, listed
 
@@ -26,7 +25,7 @@ RULES = (
         "not-in-format",
         "A note: a format has no word for keys that the description sets; one note a format.",
         "Nothing, if no reader of these artifacts needs them; accept the rule with the reason.",
-        HEADING,
+        FORMATS,
     ),
 )
 

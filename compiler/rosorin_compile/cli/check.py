@@ -72,7 +72,7 @@ def run(options: Options) -> int:
 
 def _check_staged(options: Options) -> int:
     """Check the staged files in a copy of the repository, so that messages have the paths of the repository."""
-    absolute = [word for word in options.words if os.path.isabs(word)]
+    absolute = [word for word in options.words if Path(word).is_absolute()]
     if absolute:
         raise RequestError(f"--staged takes paths from this folder, not {absolute[0]}")
     here = Path.cwd()

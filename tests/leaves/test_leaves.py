@@ -9,8 +9,9 @@ from __future__ import annotations
 import json
 import random
 import shutil
-from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterator
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,7 +30,15 @@ SEED = 57
 SHARE = 10
 # What the section "mjcf" of raw elements replaces, and what only copies MJCF.
 WAITING = ("tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs")
-MOST_VALID, MOST_TRIED = 3, 25
+MOST_PLACES, MOST_VALID, MOST_TRIED = 3, 3, 25
+# Schemas that are shared have keys which no description may set there.
+NOWHERE = (
+    *("joints.actuator.mjcf.cranklength", "joints.actuator.mjcf.gain", "links.inertial.of.mesh.file"),
+    *("links.inertial.of.mesh.inertia", "links.inertial.of.mesh.mjcf.content_type", "links.inertial.of.mjcf.fitscale"),
+    *("links.inertial.of.mesh.mjcf.maxhullvert", "links.inertial.of.mesh.mjcf.smoothnormal"),
+    *("links.inertial.of.mesh.scale", "links.inertial.of.mjcf.material"),
+)
+KEYS = sorted(key for key in all_keys() if key.partition(".")[0] not in WAITING and key not in NOWHERE)
 EXPANDED = ("args", "let", "include")
 
 # The kinds of drives, with the type of the controller of each, for wheels.yaml.
@@ -66,45 +75,74 @@ class Result(NamedTuple):
 class Case:
     """A description in one form, with the leaves that it sets, and what it compiles to."""
 
-    def __init__(self, name: str, description: Description, form: Form, folder: Path) -> None:
-        self.name, self.description, self.form, self.folder = name, description, form, folder
+    def __init__(self, description: Description, form: Form, folder: Path) -> None:
+        self.description, self.form, self.folder = description, form, folder
         self.names = names_by_kind(description)
-        self.leaves = leaves(description)
-        base = self.compile(description)
-        assert isinstance(base, Result), f"{name}: {base}"
-        self.base = base
+        self.places = defaultdict[str, list[Leaf]](list)
+        for leaf in leaves(description):
+            self.places[leaf.key].append(leaf)
 
-    def compile(self, description: Description, formats: Collection[str] = ()) -> Result | str:
-        """Compile a description in its form to all formats or some; return the first error if there is one."""
+    @cached_property
+    def base(self) -> Result:
+        """What the description compiles to as it is."""
+        shutil.copytree(EVERY_WORD, self.folder)
+        base = self.compile(self.description)
+        assert isinstance(base, Result), base
+        return base
+
+    def compile(self, description: Description, outputs: Sequence[str] = ()) -> Result | str:
+        """Compile a description in its form to all outputs or some; return the first error if there is one."""
         for name, content in self.form(description).items():
             (self.folder / name).write_text(json.dumps(_escaped(content)), encoding="utf-8")
-        names = [output.name for output in self.base.outputs if output.backend in formats] if formats else []
-        compiled = rosorin_compile.compile(self.folder / "robot.yaml", outputs=names)
+        compiled = rosorin_compile.compile(self.folder / "robot.yaml", outputs=outputs)
         if compiled.robot is None:
             return next(str(one) for one in compiled.diagnostics if one.severity == "error")
         texts = defaultdict[str, tuple[str, ...]](tuple)
         for artifact in compiled.artifacts:
             texts[artifact.backend] += (artifact.text,)
-        return Result(
-            compiled.robot.outputs, dict(texts), frozenset((one.rule, one.message) for one in compiled.diagnostics)
-        )
+        remarks = frozenset((one.rule, one.message) for one in compiled.diagnostics)
+        return Result(compiled.robot.outputs, dict(texts), remarks)
 
-    def is_excused(self, name: str, key: str) -> bool:
-        """Return True if every output of a format has a reason for not carrying a key that needs no note."""
-        outputs = [output for output in self.base.outputs if output.backend == name]
-        reasons = [reason(FORMATS[name], output, key) for output in outputs]
-        return all(why is not None and why.quiet for why in reasons)
+    def unexplained(self, key: str) -> set[str]:
+        """Return the formats that give no reason for not carrying a key, and no note."""
+        steps = key.split(".")
+        listed = [f"{'.'.join(steps[: count + 1])} (" for count in range(len(steps))]
+        if any(
+            rule == "ignored-key" and f"its {step} has no effect" in text
+            for rule, text in self.base.remarks
+            for step in steps
+        ):
+            return set()
+        found = set()
+        for name in self.base.texts:
+            reasons = [reason(FORMATS[name], output, key) for output in self.base.outputs if output.backend == name]
+            quiet = all(why is not None and why.quiet for why in reasons)
+            start = f"{FORMATS[name].word} has no word for "
+            notes = [text for rule, text in self.base.remarks if rule == "not-in-format" and text.startswith(start)]
+            if not quiet and not any(one in text for text in notes for one in listed):
+                found.add(name)
+        return found
 
-    def results(self, leaf: Leaf, formats: Collection[str]) -> Iterator[Result]:
-        """Yield the results of some other values of a leaf that are valid."""
-        valid = 0
-        for number, description in enumerate(changed(self.description, leaf, self.names)):
-            result = self.compile(description, formats)
-            if isinstance(result, Result):
-                valid += 1
-                yield result
-            if valid == MOST_VALID or number == MOST_TRIED:
-                return
+    def carrying(self, key: str, formats: set[str]) -> tuple[set[str], bool]:
+        """Return the formats that carry other values of a leaf or remark on them; False without a valid value."""
+        carrying: set[str] = set()
+        is_valid = False
+        for leaf in self.places[key][:MOST_PLACES]:
+            valid = 0
+            for number, description in enumerate(changed(self.description, leaf, self.names)):
+                left = formats - carrying
+                if not left or valid == MOST_VALID or number == MOST_TRIED:
+                    break
+                result = self.compile(description, [one.name for one in self.base.outputs if one.backend in left])
+                if isinstance(result, Result):
+                    valid += 1
+                    is_valid = True
+                    carrying |= {name for name in left if result.texts[name] != self.base.texts[name]}
+                    rules = {rule for rule, _ in self.base.remarks ^ result.remarks}
+                    carrying |= {
+                        name for name in left if any(rule.startswith(name.replace("_", "-")) for rule in rules)
+                    }
+        return carrying, is_valid
 
 
 def _escaped(value: Any) -> Any:
@@ -152,8 +190,12 @@ def included(description: Description) -> dict[str, Description]:
     }
 
 
-def cases(form: Form, folder: Path) -> list[Case]:
-    """Return the descriptions in a form, each in a folder with the files of ``every_word``."""
+FORMS = {form.__name__: form for form in (direct, mirrored, included)}
+
+
+@cache
+def descriptions() -> dict[str, Description]:
+    """Return the descriptions by name; those of ``every_word`` are expanded."""
     found = {}
     for path in sorted(EVERY_WORD.glob("*.yaml")):
         if "robot" in yaml.safe_load(path.read_text("utf-8")):
@@ -164,52 +206,45 @@ def cases(form: Form, folder: Path) -> list[Case]:
     found["robot"]["outputs"] |= {"robot_model": {"file": "model.json"}, "frames_picture": {"file": "frames.svg"}}
     found |= {f"{path.stem}_leaves": yaml.safe_load(path.read_text("utf-8")) for path in sorted(HERE.glob("*.yaml"))}
     wheels = found.pop("wheels_leaves")
-    found |= {f"wheels_{kind}": {**wheels, **changes} for kind, changes in DRIVES.items()}
-    made = []
-    for name, description in found.items():
-        shutil.copytree(EVERY_WORD, folder / name)
-        made.append(Case(name, description, form, folder / name))
-    return made
+    return found | {f"wheels_{kind}": {**wheels, **changes} for kind, changes in DRIVES.items()}
 
 
-def lost(cases: list[Case], keys: set[str]) -> dict[str, dict[str, set[str]]]:
-    """Return for each key the formats that carry no other value of it, without a word, with the cases."""
-    found = {}
-    for key in sorted(keys):
-        missing: dict[str, set[str]] = {}
-        carried: set[str] = set()
-        tried = False
-        for case in cases:
-            places = [leaf for leaf in case.leaves if leaf.key == key][:3]
-            formats = {name for name in case.base.texts if not case.is_excused(name, key)} - carried
-            for leaf in places:
-                if not formats:
-                    tried = True
-                    break
-                for result in case.results(leaf, formats):
-                    tried = True
-                    carried |= {name for name in formats if _carries(case.base, result, name, key)}
-                    formats -= carried
-                    if not formats:
-                        break
-            for name in formats if places else ():
-                missing.setdefault(name, set()).add(case.name)
-        missing = {name: where for name, where in missing.items() if name not in carried}
-        if not tried:
-            missing["no valid value"] = set()
-        if missing:
-            found[key] = missing
-    return found
+def cases(form: Form, folder: Path) -> list[Case]:
+    """Return the descriptions in a form, the small ones first."""
+    small = sorted(descriptions().items(), key=lambda item: len(str(item[1])))
+    return [Case(description, form, folder / name) for name, description in small]
 
 
-def _carries(base: Result, result: Result, name: str, key: str) -> bool:
-    if result.texts.get(name) != base.texts[name]:
-        return True
-    prefix = name.replace("_", "-")
-    steps = key.split(".")
-    listed = [f"{'.'.join(steps[: count + 1])} (" for count in range(len(steps))]
-    texts = [text for rule, text in base.remarks if rule == "not-in-format" and text.startswith(FORMATS[name].word)]
-    noted = any(one in text for one in listed for text in texts)
-    ignored = [text for rule, text in base.remarks if rule == "ignored-key"]
-    noted |= any(f"its {step} has no effect" in text for step in steps for text in ignored)
-    return noted or any(rule.startswith(prefix) for rule, _ in base.remarks ^ result.remarks)
+def lost(cases: list[Case], key: str) -> list[str]:
+    """Return the formats that lose a leaf without a word, each with the key; or why nobody knows."""
+    missing, carrying = set[str](), set[str]()
+    tried = False
+    for case in cases:
+        if case.places[key]:
+            formats = case.unexplained(key) - carrying
+            more, is_valid = case.carrying(key, formats)
+            tried |= is_valid or not formats
+            missing |= formats
+            carrying |= more
+    if not tried:
+        return [f"{key}: no other value is valid"]
+    return [f"{key}: {name}" for name in sorted(missing - carrying)]
+
+
+def test_every_leaf_is_set() -> None:
+    made = [Case(description, direct, Path()) for description in descriptions().values()]
+    assert sorted(key for key in KEYS if not any(case.places[key] for case in made)) == []
+
+
+@pytest.mark.parametrize("number", range(len(FORMS)), ids=FORMS)
+def test_some_leaves_reach_every_format(number: int, tmp_path: Path) -> None:
+    some = random.Random(SEED).sample(KEYS, len(KEYS) // SHARE)  # noqa: S311
+    every = cases([*FORMS.values()][number], tmp_path)
+    assert [one for key in some[number :: len(FORMS)] for one in lost(every, key)] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", FORMS)
+def test_every_leaf_reaches_every_format(form: str, tmp_path: Path) -> None:
+    every = cases(FORMS[form], tmp_path)
+    assert [one for key in KEYS for one in lost(every, key)] == []

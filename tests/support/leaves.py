@@ -174,6 +174,7 @@ def _other_lists(value: list[Any], forms: list[Mapping[str, Any]], names: Mappin
                 yield [*value[:index], other, *value[index + 1 :]]
     if len(value) > 1:
         yield value[:-1]
+        yield value[::-1]
     kinds = [form["x-names"] for form in items if form.get("x-names")]
     yield from ([*value, name] for kind in kinds for name in _named(kind, names)[:_FEW] if name not in value)
 

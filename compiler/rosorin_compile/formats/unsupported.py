@@ -49,7 +49,9 @@ PLACES = (
 )
 _PUBLISHER = ("joints.publisher", "sensors.publisher", "sensors.optical.publisher")
 NODES = tuple(
-    f"{publisher}{turn}" for publisher in _PUBLISHER for turn in (".static_transform_publisher", ".by", ".when")
+    f"{publisher}{turn}"
+    for publisher in _PUBLISHER
+    for turn in (".static_transform_publisher", ".by.static_transform_publisher", ".when")
 )
 UNPUBLISHED = tuple(f"{publisher}.none" for publisher in _PUBLISHER)
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 from rosorin_compile import api
 from rosorin_compile.mujoco.physics.checking import require
-from rosorin_compile.source.diagnostics import counted, listed
 from rosorin_compile.source.project import Description
 
 from .answer import FINE, PROBLEMS, plain
 from .command import Options, check, check_options, hook_option
-from .run import Run, for_each
+from .run import Run, for_each, severities
 
 
 @check("physics", exits="0 no errors, 1 errors")
@@ -29,7 +26,5 @@ def _check(run: Run, description: Description) -> int:
     run.add_to_result({"looked_at": plain(result.looked_at)})
     if result.looked_at is None:
         return run.no_robot(description)
-    severities = Counter(one.severity for one in result.diagnostics)
-    found = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
-    run.console.say(f"{description.name}: physics of {result.looked_at}: {found or 'nothing to say'}")
+    run.console.say(f"{description.name}: physics of {result.looked_at}: {severities(result.diagnostics)}")
     return FINE if result.fine else PROBLEMS

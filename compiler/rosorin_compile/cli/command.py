@@ -306,19 +306,6 @@ class _Path(click.ParamType):  # type: ignore[type-arg] # not generic before cli
         return [CompletionItem(incomplete, type="dir" if "FOLDER" in str(param.metavar) else "file")]
 
 
-class _Seconds(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
-    """A time in whole seconds."""
-
-    name = "seconds"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return the number of seconds."""
-        text = str(value)
-        if not (text.isascii() and text.isdigit() and len(text) < 9 and int(text) > 0):
-            self.fail(f'"{text[:20]}" is no number of whole seconds', param, ctx)
-        return int(text)
-
-
 PATH = _Path()
 
 
@@ -371,7 +358,12 @@ robot_options = combined(
         help="folder of a ROS package, for $(find NAME) and package://NAME; repeatable",
     ),
     flag("--trust", help="do not warn about code that a xacro file can run"),
-    option("--xacro-seconds", type=_Seconds(), metavar="S", help="time limit for a xacro file in seconds; default: 60"),
+    option(
+        "--xacro-seconds",
+        type=click.IntRange(1),
+        metavar="S",
+        help="time limit for a xacro file in seconds; default: 60",
+    ),
     texts(
         "-a",
         "--arg",

@@ -9,8 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from rosorin_compile.language.asked import NO_ARGUMENTS
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import RequestError
@@ -36,22 +34,6 @@ if TYPE_CHECKING:
 _HOW = "rosorin-compile diff A B"
 
 
-class _Tolerance(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
-    """A finite number from zero upwards."""
-
-    name = "number"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the number."""
-        try:
-            number = float(value)
-        except ValueError:
-            number = -1.0
-        if not (0 <= number < math.inf):
-            self.fail(f'"{value}" is no number from zero upwards', param, ctx)
-        return number
-
-
 def _robots() -> Decorator[Any]:
     """Return the argument for two robots, with the endings of files that can be read."""
     from rosorin_compile.formats import FORMATS
@@ -68,8 +50,7 @@ def _robots() -> Decorator[Any]:
 @option("--prefix", metavar="TEXT", help="prefix of all names in B; default: detected")
 @option(
     "--tolerance",
-    type=_Tolerance(),
-    default=1e-9,
+    default="1e-9",
     metavar="NUMBER",
     help="largest difference to ignore, in metres, radians or relative to the number; default: 1e-9",
 )
@@ -86,6 +67,12 @@ def run(options: Options) -> int:
         raise RequestError(
             f"diff compares two robots, and was given {len(run.words)}: {', '.join(run.words) or 'none'}"
         )
+    try:
+        tolerance = float(options.tolerance)
+    except ValueError:
+        tolerance = math.nan
+    if not 0 <= tolerance < math.inf:
+        raise RequestError(f'--tolerance: "{options.tolerance}" is no number from zero upwards')
     take_stdin(run.words)
     own = [named(options.a_arg), named(options.b_arg)]
     descriptions = [find_robot(word, _HOW) for word in run.words]
@@ -99,7 +86,7 @@ def run(options: Options) -> int:
     found = api.diff(
         a,
         b,
-        options.tolerance,
+        tolerance,
         options.prefix,
         arguments=values,
         a_arguments=own[0],

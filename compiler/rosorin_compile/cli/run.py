@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import os
 import sys
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -155,8 +156,16 @@ class Run:
     def finish(self) -> None:
         """Print what was counted, and append the summary to a file if requested. Raises RequestError."""
         self.console.finish()
-        if (summary := getattr(self.options, "summary", None)) is not None:
-            append_summary(Path(summary), self.console.summary())
+        summary = getattr(self.options, "summary", None)
+        if summary is None:
+            return
+        check_summary(Path(summary))  # it may have changed during the run
+        try:
+            with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
+                file.write(self.console.summary())
+        except (OSError, ValueError) as problem:
+            reason = getattr(problem, "strerror", None) or problem
+            raise RequestError(f'cannot write the summary "{summary}": {reason}') from None
 
 
 def for_each(options: Options, work: Callable[[Run, Description], int], alone: str = "") -> int:
@@ -333,26 +342,12 @@ def check_summary(file: Path) -> None:
     """Raise RequestError for a file that is no summary of this tool and not that of a step of a GitHub job."""
     from rosorin_compile.source.markdown import HEAD
 
-    try:
-        of_job = os.environ.get("GITHUB_STEP_SUMMARY", "")
-        if not files.is_file(file) or (of_job and files.same_file(file, of_job)):
-            return
-        begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
-    except (OSError, ValueError):
-        return  # writing reports the reason
+    of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
+    with suppress(OSError, ValueError):  # writing reports the reason
+        if files.is_file(file) and not (of_job and files.same_file(file, of_job)):
+            begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
     if begins.strip() and begins != HEAD:
         raise RequestError(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')
-
-
-def append_summary(file: Path, text: str) -> None:
-    """Append a text to a file that other steps of a job may have begun. Raises RequestError."""
-    check_summary(file)
-    try:
-        with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
-            opened.write(text)
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or problem
-        raise RequestError(f'cannot write the summary "{file}": {reason}') from None
 
 
 def write_page(page: Pictures, console: Console) -> None:
@@ -385,6 +380,12 @@ def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnosti
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
     """Return the number of artifacts in words, and that of the meshes and textures with them."""
     return listed([counted(len(artifacts), "artifact"), *counted_files(meshes)])
+
+
+def severities(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return the number of diagnostics of each severity in words."""
+    counts = Counter(one.severity for one in diagnostics)
+    return listed(counted(counts[one], one) for one in ("error", "warning", "note") if counts[one]) or "nothing to say"
 
 
 def counted_files(names: Collection[str]) -> list[str]:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 from rosorin_compile import api
 from rosorin_compile.mujoco.simulate.judging import LIMITS
-from rosorin_compile.source.diagnostics import counted, listed
 
 from .answer import FINE, PROBLEMS
 from .command import Options, choice, command, flag, option, path_option, robot_argument, robot_options, texts
-from .run import Run
+from .run import Run, severities
 
 _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" for name, one in LIMITS.items())
 
@@ -55,9 +53,7 @@ def run(options: Options) -> int:
             print(f"speed   {steps:,.0f} steps a CPU second, {speed:,.1f} times real time")
         print()
         console.show(result.diagnostics)
-        severities = Counter(one.severity for one in result.diagnostics)
-        counts = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
-        console.say(f"{name}: {report.summary(result)} simulated: {counts or 'nothing to say'}")
+        console.say(f"{name}: {report.summary(result)} simulated: {severities(result.diagnostics)}")
     if options.html is not None:
         try:
             write_file(Path(options.html), result.page().encode(), sorted(result.inputs))

@@ -123,8 +123,8 @@ def compile_robot(
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
     search: Search | None = None,
-    wanted: Sequence[str] = (),
-    kept: dict[Path, Kept] | None = None,
+    requested: Sequence[str] = (),
+    cache: dict[Path, Kept] | None = None,
     *,
     exact: bool = False,
 ) -> Compiled:
@@ -135,14 +135,14 @@ def compile_robot(
     """
     with recording() as recorded:
         try:
-            understood = understand(path, arguments, tell, packages, wanted, kept)
+            understood = understand(path, arguments, tell, packages, requested, cache)
             if exact and understood.lowered is not None and understood.lowered.robot is not None:
                 robot = understood.lowered.robot
                 robot = replace(robot, outputs=tuple(map(_with_all_digits, robot.outputs)))
                 understood = understood._replace(lowered=understood.lowered._replace(robot=robot))
             if understood.expanded.scope is not None:
                 understood.expanded.scope.ledger.forget()
-            compiled = emit(understood, path, search, wanted)
+            compiled = emit(understood, path, search, requested)
         except OSError as problem:
             if problem.filename is None:
                 raise
@@ -163,19 +163,19 @@ def _with_all_digits(output: Output) -> Output:
     return replace(output, options={"number_format": "exact", **output.options})
 
 
-def emit(understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()) -> Compiled:
+def emit(understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()) -> Compiled:
     """Generate the artifacts of a loaded robot; ``path`` is its main file.
 
     ``search`` looks for mesh files, by the tree and the outputs; without it each is assumed to be where the artifacts
-    look. ``wanted`` are the names of the only outputs to generate, in their order; by default all.
+    look. ``requested`` are the names of the only outputs to generate, in their order; by default all.
     """
     expanded, lowered, diagnostics, used, _ = understood
     if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     robot, meshes, outputs = lowered.robot, None, lowered.robot.outputs
-    if wanted:
+    if requested:
         named = {output.name: output for output in outputs}
-        outputs = tuple(named[name] for name in dict.fromkeys(wanted))
+        outputs = tuple(named[name] for name in dict.fromkeys(requested))
     if search is not None and _names_files(robot):
         # An artifact that opens or measures meshes finds the same ones if other outputs are not generated.
         formats = [FORMATS[output.backend].writing for output in outputs]
@@ -188,7 +188,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, wante
     found, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *found], may)
     if has_errors(found):
         artifacts = ()
-    if not wanted:  # otherwise an entry of accept may be about another output
+    if not requested:  # otherwise an entry of accept may be about another output
         found += unused(expanded.tree, used | more, acceptable(), ("",) if search is None else ("", "meshes"))
     inputs = (*expanded.files, *templates, *(meshes.inputs if meshes else ()))
     resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))

@@ -82,26 +82,26 @@ def understand(
     arguments: Mapping[str, Any] | None = None,
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
-    wanted: Sequence[str] = (),
-    kept: dict[Path, Kept] | None = None,
+    requested: Sequence[str] = (),
+    cache: dict[Path, Kept] | None = None,
 ) -> Understood:
     """Load the description whose main file is ``path``; no artifact is generated.
 
     ``tell`` receives warnings before code is executed; without it they are among the diagnostics. ``packages`` are
-    folders of ROS packages by name. ``wanted`` as in ``judge``, ``kept`` as in ``expand``.
+    folders of ROS packages by name. ``requested`` as in ``judge``; ``cache`` keeps parsed files.
     """
-    return judge(expand(path, arguments or {}, IncludedRobots(), tell, packages, kept), wanted)
+    return judge(expand(path, arguments or {}, IncludedRobots(), tell, packages, cache), requested)
 
 
-def judge(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
+def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
     """Validate and lower an expanded tree, and check the rules.
 
-    ``wanted`` are requested outputs: names under ``outputs``, or of formats, which get their default options.
+    ``requested`` are outputs: names under ``outputs``, or of formats, which get their default options.
     """
     plugged = (*plugged_functions().diagnostics, *plugged_diagnostics(), *plugged_sections().diagnostics)
     if expanded.tree is None:
         return Understood(expanded, None, arrange([*expanded.diagnostics, *plugged, *rules.plugged().diagnostics]))
-    tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
+    tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)
     expanded = expanded._replace(tree=tree)
     diagnostics = [*expanded.diagnostics, *plugged, *unknown_outputs]
     Progress.step("validating")
@@ -114,7 +114,7 @@ def judge(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     diagnostics += lowered.diagnostics
     if lowered.robot is not None:
         try:
-            diagnostics += rules.check(lowered.robot, tree, lowered.places, FORMATS, expanded.scope, wanted)
+            diagnostics += rules.check(lowered.robot, tree, lowered.places, FORMATS, expanded.scope, requested)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
     if has_errors(diagnostics):
@@ -144,15 +144,17 @@ def understand_foreign(path: Path, options: ReadOptions) -> Understood:
     return Understood(expanded, lowered, diagnostics, imported=imported)
 
 
-def judge_foreign(path: Path, options: ReadOptions, wanted: Sequence[str] = (), optional: bool = False) -> Understood:
+def judge_foreign(
+    path: Path, options: ReadOptions, requested: Sequence[str] = (), optional: bool = False
+) -> Understood:
     """Load a robot in another format as the description that ``import`` would write, and check the rules.
 
-    Its outputs are those of that description, with those of ``optional`` formats, and the ``wanted`` ones.
+    Its outputs are those of that description, those of ``optional`` formats, and the ``requested`` ones.
     """
     imported = read_robot(path, options)
     names = [format.name for format in FORMATS.values() if optional or not format.reading.optional]
-    tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [*names, *wanted])
-    return judge(Expanded(tree, imported.diagnostics, imported.files), wanted)
+    tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [*names, *requested])
+    return judge(Expanded(tree, imported.diagnostics, imported.files), requested)
 
 
 def _with_outputs(imported: Imported, tree: Map, names: Collection[str]) -> Map:

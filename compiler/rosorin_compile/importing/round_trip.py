@@ -197,7 +197,7 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
             Path(name, Description.ROOT_FILE),
             packages=packages,
             search=Request(placed, packages=packages).search_meshes,
-            wanted=[format.name],
+            requested=[format.name],
         )
     made = next((one.text for one in compiled.artifacts), None)
     if made is None:

@@ -105,7 +105,7 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
                 arguments.put(name, value, source.key_spans[name], source.value_spans[name])
     request, kept = job.request, _parsed.setdefault(job.current, {})
     path, packages = request.description.path, request.packages
-    compiled = compile_robot(path, arguments, request.tell, packages, search, kept=kept)
+    compiled = compile_robot(path, arguments, request.tell, packages, search, cache=kept)
     return replace(compiled, diagnostics=[*variant.diagnostics, *compiled.diagnostics])
 
 

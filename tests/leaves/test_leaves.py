@@ -39,6 +39,7 @@ NOWHERE = (
     *("links.inertial.of.mesh.scale", "links.inertial.of.mjcf.material"),
 )
 KEYS = sorted(key for key in all_keys() if key.partition(".")[0] not in WAITING and key not in NOWHERE)
+SENSOR_TYPES = ["imu", "camera", "lidar_2d", "range_finder", "gnss"]  # some of the library
 EXPANDED = ("args", "let", "include")
 
 # The kinds of drives, with the type of the controller of each, for wheels.yaml.
@@ -77,7 +78,7 @@ class Case:
 
     def __init__(self, description: Description, form: Form, folder: Path) -> None:
         self.description, self.form, self.folder = description, form, folder
-        self.names = names_by_kind(description)
+        self.names = {**names_by_kind(description), "sensor type": SENSOR_TYPES}
         self.places = defaultdict[str, list[Leaf]](list)
         for leaf in leaves(description):
             self.places[leaf.key].append(leaf)
@@ -86,6 +87,8 @@ class Case:
     def base(self) -> Result:
         """What the description compiles to as it is."""
         shutil.copytree(EVERY_WORD, self.folder)
+        template = self.folder / "marks.xml.jinja"
+        template.with_name(f"{template.name}_x").write_text('<framequat objtype="xbody" objname="base_link"/>')
         base = self.compile(self.description)
         assert isinstance(base, Result), base
         return base
@@ -95,8 +98,10 @@ class Case:
         for name, content in self.form(description).items():
             (self.folder / name).write_text(json.dumps(_escaped(content)), encoding="utf-8")
         compiled = rosorin_compile.compile(self.folder / "robot.yaml", outputs=outputs)
-        if compiled.robot is None:
-            return next(str(one) for one in compiled.diagnostics if one.severity == "error")
+        errors = [str(one) for one in compiled.diagnostics if one.severity == "error"]
+        if errors:
+            return errors[0]
+        assert compiled.robot is not None
         texts = defaultdict[str, tuple[str, ...]](tuple)
         for artifact in compiled.artifacts:
             texts[artifact.backend] += (artifact.text,)

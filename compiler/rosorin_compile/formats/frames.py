@@ -339,7 +339,7 @@ FORMAT = Format(
     rank=70,
     covers=(
         *PLACES,
-        *("joints.type", "joints.publisher", "sensors.type", "sensors.publisher", "sensors.optical.publisher"),
+        *("robot", "joints.type", "joints.publisher", "sensors.type", "sensors.publisher", "sensors.optical.publisher"),
         *("edges", "publishers", "poses.positions", "poses.pulses", "servos.flipped", "servos.rad_per_pulse"),
         "servos.zero_pulse",
     ),

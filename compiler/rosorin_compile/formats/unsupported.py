@@ -44,7 +44,7 @@ REMARKS = frozenset({"source", "stand_ins", "method", "reason", "about", "stamps
 
 # The keys that give a frame its place, and those that name the node that publishes it.
 PLACES = (
-    *("robot", "joints.parent", "joints.child", "joints.xyz", "joints.rpy", "sensors.parent", "sensors.frame"),
+    *("joints.parent", "joints.child", "joints.xyz", "joints.rpy", "sensors.parent", "sensors.frame"),
     *("sensors.xyz", "sensors.rpy", "sensors.optical.frame", "sensors.optical.xyz", "sensors.optical.rpy"),
 )
 _PUBLISHER = ("joints.publisher", "sensors.publisher", "sensors.optical.publisher")

@@ -121,6 +121,8 @@ def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
 _UNSUPPORTED = {
     **OF_MUJOCO,
     **OF_PUBLISHERS,
+    "sensors.*.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
+    "sensors.*.optical.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
     "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
     "joints.*.calibration": Unsupported("no calibration of joints"),
     "joints.*.safety_controller": Unsupported("no soft limits"),

@@ -261,7 +261,7 @@ FORMAT = Format(
         *UNPUBLISHED,
         *SHAPES,
         *("links.inertial", "links.visual.rgba", "links.visual.texture", "links.visual.material", "materials.rgba"),
-        *("joints.type", "joints.axis"),
+        *("robot", "joints.type", "joints.axis"),
         *("joints.limit.lower", "joints.limit.upper", "joints.mimic.joint", "joints.mimic.multiplier"),
         *("joints.mimic.offset", "sensors.type", "sensors.joint", "sensors.gazebo.xyz", "sensors.gazebo.rpy", "servos"),
         *("poses.positions", "poses.pulses", "edges.parent", "edges.child", "edges.publisher", "edges.moving"),

@@ -75,12 +75,12 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
 
 
 def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) -> Refusal:
-    """Return why MuJoCo does not load an MJCF that stands in ``folder``; nothing if it does, or is not installed.
+    """Return why MuJoCo does not load an MJCF that is in ``folder``, or that it is not installed.
 
     A text of ours ``by_itself`` is loaded here; the meshes of others may do to a process what they like.
     """
     if not is_installed("mujoco"):
-        return Refusal()
+        return Refusal(missing="MuJoCo")
     if by_itself:
         from . import engine
 

@@ -19,8 +19,8 @@ import pinocchio
 from numpy.typing import NDArray
 
 from pairs import compare, row
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model.kinematics import Kinematics
-from rosorin_compile.output.pipeline import compile_robot
 
 STATES = 100_000
 BASE, CAMERA = "base_link", "depth_camera_link"

@@ -21,11 +21,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rosorin_compile.compare.proof import Proof
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.description import write
 from rosorin_compile.language.lower import lower
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.sdf.proof import prove
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.project import ROOT_FILE

@@ -12,12 +12,11 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
 
-from .grammar import INERTIA, PARTS_OF_LINK, SOLIDS
 from .reading import Numbers, Said, converted, entry_of, others, several
 from .scopes import FRAME, LINK, Models, Node, Scope
 from .trees import Tree
 from .verbatim import keep, text_of, wrapped
-from .words import OF_LINK
+from .words import INERTIA, OF_LINK, PARTS_OF_LINK, SOLIDS
 
 RULES = (
     Rule(
@@ -213,9 +212,26 @@ class Links:
             looks = self._looks(material, made, link)
             rest += [wrapped("material", looks)] if looks else []
         more = others(self.reading, element, (*_OF_SHAPE, *_KEPT_OF_SHAPE), ("name",))
-        rest += [self._text(child, link) for child in element.children if child.tag in _KEPT_OF_SHAPE or child in more]
+        for child in element.children:
+            friction = self._friction(child) if child.tag == "surface" else None
+            if friction is not None:
+                made["contact"] = Placed({"friction": Placed([friction], friction.span)}, child.span)
+            elif child.tag in _KEPT_OF_SHAPE or child in more:
+                rest.append(self._text(child, link))
         if rest:
             keep(made, element, wrapped("sdf", rest))
+
+    def _friction(self, surface: Element) -> Placed | None:
+        """Return the coefficient of friction of a surface that says nothing else, the same in both directions."""
+        here = surface
+        for tag in ("friction", "ode"):
+            if [child.tag for child in here.children] != [tag]:
+                return None
+            here = here.children[0]
+        found = {child.tag: self.numbers.one(here, child.tag) for child in here.children}
+        mu, other = found.get("mu"), found.get("mu2")
+        same = other is None or (mu is not None and mu.value == other.value)
+        return mu if found.keys() <= {"mu", "mu2"} and same else None
 
     def _looks(self, material: Element, made: dict[str, Any], link: Node) -> list[str]:
         """Set colour and image of a visual; return what else is said of its surface."""

@@ -29,10 +29,12 @@ from rosorin_compile.model import (
     Sensor,
     Shape,
     Sphere,
+    Transform,
 )
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.shape import ROWS
 from rosorin_compile.model.simulated import CLASSIC, GazeboSensor
+from rosorin_compile.model.simulator import Entry
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, first_of, quoted
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -40,9 +42,8 @@ from rosorin_compile.source.xml.escaping import escape
 from rosorin_compile.source.xml.imu import with_noise
 
 from .bodies import LEAST, Bodies, bodies_of
-from .classic import of_collision
-from .kept import Kept, at, kept, own
-from .names import WORLD, world_of
+from .kept import Kept, at, kept, of_collision, own
+from .words import WORLD, world_of
 
 RULES = (
     Rule(
@@ -116,7 +117,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "stand_ins": sorted({one.stand_in for link in robot.links for one in link.collision if one.stand_in}),
         "places": [writer.place(robot.link[name]) for name in writer.bodies.in_order(robot.link)],
         "joints": [writer.joint(joint) for joint in robot.joints if writer.bodies.says(joint)],
-        "elements": at(writer.kept.model, "    "),
+        "elements": [*writer.loops(), *at(writer.kept.model, "    ")],
+        "drake": bool(writer.loop_constraints) and not output.options.get("gazebo"),
     }
     return templates.own("sdf/robot.sdf.jinja", values), [*writer.diagnostics()]
 
@@ -132,6 +134,8 @@ class _Writer:
         self.names = joint_names(robot)
         self.shapes = {purpose: self._named(purpose) for purpose in _SHAPES}
         self.kept: Kept = kept(robot, self.bodies.carrier, [j.name for j in robot.joints if self.bodies.says(j)])
+        self.gazebo = gazebo
+        self.open: list[str] = []
         self.unseen: dict[str, list[str]] = {}
         self.sensors: dict[str, list[str]] = {}
         if gazebo is not False:
@@ -207,8 +211,11 @@ class _Writer:
         look = self._look(solid, kept.inner.get("material", ())) if purpose == "visual" else ""
         geometry = _geometry(solid, self.form, kept.inner.get("mesh", ()))
         texts = [element.verbatim for element in kept.elements]
-        if purpose == "collision" and link in self.kept.collisions:
-            texts += of_collision(self.kept.collisions[link], {element.tag for element in kept.elements})
+        if purpose == "collision":
+            friction = solid.contact.sliding_friction if solid.contact else None
+            own_friction = {} if friction is None else dict.fromkeys(("mu1", "mu2"), self.form.number(friction))
+            said = {**own_friction, **self.kept.collisions.get(link, {})}
+            texts += of_collision(said, {element.tag for element in kept.elements})
         more = at(texts, "        ")
         return attributes(name=name), self.form.pose(solid.origin(), seen), geometry, look, more
 
@@ -255,6 +262,71 @@ class _Writer:
         limits_of = _pairs(limits, kept.get("axis/limit", ()))
         return vector(joint.axis, number), limits_of, dynamics_of, follows, at(kept.get("axis", ()), "        ")
 
+    @property
+    def loop_constraints(self) -> list[Entry]:
+        """The active constraints that hold two links together."""
+        return [one for one in self.robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
+
+    def loops(self) -> Iterator[str]:
+        """Yield what closes each kinematic loop: a ball or fixed joint for Gazebo, or constraints for Drake.
+
+        Drake 1.51 refuses a file whose joints are no tree, and Gazebo has no word but joints.
+        """
+        places = self.robot.poses_in_root({})
+        for one in self.loop_constraints:
+            ends = self._ends(one)
+            if ends is None:
+                self.open.append(one.name)
+                continue
+            (first, at_first), (second, _) = ends
+            if self.gazebo:
+                kind = "ball" if one.tag == "connect" else "fixed"
+                yield f"    <joint{attributes(name=self._free_name(one.name), type=kind)}>"
+                yield f"      {self.form.pose(Pose(at_first.xyz, IDENTITY.rpy), first)}"
+                yield f"      <parent>{escape(first)}</parent><child>{escape(second)}</child>"
+                yield "    </joint>"
+                continue
+            carriers = [self.bodies.carrier[name] for name in (first, second)]
+            point = places[first].then(at_first)
+            for number, corner in enumerate(_CORNERS if one.tag == "weld" else _CORNERS[:1]):
+                suffix = f"_{number}" if number else ""
+                yield f"    <drake:ball_constraint{attributes(name=f'{one.name}{suffix}')}>"
+                for letter, end, carrier in zip("AB", ("p_AP", "p_BQ"), carriers, strict=True):
+                    place = places[carrier].inverse().apply(point.apply(corner))
+                    numbers = vector([0.0 if abs(value) < _ROUNDING else value for value in place], self.form.number)
+                    word = "drake:ball_constraint"
+                    yield f"      <{word}_body_{letter}>{escape(carrier)}</{word}_body_{letter}>"
+                    yield f"      <{word}_{end}>{numbers}</{word}_{end}>"
+                yield "    </drake:ball_constraint>"
+
+    def _ends(self, one: Entry) -> tuple[tuple[str, Transform], tuple[str, Transform]] | None:
+        """Return the two links of a constraint, each with its point; None unless both are links of the SDF.
+
+        MuJoCo holds together what coincides where all joints are at zero.
+        """
+        found: list[tuple[str, Transform]] = []
+        for number in (1, 2):
+            name = str(one.values.get(f"body{number}", one.values.get(f"site{number}", "")))
+            place = Transform()
+            for link in self.robot.links:
+                for mark in link.marked:
+                    if "site1" in one.values and (mark.tag, mark.name) == ("site", name):
+                        name, place = link.name, mark.pose.transform()
+            if name not in self.bodies.carrier:
+                return None
+            found.append((name, place))
+        anchor = one.values.get("anchor")
+        if isinstance(anchor, tuple):
+            x, y, z = (float(value) for value in anchor)
+            found[0] = found[0][0], Transform(xyz=(x, y, z))
+        return found[0], found[1]
+
+    def _free_name(self, name: str) -> str:
+        taken = {link.name for link in self.robot.links} | set(self.names.values())
+        while name in taken:
+            name += "_loop"
+        return name
+
     def _sensors(self, frame_id: str, classic: bool) -> None:
         """Make what Gazebo has of the sensors, by the link or joint that they stand in; ``classic``: by its names."""
         for sensor in self.robot.sensors:
@@ -300,9 +372,30 @@ class _Writer:
             which = f"{'sensor' if len(names) == 1 else 'sensors'} {quoted(names, 3)}"
             message = f"{which} {'is' if len(names) == 1 else 'are'} not seen by Gazebo: {why}"
             yield Diagnostic("gazebo-cannot-see", WARNING, message, help="or leave the sensor out: gazebo: []")
+        yield from self._loops_told()
         if self.kept.left_out:
             message = f"not in the SDF, for the reader of URDF alone knows it: {first_of(list(self.kept.left_out), 3)}"
             yield Diagnostic("sdf-cannot-say", NOTE, message)
+
+    def _loops_told(self) -> Iterator[Diagnostic]:
+        """Yield a warning for loops that one of the two readers does not close."""
+        names = [one.name for one in self.loop_constraints if one.name not in self.open]
+        if self.open:
+            message = f"{'constraint' if len(self.open) == 1 else 'constraints'} {quoted(self.open, 3)} left open"
+            yield Diagnostic("sdf-cannot-say", WARNING, f"{message} in the SDF: both ends have to be links of it")
+        if not names:
+            return
+        verb = "is" if len(names) == 1 else "are"
+        which = f"the {'loop' if len(names) == 1 else 'loops'} of {'constraint' if len(names) == 1 else 'constraints'}"
+        if not self.gazebo:
+            message = f"{which} {quoted(names, 3)} {verb} closed in Drake alone: Drake refuses joints that form a loop"
+            yield Diagnostic(
+                "sdf-cannot-say", WARNING, message, help='write gazebo: "classic" for joints that close it'
+            )
+        elif self.gazebo != CLASSIC:
+            message = f"{which} {quoted(names, 3)} {verb} open in Gazebo {distribution(self.gazebo)}"
+            help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes it"
+            yield Diagnostic("sdf-cannot-say", WARNING, message, help=help)
 
     def _joints_told(self) -> Iterator[Diagnostic]:
         planar = [joint.name for joint in self.robot.joints if joint.type == "planar"]
@@ -327,6 +420,10 @@ class _Writer:
 
 
 _SHAPES = ("visual", "collision")
+_LOOPS = ("connect", "weld")
+# Three points that are no line hold two bodies together like a weld (m); one is a ball joint.
+_CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
+_ROUNDING = 1e-12
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 

@@ -69,15 +69,18 @@ class Unsupported(NamedTuple):
     quiet: bool = False
 
 
+_CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 # How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
 OF_MUJOCO: Mapping[str, Unsupported] = {
     "actuators": Unsupported(
         "drives of MuJoCo; ros2_control and plug-ins of Gazebo drive joints elsewhere", quiet=True
     ),
-    "joints.*.actuator": Unsupported("as actuators", quiet=True),
-    "joints.*.mimic.name": Unsupported("how MuJoCo couples joints", quiet=True),
-    "joints.*.mimic.solref": Unsupported("how MuJoCo couples joints", quiet=True),
-    "joints.*.mimic.solimp": Unsupported("how MuJoCo couples joints", quiet=True),
+    "joints.*.actuator": Unsupported("drives of MuJoCo, as actuators", quiet=True),
+    **{f"joints.*.mimic.{key}": Unsupported("how MuJoCo couples joints", quiet=True) for key in ("name", *_CONTACTS)},
+    **{
+        f"links.*.collision.*.contact.{key}": Unsupported("how MuJoCo computes contacts", quiet=True)
+        for key in _CONTACTS
+    },
     "links.*.sites": Unsupported("marks that sensors and actuators of MuJoCo name", quiet=True),
     "links.*.collision.*.mesh.inertia": Unsupported("what MuJoCo takes a mesh for", quiet=True),
     "links.*.visual.*.mesh.inertia": Unsupported("what MuJoCo takes a mesh for", quiet=True),
@@ -86,7 +89,8 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.gravity_compensation": Unsupported("no compensation of gravity"),
     "links.*.cameras": Unsupported("cameras that are not sensors"),
     "links.*.lights": Unsupported("no lights"),
-    "links.*.collision.*.contact": Unsupported("contact parameters of MuJoCo"),
+    "links.*.collision.*.contact.layers": Unsupported("no layers of contacts"),
+    "links.*.collision.*.contact.touches": Unsupported("no layers of contacts"),
 }
 # Who publishes a frame; the name of a sensor's joint matters to publishers alone.
 OF_PUBLISHERS: Mapping[str, Unsupported] = {

@@ -107,7 +107,9 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported]:
         "disabled_contacts": Unsupported("the SRDF lists pairs of links that are not to collide", quiet=True),
     }
     if not output.options.get("gazebo"):
-        table["sensors.*.gazebo"] = Unsupported("sensors for Gazebo need the option gazebo", quiet=True)
+        for_gazebo = Unsupported("Gazebo alone reads it, and needs the option gazebo", quiet=True)
+        keys = ("joints.*.dynamics.stiffness", "joints.*.dynamics.spring_reference", "sensors.*.gazebo")
+        table |= dict.fromkeys((*keys, "links.*.collision.*.contact.friction"), for_gazebo)
     return table
 
 

@@ -74,7 +74,7 @@ if TYPE_CHECKING:
     from rosorin_compile.importing.extract.extract import ExtractedBoxes, ExtractedFactory, ExtractedHeightMap
     from rosorin_compile.importing.import_robot import ImportResult
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
-    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
@@ -781,8 +781,7 @@ def check_physics(
         >>> result.fine, [one.message for one in result.diagnostics]  # doctest: +SKIP
 
     """
-    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
-    from rosorin_compile.mujoco.physics.checking import check_robot
+    from rosorin_compile.mujoco.physics.checking import CheckedPhysics, check_robot
 
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     return CheckedPhysics.of(str(robot), "", None, wrong) if request is None else check_robot(request)

@@ -28,7 +28,7 @@ from rosorin_compile.viewer.picture.draw import Picture
 
 if TYPE_CHECKING:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
-    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.output.check_outputs import Committed
     from rosorin_compile.recordings.answers import Verified
@@ -198,7 +198,7 @@ def __getattr__(name: str) -> object:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
-    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.variants.writing import WrittenVariants

@@ -179,33 +179,27 @@ class _Followed:
 
 
 class _Touching:
-    """Which links are inside each other, as the package says that has an engine; made at the first question."""
+    """Finds overlapping links for the page; the scene in MuJoCo is built at the first request."""
 
     def __init__(self, shown: Shown, lock: threading.Lock) -> None:
         self.shown = shown
         self.lock = lock
-        self.engine: Any = None
+        self.scene: Any = None
 
     def __call__(self, state: Mapping[str, Any]) -> list[list[str]]:
-        """Return pairs of links at positions by joint (rad or m), neighbours left aside. Raises Unknown."""
-        from rosorin_compile.mujoco.physics.touching import Touching
+        """Return overlapping pairs of links at positions by joint (rad or m), without neighbours. Raises Unknown."""
+        from rosorin_compile.mujoco.physics.checking import missing_packages, overlapping_links, scene_of
 
-        if self.engine is None:
-            self.engine = Touching(self.shown.case, self.shown.meshes)
-        missing = self.engine.lacking()
-        if missing:
+        if missing := missing_packages():
             raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
         with self.lock:
             try:
-                return self._found(state)
+                self.scene = self.scene or scene_of(self.shown.case, self.shown.meshes)
+                joints = self.shown.robot.joint
+                positions = {name: _position(joints[name], at) for name, at in state.items() if name in joints}
+                return overlapping_links(self.scene, positions)
             except Exception as problem:  # whatever an engine stumbles over: the page says it, and goes on
                 raise Unknown(" ".join(str(problem).split())[:200] or type(problem).__name__) from None
-
-    def _found(self, state: Mapping[str, Any]) -> list[list[str]]:
-        joints = self.shown.robot.joint
-        positions = {name: _position(joints[name], at) for name, at in state.items() if name in joints}
-        found: list[list[str]] = self.engine.pairs(positions)
-        return found
 
 
 def _position(joint: Joint, at: object) -> float | list[float]:

@@ -266,9 +266,9 @@ class Comparison:
 
     def _body(self, one: int, other: int) -> None:
         theirs, own = self.source.mj, self.ours.mj
-        captured = [bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0)]
-        self.values("body", one, "mocapid", *captured, what="motion capture")
-        self.values("body", one, "sleep", _sleep_policy(theirs, one), _sleep_policy(own, other), what="sleep policy")
+        is_captured, mine = bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0)
+        self.values("body", one, "mocapid", is_captured, mine, "motion capture")
+        self.values("body", one, "sleep", _sleep_policy(theirs, one), _sleep_policy(own, other), "sleep policy")
         if not one:
             return
         above = next(body for body in self.source.above(one)[1:] if body in self.maps["body"])
@@ -411,7 +411,7 @@ class Comparison:
             rows = list(zip((source.mj, ours.mj), (one, other), captured, strict=True))
             places = [np.reshape(mj.key_mpos[key], (-1, 3))[at] for mj, key, at in rows]
             turns = [np.reshape(mj.key_mquat[key], (-1, 4))[at] for mj, key, at in rows]
-            self.values("key", one, "mpos", *places, what=f"place of {source.called('body', body)}")
+            self.values("key", one, "mpos", places[0], places[1], f"place of {source.called('body', body)}")
             if not near(rotation(turns[0]), rotation(turns[1])):
                 self.tell("key", one, "mquat", f"orientation of {source.called('body', body)} {in_words(*turns)}")
 

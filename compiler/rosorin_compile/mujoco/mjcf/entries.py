@@ -33,12 +33,8 @@ _KINDS = {
 }
 
 
-class _Gone(Exception):
-    """Something is named that the description does not have."""
-
-
 def called(reading: Reading, attribute: str, name: str) -> str:
-    """Return the name that the description has for what an attribute names. Raises _Gone if it has none."""
+    """Return the name that the description has for what an attribute names."""
     kind = _KINDS.get(attribute, "")
     if kind in (_SITE, _GEOM):
         _keep_of_scene(reading, kind, name)
@@ -72,10 +68,6 @@ def _whole(reading: Reading, section: str, node: Node, span: Span) -> None:
     reading.kept(whole, f"{section} <{node['tag']}>", span)
 
 
-def _gone(reading: Reading, what: str, problem: _Gone, span: Span) -> None:
-    reading.lost(f"{what}, which names {problem},", span)
-
-
 _OF_TENDON = {"springlength": "spring_length", "frictionloss": "friction", "actuatorfrcrange": "force"}
 
 
@@ -86,13 +78,9 @@ def add_tendons(reading: Reading) -> None:
     for index, (node, element) in enumerate(zip(nodes, _elements(reading, "tendon", nodes), strict=True)):
         name = reading.name("tendon", node["attributes"].get("name", ""), "tendon", index)
         entry = Map(element.span)
-        try:
-            _put_way(reading, entry, node, element)
-            said = _of_tendon(node)
-            rest = put_words(entry, said, "tendon", element, _OF_TENDON, lambda word, text: called(reading, word, text))
-        except _Gone as problem:
-            _gone(reading, f'the tendon "{name}"', problem, element.span)
-            continue
+        _put_way(reading, entry, node, element)
+        said = _of_tendon(node)
+        rest = put_words(entry, said, "tendon", element, _OF_TENDON, lambda word, text: called(reading, word, text))
         if rest or len(entry.get("joints") or ()) != sum(one["tag"] == "joint" for one in node["inner"]):
             _whole(reading, "tendon", {**node, "attributes": {**node["attributes"], "name": name}}, element.span)
         else:
@@ -142,14 +130,10 @@ def add_constraint(reading: Reading, constraints: Map, index: int, node: Node, e
         _whole(reading, "equality", {**node, "attributes": {**said, "name": name}}, element.span)
         return
     put(entry, "type", node["tag"])
-    try:
-        for word, key in _PAIRED.items():
-            both = [called(reading, word, said[one]) for one in (f"{word}1", f"{word}2") if one in said]
-            if both:
-                put(entry, key, listing(both, element))
-    except _Gone as problem:
-        _gone(reading, f"the equality <{node['tag']}>", problem, element.span)
-        return
+    for word, key in _PAIRED.items():
+        both = [called(reading, word, said[one]) for one in (f"{word}1", f"{word}2") if one in said]
+        if both:
+            put(entry, key, listing(both, element))
     paired = {f"{word}{number}" for word in _PAIRED for number in (1, 2)}
     rest = {key: text for key, text in said.items() if key not in paired}
     _put_relative(entry, rest, element)
@@ -192,11 +176,7 @@ def add_sensors(reading: Reading) -> None:
         name = reading.name("sensor", said.get("name", ""), f"{of}_{node['tag']}", index)
         entry = Map(element.span)
         put(entry, "kind", node["tag"])
-        try:
-            rest = _put_measured(reading, entry, node, element)
-        except _Gone as problem:
-            _gone(reading, f'the sensor "{name}"', problem, element.span)
-            continue
+        rest = _put_measured(reading, entry, node, element)
         if rest or node["inner"] or node["tag"] not in kinds or node["tag"] == "plugin":
             _whole(reading, "sensor", {**node, "attributes": {**said, "name": name}}, element.span)
         else:

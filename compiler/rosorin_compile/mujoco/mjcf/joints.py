@@ -72,20 +72,13 @@ def name_joints(reading: Reading) -> None:
             reading.motion_of[body] = motion._replace(name=reading.joint_names.give(motion.name))
             apart |= set(held)
     joints = [(index, joint) for index, joint in enumerate(reading.facts["joints"]) if index not in apart]
-    for index, joint in joints:
-        if joint["name"] and joint["type"] == BALL:
-            reading.ball_of[index] = reading.joint_names.give(joint["name"])
-            if reading.ball_of[index] != joint["name"]:
-                reading.renamed.setdefault("joint", {})[joint["name"]] = reading.ball_of[index]
-        if joint["name"] and joint["type"] in (SLIDE, HINGE):
-            reading.joint_of[index] = reading.joint_names.give(joint["name"])
-            if reading.joint_of[index] != joint["name"]:
-                reading.renamed.setdefault("joint", {})[joint["name"]] = reading.joint_of[index]
-    for index, joint in joints:
-        if index not in reading.ball_of and joint["type"] == BALL:
-            reading.ball_of[index] = reading.joint_names.give(f"{reading.link_of[joint['body']]}_joint")
-        if index not in reading.joint_of and joint["type"] in (SLIDE, HINGE):
-            reading.joint_of[index] = reading.joint_names.give(f"{reading.link_of[joint['body']]}_joint")
+    names = {BALL: reading.ball_of, SLIDE: reading.joint_of, HINGE: reading.joint_of}
+    for index, joint in sorted(joints, key=lambda one: not one[1]["name"]):  # names of the file come first
+        if joint["type"] in names:
+            name = reading.joint_names.give(joint["name"] or f"{reading.link_of[joint['body']]}_joint")
+            names[joint["type"]][index] = name
+            if joint["name"] and name != joint["name"]:
+                reading.renamed.setdefault("joint", {})[joint["name"]] = name
 
 
 def add_joints(reading: Reading, drives: dict[int, Drive]) -> None:

@@ -89,26 +89,9 @@ def _usual_groups(reading: Reading, purposes: Mapping[int, list[str]]) -> dict[s
 
 
 # What is said by the shape, its place, its layers and its looks, or has gone into the mass of the link.
-_SAID = frozenset(
-    [
-        "name",
-        "type",
-        "pos",
-        "quat",
-        "size",
-        "fromto",
-        "mesh",
-        "hfield",
-        "mass",
-        "density",
-        "shellinertia",
-        "fitscale",
-        "contype",
-        "conaffinity",
-        "rgba",
-        "material",
-        "group",
-    ]
+_SAID = (
+    *("name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"),
+    *("fitscale", "contype", "conaffinity", "rgba", "material", "group"),
 )
 _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 _LOOKS = ("castshadow",)

@@ -10,11 +10,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rosorin_compile.model import Inertial, Link, Mesh, Robot, Shape
+from rosorin_compile.model import Inertial, Link, Mesh, Shape
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 
+from ..mjcf.bodies import weld_groups
 from .overlaps import split_accepted
 from .solids import PURPOSES, Meshes, MeshShape, Solid
 
@@ -85,9 +86,10 @@ def check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> Ite
             wrong_size.setdefault(shape.mesh, found)
             of_wrong_size.add(shape.link)
     yield from wrong_size.values()
-    top = _tops(case.robot)
+    groups = weld_groups(case.robot).values()
     for name in dict.fromkeys(shape.link for shape in read if shape.link not in of_wrong_size):
-        link, fixed = case.robot.link[name], [link for link in case.robot.links if top[link.name] == top[name]]
+        names = next(group for group in groups if name in group)
+        link, fixed = case.robot.link[name], [one for one in case.robot.links if one.name in names]
         if link.inertial is not None and link.inertial.mass > 0:
             volume = _wrong_volume(meshes, link, fixed)
             if volume:
@@ -96,15 +98,6 @@ def check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> Ite
                 yield from _inertia(case, meshes, link, link.inertial, fixed)
         yield from _apart(case, meshes, link)
     yield from _not_closed(case, meshes, [shape for shape in read if shape.purpose == "collision"])
-
-
-def _tops(robot: Robot) -> dict[str, str]:
-    """Return the topmost link that each link is fixed to."""
-    top: dict[str, str] = {}
-    for link in robot.walk():
-        joint = robot.joint_to.get(link.name)
-        top[link.name] = top[joint.parent] if joint is not None and joint.is_fixed else link.name
-    return top
 
 
 def _size(case: Case, meshes: Meshes, shape: MeshShape, read: Sequence[MeshShape]) -> Diagnostic | None:
@@ -127,8 +120,7 @@ def _size(case: Case, meshes: Meshes, shape: MeshShape, read: Sequence[MeshShape
         return None
     key = "scale" if shape.mesh.scale != (1, 1, 1) else "file"
     path = case.link(shape.link, shape.purpose, shape.number, "mesh", key)
-    found = case.problem("mesh-size", message, path, help, severity=WARNING)
-    return replace(found, numbers=(("longest", longest), ("rest", rest)))
+    return case.problem("mesh-size", message, path, help, severity=WARNING)
 
 
 def _file(shape: MeshShape) -> str:
@@ -191,8 +183,7 @@ def _mass(case: Case, link: Link, mass: float, volume: float) -> Diagnostic:
         f" {float(f'{1000 * volume:.3g}'):.6g} litres: that is {density:,.3g} kg/m^3, {than}"
     )
     help = "check the unit of the mass (grams?) and the scale of the mesh (millimetres?)"
-    found = case.problem("mesh-mass", message, case.link(link.name, "inertial", "mass"), help, severity=WARNING)
-    return replace(found, numbers=(("mass", mass), ("volume", volume)))
+    return case.problem("mesh-mass", message, case.link(link.name, "inertial", "mass"), help, severity=WARNING)
 
 
 def _inertia(case: Case, meshes: Meshes, link: Link, inertial: Inertial, fixed: Sequence[Link]) -> Iterator[Diagnostic]:
@@ -216,8 +207,7 @@ def _inertia(case: Case, meshes: Meshes, link: Link, inertial: Inertial, fixed: 
         )
         help = "xyz of the inertial is seen from the frame of the link, in metres"
         path = case.link(link.name, "inertial", "xyz")
-        found = case.problem("mesh-centre-of-mass", message, path, help, severity=WARNING)
-        yield replace(found, numbers=(("beyond", beyond),))
+        yield case.problem("mesh-centre-of-mass", message, path, help, severity=WARNING)
     largest = inertial.principal_moments[2]
     if largest <= 0:
         return
@@ -240,8 +230,7 @@ def _inertia(case: Case, meshes: Meshes, link: Link, inertial: Inertial, fixed: 
         return
     help = "inertia is about the centre of mass, in kg*m^2; inertia: {of: collision} computes it for primitives"
     path = case.link(link.name, "inertial", "inertia")
-    found = case.problem("mesh-inertia", message, path, help, severity=WARNING, within=True)
-    yield replace(found, numbers=(("largest", largest), ("mass", inertial.mass)))
+    yield case.problem("mesh-inertia", message, path, help, severity=WARNING, within=True)
 
 
 def _even_moment(corners: Floats) -> float:
@@ -271,8 +260,7 @@ def _apart(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
     )
     related = [case.related("the visual", case.link(link.name, "visual", 0))]
     help, path = "check xyz, rpy and scale of both", case.link(link.name, "collision", 0)
-    found = case.problem("mesh-apart", message, path, help, related=related, severity=WARNING)
-    yield replace(found, numbers=(("between", between),))
+    yield case.problem("mesh-apart", message, path, help, related=related, severity=WARNING)
 
 
 def _not_closed(case: Case, meshes: Meshes, shapes: Sequence[MeshShape]) -> Iterator[Diagnostic]:

@@ -107,16 +107,16 @@ def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Se
         elif share >= MOST_INSIDE and scene.share(small, large, deepest.positions, exact=True) >= MOST_INSIDE:
             inner, outer = (overlap.one, overlap.other) if overlap.one.link == small else (overlap.other, overlap.one)
             what = f'link "{small}" is inside link "{large}" with {share:.0%} of its volume'
-            warnings.append(_overlap(case, scene, "part-inside-part", what, where, overlap.depth, inner, outer))
+            warnings.append((overlap.depth, _overlap(case, scene, "part-inside-part", what, where, inner, outer)))
         elif pair in always or (scene.joint_of(pair) is not None and share < CORNER):
             designs[pair] = overlap
         elif not scene.touches(overlap, deepest.positions):
             hulls[pair] = overlap
         else:
             what = f'link "{pair[1]}" is {_mm(overlap.depth)} inside link "{pair[0]}"'
-            pieces = (overlap.other, overlap.one)
-            warnings.append(_overlap(case, scene, "parts-overlap", what, where, overlap.depth, *pieces))
-    yield from sorted(warnings, key=lambda found: -dict(found.numbers)["depth"])
+            found = _overlap(case, scene, "parts-overlap", what, where, overlap.other, overlap.one)
+            warnings.append((overlap.depth, found))
+    yield from (found for _, found in sorted(warnings, key=lambda one: -one[0]))
     yield from _note(
         case,
         "parts-always-overlap",
@@ -164,7 +164,7 @@ def nearest_to_zero(joint: Joint) -> float:
 
 
 def _overlap(
-    case: Case, scene: Scene, rule: str, what: str, where: Sequence[State], depth: float, inner: Solid, outer: Solid
+    case: Case, scene: Scene, rule: str, what: str, where: Sequence[State], inner: Solid, outer: Solid
 ) -> Diagnostic:
     """Return a warning at what puts the parts there: a pose, the joint between neighbours, or the shape."""
     joint = scene.joint_of((inner.link, outer.link))
@@ -182,7 +182,7 @@ def _overlap(
     message = f"{what} {' and '.join(at)}: {shape_name(case, inner)} in {shape_name(case, outer)}"
     help = "correct a shape, a joint or the pose; disabled_contacts names a pair that is meant to touch"
     found = case.problem(rule, message, path, help, related=related, severity=WARNING, key=is_key)
-    return replace(found, of=(inner.link, outer.link), numbers=(("depth", depth),))
+    return replace(found, of=(inner.link, outer.link))
 
 
 def _note(
@@ -197,7 +197,7 @@ def _note(
         count, s = f"{counted(len(rest), 'pair')} of parts", "s" if len(rest) == 1 else ""
         text, where = message.format(pairs=count, s=s, names=names), path or shape_path(case, pairs[rest[0]].other)
         found = case.problem(rule, text, where, help, severity=NOTE, key=path is None)
-        yield replace(found, related=(), of=(), numbers=())
+        yield replace(found, related=(), of=())
 
 
 def _mm(length: float) -> str:

@@ -198,8 +198,7 @@ def _through_neighbour(case: Case, scene: Scene, met: Meeting) -> Diagnostic:
     help = "check the axis, its sign and the limits; disabled_contacts names a pair that is meant to touch"
     related = [case.related(f'the shape of "{solid.link}"', shape_path(case, solid)) for solid in (inner, outer)]
     path, severity = case.joint(met.joint, "limit", met.side), WARNING if is_grave else NOTE
-    found = case.problem("joint-through-neighbour", message, path, help, related=related, severity=severity)
-    return replace(found, numbers=(("position", met.position), ("blocked", met.blocked), ("inside", met.inside)))
+    return case.problem("joint-through-neighbour", message, path, help, related=related, severity=severity)
 
 
 def _is_real(scene: Scene, met: Meeting) -> bool:

@@ -101,7 +101,7 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str
     ``asked`` has the ``text``, the files of its meshes by the names that it has for them (``files``), and the ``names``
     that the import gave by kind and index.
     """
-    from . import rollout
+    from .accelerations import compare_motion, moves_alike
     from .compare_models import Comparison
     from .compiled_model import Model
 
@@ -124,8 +124,8 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str
     found = comparison.run(theirs.stat)
     counts = {kind: len(names) for kind, names in models[0].names.items()}
     answer: dict[str, Any] = {"differences": found, "counts": counts}
-    if rollout.moves_alike(found):
-        answer["motion"] = rollout.simulate(mujoco, comparison)._asdict()
+    if moves_alike(found):
+        answer["motion"] = compare_motion(mujoco, comparison)._asdict()
     return answer
 
 

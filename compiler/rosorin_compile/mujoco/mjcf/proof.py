@@ -1,12 +1,11 @@
 """Prove that the MJCF of an imported one is the same robot to MuJoCo, except for what the import reported.
 
-MuJoCo compiles and compares both in a child process (``engine``, ``compare_models``, ``rollout``). What the import
-listed as left out, ignored or changed may differ in that way; any other difference is a fault.
+MuJoCo compiles and compares both in a child process (``engine``, ``compare_models``, ``accelerations``). What the
+import listed as left out, ignored or changed may differ in that way; any other difference is a fault.
 """
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -66,10 +65,8 @@ def _by_mujoco(imported: Imported, made: tuple[str, Mapping[str, str]]) -> Found
         return Found([("loading", f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}")])
     motion = answer.get("motion")
     differences = [(f"{kind} {field}".strip(), what) for kind, field, what in answer["differences"]]
-    if motion and motion["verdict"] == "differs":
-        where = f" ({motion['body']})" if motion["body"] else ""
-        apart = f"{motion['largest']:.2g}" if math.isfinite(motion["largest"]) else "without end"
-        what = f"after {motion['steps']} steps with moving controls the two are apart by {apart}{where}"
+    if motion and motion["differs"]:
+        what = f"frames or accelerations differ by {motion['largest']:.2g} ({motion['where']})"
         differences.insert(0, ("motion", what))
     messages = [one.message for one in imported.diagnostics if one.rule in _LISTS]
     return Found(
@@ -92,15 +89,7 @@ def _summary(known: Sequence[str], motion: Mapping[str, Any] | None) -> str:
     sentence = f"MuJoCo's model of the MJCF is that of the source, {but}"
     if not motion:
         return sentence
-    steps, contacts = counted(motion["steps"], "step"), counted(motion["contacts"], "contact")
-    steps += f"{' without the scene' if motion.get('scene') else ''} with moving controls"
-    apart = f"apart by {motion.get('largest', 0):.2g}"
-    said = {
-        "unstable": "the source does not come through a simulation with moving controls",
-        "differs": f"{steps}: {apart}",
-        "same": f"{steps} and up to {contacts}: largest difference {motion.get('largest', 0):.2g}",
-        "chaotic": f"{steps} are chaotic: {apart}, where the source, changed by no more than"
-        f" rounding, is apart from itself by {motion.get('itself', 0):.2g}; without contact by"
-        f" {motion.get('without_contact', 0):.2g}",
-    }
-    return f"{sentence}; {said[motion['verdict']]}"
+    states = f"{motion['states']} random states{' without the scene' if motion['scene'] else ''}"
+    constraints = counted(motion["constraints"], "constraint")
+    difference = f"largest difference {motion['largest']:.2g}"
+    return f"{sentence}; frames and accelerations in {states} with {constraints}: {difference}"

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, arrange, counted, has_errors, listed
@@ -121,14 +121,24 @@ def _check(case: Case, files: Mapping[str, Path]) -> tuple[LookedAt, list[Diagno
     return LookedAt(len(poses) - 1, len(joints), len({shape.mesh.file for shape in shapes})), found
 
 
-def scene_of(case: Case, files: Mapping[str, Path]) -> Scene:
-    """Return the scene of a robot, for ``overlapping_links``; ``files`` are its mesh files by name."""
-    return Scene(case.robot, read_meshes(case, list(mesh_shapes(case)), files)[0])
+class OverlapFinder:
+    """Finds overlapping links for the viewer; the scene in MuJoCo is built at the first request."""
 
+    def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
+        """``files`` are the mesh files of the robot by name."""
+        self.case, self.files = case, files
+        self.scene: Scene | None = None
 
-def overlapping_links(scene: Scene, positions: Mapping[str, Any]) -> list[list[str]]:
-    """Return the pairs of links that overlap at joint positions (rad or m), without neighbours.
+    def lacking(self) -> str:
+        """Return the packages to install, as arguments of pip; empty if nothing is missing."""
+        return missing_packages()
 
-    The position of a joint with several coordinates is a sequence.
-    """
-    return [list(pair) for pair in scene.overlaps(positions) if scene.joint_of(pair) is None]
+    def pairs(self, positions: Mapping[str, Any]) -> list[list[str]]:
+        """Return the pairs of links that overlap at joint positions (rad or m), without neighbours.
+
+        The position of a joint with several coordinates is a sequence.
+        """
+        if self.scene is None:
+            meshes, _ = read_meshes(self.case, list(mesh_shapes(self.case)), self.files)
+            self.scene = Scene(self.case.robot, meshes)
+        return [list(pair) for pair in self.scene.overlaps(positions) if self.scene.joint_of(pair) is None]

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from rosorin_compile.output.pipeline import compile_robot
 
 from pairs import compare, row
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model.kinematics import Kinematics
 
 STATES = 100_000

@@ -19,6 +19,7 @@ import mujoco
 from rosorin_compile.output.pipeline import compile_robot
 
 from pairs import compare, row
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model.driving import Twist, driving_of
 
 STEPS, SETTLE = 4000, 500

@@ -27,6 +27,7 @@ import coal
 import pinocchio
 from rosorin_compile.output.pipeline import compile_robot
 
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.importing.description import write

@@ -25,6 +25,7 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
+from rosorin_compile.formats.unsupported import OF_MUJOCO, OF_PUBLISHERS, Unsupported
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.expectation import Expectation
@@ -109,12 +110,35 @@ def _against(text: str, known: Expectation) -> Deviations:
     return against(text, known)
 
 
+_UNSUPPORTED = {
+    **OF_MUJOCO,
+    **OF_PUBLISHERS,
+    "sensors.*.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
+    "sensors.*.optical.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
+    "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
+    "joints.*.calibration": Unsupported("no calibration of joints"),
+    "joints.*.safety_controller": Unsupported("no soft limits"),
+}
+
+
 FORMAT = Format(
     name="sdf",
     word="SDF",
     article="an",
     about="the model for Gazebo and Drake",
     rank=22,
+    covers=(
+        "robot",
+        "links",
+        "joints",
+        "materials",
+        "sensors",
+        "root",
+        "actuators",
+        "disabled_contacts",
+        "urdf_elements",
+    ),
+    unsupported=_UNSUPPORTED,
     options={
         "number_format": NUMBER_FORMAT,
         "version": {

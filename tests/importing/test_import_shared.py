@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.importing.translating.uniting import renewed, united, with_more
+from rosorin_compile.importing.xacro.uniting import renewed, united, with_more
 
 from .test_import_into import (
     BOX,

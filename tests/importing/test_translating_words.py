@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.translating import wording
-from rosorin_compile.importing.translating.kept import name_of
+from rosorin_compile.importing.xacro import wording
+from rosorin_compile.importing.xacro.values import name_of
 
 pytest.importorskip("xacro")
 
@@ -105,7 +105,7 @@ def test_words_that_would_say_something_else_are_not_taken(monkeypatch: pytest.M
                     entry.value["plugin"] = "other/Plugin"
         return found
 
-    monkeypatch.setattr("rosorin_compile.importing.translating.find", wrong)
+    monkeypatch.setattr("rosorin_compile.importing.xacro.translate.find", wrong)
     made = imported(block("one") + SENSOR)
     assert '<ros2_control name="one"' in made
     assert "sensors:\n  imu:" in made

@@ -56,7 +56,10 @@ def faults(
     if "absent" in answer:
         help = pip_install("import")
         return [error("extra-missing", "xacro, which expands .xacro files, is not installed", document.root.span, help)]
-    missing = [_missing(one, answer, document, path, sources) for one in answer.get("missing", ())]
+    asked = answer.get("missing", ())
+    if "package" in answer and not asked:
+        asked = [("package", answer["package"], answer.get("at"))]
+    missing = [_missing(one, answer, document, path, sources) for one in asked]
     known = _known(answer, files)
     unknown = [name for name in options.arguments if name not in known]
     # Without a file, nobody knows what it declares; with all, xacro would say nothing, or that another has no value.

@@ -119,6 +119,8 @@ def _yes(own: Any) -> Any:
         try:
             return own(value, condition)
         except Exception:
+            if condition is None:  # a property that is read: another text is no boolean
+                raise
             return False
 
     return boolean

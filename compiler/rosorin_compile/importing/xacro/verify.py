@@ -1,8 +1,4 @@
-"""Proving: a translation is compiled for every combination of arguments and held against what xacro makes.
-
-What differs, or cannot be compiled, names the macro at fault: first it gets long names, then it is written out where it
-is called. What cannot be said even so leaves the robot flat.
-"""
+"""Verify a translation: compile it for combinations of arguments and compare it with what xacro makes."""
 
 from __future__ import annotations
 
@@ -31,12 +27,12 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Document
 
 from ..read_back import by_elements, read_back, without_words
+from .build import Place, place_of
 from .differing_elements import called, shortened
-from .flattened import Place, outermost, place_of
-from .scopes import FLAG, LIST, NAME, NUMBER, WORDS, XML, Variable, literal
+from .tree import FLAG, LIST, NAME, NUMBER, WORDS, XML, Variable, literal
+from .write_yaml import PROBE
 
 MAX_COMBINATIONS = 32
-PROBE = "probe_"  # what an argument is given beside its default that stands in names
 _AS_URDF = Proof.model(Tolerance.NUMBER, carried_by_urdf=True)
 
 Combination = tuple[tuple[str, str], ...]
@@ -51,9 +47,8 @@ class Fault(NamedTuple):
     text: str
     macros: tuple[str, ...]
     combination: Combination
-    tops: tuple[Place, ...] = ()
+    places: tuple[Place, ...] = ()  # the elements that the fault names
     refused: bool = False
-    own: tuple[Place, ...] = ()  # the elements themselves, where the fault names them
 
 
 class Source:
@@ -97,61 +92,68 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 
 
 def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> dict[str, list[str]]:
-    """Return the values that each argument may have, as far as the source compares it: the default first.
+    """Return the values of each argument that are compiled: the first is what it is given, or its default.
 
-    That is what is given, where anything is; what the source says for it comes next.
+    The others come from the source: what the argument is compared with, the files that it names, true and false.
     """
     made: dict[str, list[str]] = {}
     for name, variable in arguments.items():
-        defaults = [given.get(name), variable.values[0].text if variable.values else None]
-        values = list(dict.fromkeys(one for one in defaults if one is not None and "$" not in one))
-        compared = sorted(one[1:] for one in variable.head().evidence if one.startswith("="))
-        kind, said = variable.kind(), len(values)
+        defaults = [given.get(name), variable.values[0].plain if variable.values else None]
+        values = list(dict.fromkeys(one for one in defaults if one is not None))
+        evidence = variable.head().evidence
+        compared = sorted(one[1:] for one in evidence if one.startswith("="))
+        kind, known = variable.kind(), len(values)
         if kind == FLAG:
-            values = values[: 1 if len({value.lower() for value in values}) == 1 else None]
-            values += [one for one in ("true", "false") if one not in [value.lower() for value in values]]
-        elif kind == NUMBER and "condition" in variable.head().evidence:
-            values += [one for one in ("0", "1") if one not in values]
+            values = values[: 1 if len({_is_true(value) for value in values}) == 1 else None]
+            values += [one for one in ("true", "false") if _is_true(one) not in [_is_true(value) for value in values]]
         elif kind == NUMBER:
-            values += [one for one in compared if one not in values and isinstance(literal(one), (int, float))]
+            numbers = [one for one in compared if isinstance(literal(one), (int, float))]
+            numbers += ["0", "1"] if "condition" in evidence else []
+            values += [one for one in dict.fromkeys(numbers) if one not in values]
         elif kind in (WORDS, "any"):
             values += [one for one in compared if one not in values]
-            names = NAME in variable.head().evidence and 0 < len(values) == said
-            if names or (compared and len(values) == 1):  # what holds for none of the texts that it is compared with
+            is_name = NAME in evidence and 0 < len(values) == known
+            if is_name or (compared and len(values) == 1):  # what holds for none of the texts that it is compared with
                 values.append(PROBE)
         made[name] = values
     return made
 
 
-def other_values(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> dict[str, str]:
-    """Return another number or text for each argument that may be any, by name: whether those are followed is asked."""
+def _is_true(text: str) -> bool:
+    return text.lower() in ("true", "1")
+
+
+def other_values(
+    arguments: Mapping[str, Variable], used: Collection[Variable], given: Mapping[str, str]
+) -> dict[str, str]:
+    """Return another value for each argument that may be any number or text, to see that it is followed."""
     made: dict[str, str] = {}
     for name, variable in arguments.items():
-        text = given.get(name, variable.values[0].text if variable.values else "$")
-        if "$" in text or any(one.startswith("=") for one in variable.head().evidence):
+        text = given.get(name, variable.values[0].plain if variable.values else None)
+        evidence = variable.head().evidence
+        if text is None or any(one.startswith("=") for one in evidence):
             continue
-        value = literal(text)
-        if variable.kind() == NUMBER and isinstance(value, (int, float)):
+        value, kind = literal(text), variable.kind()
+        if kind == NUMBER and isinstance(value, (int, float)):
             made[name] = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
-        elif variable.kind() == LIST and isinstance(value, list):
+        elif kind == LIST and isinstance(value, list):
             made[name] = " ".join(repr(one * 1.25 + 0.01) for one in value)
-        elif not variable.used and text.lower() in ("true", "false"):
+        elif variable not in used and text.lower() in ("true", "false"):
             made[name] = "false" if text.lower() == "true" else "true"
-        elif variable.kind() == WORDS and XML in variable.head().evidence and NAME not in variable.head().evidence:
+        elif kind == WORDS and XML in evidence and NAME not in evidence:
             made[name] = f"{text}{PROBE}"
     return made
 
 
 def moves(source: Source, row: Combination) -> bool:
-    """Say whether xacro makes another robot of a combination of arguments than without it."""
+    """Return True if xacro makes another robot with a combination of arguments than without it."""
     known = row in source.known
-    base, other = source.read(()), source.read(row)
+    base, other = source.read(()).robot, source.read(row).robot
     if not known:
-        source.known.pop(row)  # nobody asks for it
-    one, two = base.robot, other.robot
-    if one is None or two is None:
+        source.known.pop(row)
+    if base is None or other is None:
         return False
-    return bool(Proof.of(_settled(one), _settled(two), _AS_URDF).texts)
+    return bool(Proof.of(_settled(base), _settled(other), _AS_URDF).texts)
 
 
 def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
@@ -256,8 +258,7 @@ def _fault(told: str, row: Combination, spans: list[Span]) -> Fault:
     """Return a fault of what stands at some places of the source: the innermost macros first."""
     via = [one.message for span in spans for one in getattr(span, "via", ())]
     macros = dict.fromkeys(re.findall(r'the macro "([^"]+)"', " ".join(via)))
-    tops, own = (tuple(dict.fromkeys(map(place, spans))) for place in (outermost, place_of))
-    return Fault(told, tuple(macros), row, tops, own=own)
+    return Fault(told, tuple(macros), row, tuple(dict.fromkeys(map(place_of, spans))))
 
 
 def _told(diagnostic: Diagnostic, stage: Path) -> str:

@@ -23,12 +23,12 @@ from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 
 from ..reimport import ENDING, read_record, text_of
-from .pieces import File, Macro
-from .program import Program
-from .proving import MAX_COMBINATIONS
+from .build import Program
+from .tree import File, Macro
 from .uniting import Apart, renewed, united
 
 COMMON = "common"
+_MOST_ROBOTS = 32
 _MOST, _BYTES = 2000, 2_000_000
 _INCLUDE = re.compile(r"<(?:xacro:)?include\s[^<>]*?filename\s*=\s*[\"']([^\"']+)[\"']")
 _FIND = re.compile(r"\$\(find\s+([^)\s]+)\)|^package://([^/]+)")
@@ -137,8 +137,7 @@ class Sharing:
         """Return in words why a file is not the one that is there: the first thing, and what that hangs on here."""
         first = apart[0]
         macro = next((one for one in program.macros.values() if one.file is file and one.ours == first.name), None)
-        definitions = program.properties.get(first.name, ())
-        span = macro.place if macro else definitions[0].value.span if definitions else None
+        span = macro.element.span if macro else _defined(program, first.name)
         here = f" ({_in_file(span)})" if span else ""
         read = list(_read_in(program, macro)) if macro else []
         hangs = f"; it reads {listed(read)}" if read else ""
@@ -218,12 +217,16 @@ def _read_in(program: Program, macro: Macro) -> Iterator[str]:
     texts = decides or [attribute.value for one in every for attribute in one.attributes.values()]
     own = {one.name for one in macro.parameters}
     for name in dict.fromkeys(name for text in texts for name in re.findall(r"[A-Za-z_]\w*", text)):
-        definitions = program.properties.get(name, ())
+        defined = _defined(program, name)
         if f"$(arg {name})" in " ".join(texts) and name in program.arguments:
             span = program.arguments[name].span
             yield f'the argument "{name}" ({_in_file(span)})' if span else f'the argument "{name}"'
-        elif name not in own and definitions and definitions[0].value.span:
-            yield f'the property "{name}" ({_in_file(definitions[0].value.span)})'
+        elif name not in own and defined:
+            yield f'the property "{name}" ({_in_file(defined)})'
+
+
+def _defined(program: Program, name: str) -> Span | None:
+    return next((one.span for one in program.globals if one.name == name), None)
 
 
 def _in_file(span: Span) -> str:
@@ -260,7 +263,7 @@ def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Rob
     if has_errors(wrong):
         return {(): _in_words(wrong[0])}
     made: dict[tuple[str, ...], Robot | str] = {}
-    for given in islice(Argument.combinations(arguments), MAX_COMBINATIONS):
+    for given in islice(Argument.combinations(arguments), _MOST_ROBOTS):
         found = read_description(root, given, packages)
         robot = found.robot
         errors = [_in_words(one) for one in found.diagnostics if one.severity == ERROR]

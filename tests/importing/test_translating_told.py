@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.importing.xacro.differing_elements import difference
+from rosorin_compile.importing.xacro.verify import difference
 from rosorin_compile.importing.xacro.translate import translation_report
 from rosorin_compile.importing.xacro.values import Values
 from rosorin_compile.source.xml.elements import tree_of

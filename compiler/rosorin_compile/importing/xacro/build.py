@@ -764,7 +764,7 @@ class Program:
     ) -> Iterator[Found]:
         """Execute a call: of a part, of a value, or of a macro that is expanded inline."""
         macro.called = True
-        is_inline = macro.name in self.plan.inlined or sets_only_properties(macro.element) or self._only_materials
+        is_inline = macro.name in self.plan.inlined or self.only_sets(macro) or self._only_materials
         if not is_inline:
             if level == "robot" and self._as_part(macro) and self._reads_the_same(macro, scope):
                 body.uses.append(self._handed(macro, element, scope, when, comments))
@@ -781,6 +781,23 @@ class Program:
                 yield Found(self._handed(macro, element, scope), scope, when, comments, body)
                 return
         yield from self._expand(macro, element, scope, when, level, body)
+
+    def only_sets(self, macro: Macro, depth: int = 0) -> bool:
+        """Return True if a macro does nothing but set properties: it is executed where it is called."""
+
+        def sets(element: Element) -> bool:
+            for child in element.children:
+                name = child.tag.removeprefix("xacro:")
+                if child.tag in ("xacro:if", "xacro:unless"):
+                    if not sets(child):
+                        return False
+                elif child.tag != "xacro:property":
+                    found = self.macros_named(name, macro.space) if name != child.tag and depth < MAX_DEPTH else []
+                    if not found or not all(self.only_sets(one, depth + 1) for one, _ in found):
+                        return False
+            return bool(element.children)
+
+        return sets(macro.element)
 
     def _expand(
         self, macro: Macro, element: Element, scope: Scope, when: Whens, level: str, body: Body
@@ -1328,17 +1345,6 @@ def _macro_around(element: Element) -> Element | None:
     while here is not None and here.tag != "xacro:macro":
         here = here.parent
     return here
-
-
-def sets_only_properties(element: Element) -> bool:
-    """Return True if a macro does nothing but set properties: it is executed where it is called."""
-    for child in element.children:
-        if child.tag in ("xacro:if", "xacro:unless"):
-            if not sets_only_properties(child):
-                return False
-        elif child.tag != "xacro:property":
-            return False
-    return True
 
 
 def usable(name: str, taken: Sequence[str] | set[str] = ()) -> str:

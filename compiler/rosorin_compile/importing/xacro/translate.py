@@ -22,7 +22,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element, MarkupError
 
 from ..description import tree_of
-from .build import InElement, InMacro, NeedsValue, Place, Plan, Program, place_of, sets_only_properties
+from .build import InElement, InMacro, NeedsValue, Place, Plan, Program, place_of
 from .texts import Unsupported
 from .tree import Macro
 from .verify import Combination, Fault, Source, choices_of, combinations, faults, moves, other_values
@@ -369,7 +369,7 @@ class _Search:
         kept = [one.name for one in macros if one.body is None or not one.body.is_empty()]
         lost = {name: one for name, one in self.lost.items() if name not in kept}
         for macro in macros_of(program):
-            if sets_only_properties(macro.element):
+            if program.only_sets(macro):
                 lost.pop(macro.name, None)
             elif macro.called and macro.name not in kept and macro.name not in lost:
                 problem = program.lost.get(macro.name)
@@ -388,7 +388,7 @@ class _Search:
             tuple(refused),
             tuple(dict.fromkeys(one.name for one in program.macros.values() if not one.called)),
             tuple(name for name in program.arguments if name not in arguments),
-            executed=tuple(one.name for one in macros_of(program) if one.called and sets_only_properties(one.element)),
+            executed=tuple(one.name for one in macros_of(program) if one.called and program.only_sets(one)),
             fixed=tuple(fixed.items()),
             environment=tuple(name for name in program.environment if name in arguments),
             words=lines,

@@ -7,11 +7,13 @@ import os
 import posixpath
 import re
 import tempfile
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
+from contextlib import contextmanager, suppress
+from dataclasses import fields, is_dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.formats.imported import Imported, ReadOptions
@@ -20,6 +22,7 @@ from rosorin_compile.model import Robot
 from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
+from rosorin_compile.source.diagnostics import Source as Text
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
@@ -28,20 +31,22 @@ from rosorin_compile.source.xml.markup import Document
 
 from ..read_back import by_elements, read_back, without_words
 from .build import Place, place_of
-from .differing_elements import called, shortened
 from .tree import FLAG, LIST, NAME, NUMBER, WORDS, XML, Variable, literal
 from .write_yaml import PROBE
 
-MAX_COMBINATIONS = 32
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+MAX_COMBINATIONS = 16
 _AS_URDF = Proof.model(Tolerance.NUMBER, carried_by_urdf=True)
 
 Combination = tuple[tuple[str, str], ...]
 
 
 class Fault(NamedTuple):
-    """What is wrong with a translation: a sentence, the macros that may be at fault, and with which arguments.
+    """What is wrong with a translation, the macros that may be at fault, and with which arguments.
 
-    ``refused``: it cannot be compiled, or not read back; else it is another robot.
+    ``refused``: it cannot be compiled, or not read back; otherwise it is another robot.
     """
 
     text: str
@@ -191,12 +196,11 @@ def faults(
 ) -> tuple[list[Fault], list[Combination]]:
     """Return what is wrong with a translation, and the combinations that xacro itself refuses.
 
-    ``in_words`` holds its elements against those of the source by what they mean, as the flat import does.
+    ``elements`` are the places of the entries of the files. ``in_words`` compares elements by what they mean.
     """
     refused: list[Combination] = []
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-        stage = Path(name, Description.FOLDER, "robot")  # files of other robots are beside
-        stage.mkdir(parents=True)
+        stage = Path(name, Description.FOLDER, "robot")  # files of other robots are next to it
         for file, text in files.items():
             (stage / file).parent.mkdir(parents=True, exist_ok=True)
             (stage / file).write_text(text, "utf-8")
@@ -207,35 +211,21 @@ def faults(
                 if all(value != PROBE for _, value in row):
                     refused.append(row)
                 continue
-            found = _faults(stage, files, made, row, packages, elements, source.name, in_words)
+            compiled = compile_robot(stage / Description.ROOT_FILE, dict(row), packages=dict(packages), exact=True)
+            errors = [one for one in compiled.diagnostics if one.severity == ERROR]
+            if errors or compiled.robot is None:
+                entries = _Entries(stage, files, elements)
+                return [entries.fault(one, row) for one in errors[:5]], refused
+            found = _differences(stage, compiled, made, row, source.name, in_words)
             if found:
                 return found, refused
     return [], refused
 
 
-def _faults(
-    stage: Path,
-    files: Mapping[str, str],
-    made: Imported,
-    row: Combination,
-    packages: Mapping[str, Path],
-    elements: Mapping[tuple[str, str, str], Place],
-    name: str | None,
-    in_words: bool,
+def _differences(
+    stage: Path, compiled: Any, made: Imported, row: Combination, name: str | None, in_words: bool
 ) -> list[Fault]:
-    compiled = compile_robot(stage / Description.ROOT_FILE, dict(row), packages=dict(packages), exact=True)
-    errors = [one for one in compiled.diagnostics if one.severity == ERROR]
-    if errors or compiled.robot is None:
-        return [
-            Fault(
-                _told(one, stage),
-                _parts_at(one, stage, files),
-                row,
-                _elements_at(one, stage, files, elements),
-                refused=True,
-            )
-            for one in errors[:5]
-        ]
+    """Return what differs between the compiled robot and that of xacro."""
     back = read_back(stage, {one.backend: one.text for one in compiled.artifacts}, made.whole)
     source, again = made.robot, back.robot
     if source is None or again is None:
@@ -243,133 +233,75 @@ def _faults(
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row, refused=True)]
     if name is not None:
         source = replace(source, name=name)
-    found = by_elements(source, again, compiled.robot.asks_for_humble) if in_words else []
+    texts = by_elements(source, again, compiled.robot.asks_for_humble) if in_words else []
     again = without_words(again, source) if in_words else again
     source, again = _settled(source), _settled(again)
-    found = [*found, *Proof.of(source, again, _AS_URDF).texts][:8]
-    entries = _entries_of(made)
-    return [
-        _fault(told, row, [*_spans_in(one, entries), *_spans_called(told, made)])
-        for one, told in zip(found, shortened(found, source, again), strict=True)
-    ]
-
-
-def _fault(told: str, row: Combination, spans: list[Span]) -> Fault:
-    """Return a fault of what stands at some places of the source: the innermost macros first."""
-    via = [one.message for span in spans for one in getattr(span, "via", ())]
-    macros = dict.fromkeys(re.findall(r'the macro "([^"]+)"', " ".join(via)))
-    return Fault(told, tuple(macros), row, tuple(dict.fromkeys(map(place_of, spans))))
-
-
-def _told(diagnostic: Diagnostic, stage: Path) -> str:
-    """Return what an error says, with files as the description calls them: where they stand now is gone soon."""
-    span = diagnostic.span
-    where = f" ({Path(span.source.path).name}:{span.line})" if span else ""
-    said = diagnostic.message.replace(f"{stage}/", "").replace(f"{files.resolve(stage)}/", "")
-    return f"{said}{where}"
-
-
-def _parts_at(diagnostic: Diagnostic, stage: Path, files: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the parts and named values that an error stands in, or that led to it."""
-    spans: list[Span | None] = [diagnostic.span, *(related.span for related in diagnostic.related)]
-    found: list[str] = []
-    for span in spans:
-        if span is None:
-            continue
-        name = _name_of(span, stage)
-        if name in files:
-            found += _part_at(files[name], span.line)
-    found += re.findall(r'part "(\w+)"', " ".join(related.message for related in diagnostic.related))
-    return tuple(dict.fromkeys(found))
-
-
-def _name_of(span: Span, stage: Path) -> str:
-    """Return the name of the file of a span as seen from the folder of the robot."""
-    return Path(os.path.relpath(files.resolve(span.source.path), files.resolve(stage))).as_posix()
-
-
-def _elements_at(
-    diagnostic: Diagnostic, stage: Path, files: Mapping[str, str], elements: Mapping[tuple[str, str, str], Place]
-) -> tuple[Place, ...]:
-    """Return the elements at the top of the source that the entries come from that an error stands in."""
-    from rosorin_compile.source.diagnostics import Source as Text
-
-    found: list[Place] = []
-    for span in (diagnostic.span, *(related.span for related in diagnostic.related)):
-        if span is None:
-            continue
-        try:
-            name = _name_of(span, stage)
-            tree = parse_yaml(Text("", files[name]))
-        except (ValueError, KeyError, LoadError):
-            continue
-        for section in ("links", "joints", "use"):
-            entries = tree.get(section)
-            lines = [(entries.key_spans[key].line, key) for key in entries] if isinstance(entries, Map) else []
-            after = [tree.key_spans[key].line for key in tree if lines and tree.key_spans[key].line > lines[0][0]]
-            keys = [key for line, key in lines if line <= span.line < min(after, default=10**9)]
-            if keys and (name, section, keys[-1]) in elements:
-                found.append(elements[name, section, keys[-1]])
-    return tuple(dict.fromkeys(found))
-
-
-def _part_at(text: str, line: int) -> list[str]:
-    from rosorin_compile.source.diagnostics import Source as Text
-
-    try:
-        tree = parse_yaml(Text("", text))
-    except LoadError:
-        return []
-    for section in ("parts", "let"):
-        entries = tree.get(section)
-        if not isinstance(entries, Map):
-            continue
-        lines = [(entries.key_spans[name].line, name) for name in entries]
-        after = [tree.key_spans[key].line for key in tree if tree.key_spans[key].line > tree.key_spans[section].line]
-        if not (tree.key_spans[section].line <= line < min(after, default=10**9)):
-            continue
-        names = [name for start, name in lines if start <= line]
-        return [names[-1].partition("(")[0]] if names else []
-    return []
-
-
-def _entries_of(made: Imported) -> dict[str, list[Span]]:
-    """Return where each link and joint was made."""
-    found: dict[str, list[Span]] = {}
-    for section in ("links", "joints"):
-        entries: Any = made.tree.get(section) if made.tree is not None else None
-        for name in entries or ():
-            found.setdefault(name, []).append(entries.value_spans[name])
+    texts += Proof.of(source, again, _AS_URDF).texts
+    differing = list(_differing_elements(source, again))
+    found: list[Fault] = []
+    for text in texts[:8]:
+        if differing and ("urdf_elements" in text or "URDF elements" in text):
+            text = differing.pop(0) if len(differing) > 1 else differing[0]
+        spans = list(_spans(text, made))
+        via = " ".join(one.message for span in spans for one in getattr(span, "via", ()))
+        macros = tuple(dict.fromkeys(re.findall(r'the macro "([^"]+)"', via)))
+        found.append(Fault(_cut(text, 200), macros, row, tuple(dict.fromkeys(map(place_of, spans)))))
     return found
 
 
-def _spans_in(text: str, entries: Mapping[str, list[Span]]) -> list[Span]:
-    """Return where the links and joints were made that a sentence names."""
-    words = _words(text)
-    return [span for name, spans in entries.items() if name in words for span in spans]
+def _spans(text: str, made: Imported) -> Iterator[Span]:
+    """Yield the places of the links, joints and elements that a sentence names."""
+    names = set(re.findall(r"[\w./-]+", text))
+    for section in ("links", "joints"):
+        entries: Any = made.whole.get(section) or {}
+        yield from (entries.value_spans[name] for name in entries if name in names)
+    elements: Any = made.whole.get("urdf_elements")
+    if text.startswith("<") and elements is not None:
+        for element, span in zip(elements, elements.value_spans, strict=True):
+            if text.startswith(f"{_called(Document.tree(str(element)))}: "):
+                yield span
 
 
-def _spans_called(told: str, made: Imported) -> list[Span]:
-    """Return where the elements were made that a sentence is about."""
-    elements: Any = made.tree.get("urdf_elements") if made.tree is not None else None
-    if not told.startswith("<") or elements is None:
-        return []
-    pairs = zip(elements, elements.value_spans, strict=True)
-    return [span for text, span in pairs if told.startswith(f"{called(Document.tree(str(text)))}: ")]
+class _Entries:
+    """The entries of a description by their lines: where an error is, in terms of the xacro."""
+
+    def __init__(self, stage: Path, texts: Mapping[str, str], elements: Mapping[tuple[str, str, str], Place]) -> None:
+        self.stage = files.resolve(stage)
+        self.elements = elements
+        self.trees: dict[str, Map] = {}
+        for name, text in texts.items():
+            with suppress(LoadError):
+                self.trees[name] = parse_yaml(Text("", text))
+
+    def fault(self, diagnostic: Diagnostic, row: Combination) -> Fault:
+        """Return an error of the compiler as a fault of the translation."""
+        span = diagnostic.span
+        where = f" ({Path(span.source.path).name}:{span.line})" if span else ""
+        macros: list[str] = []
+        places: list[Place] = []
+        for one in (span, *(related.span for related in diagnostic.related)):
+            file = os.path.relpath(files.resolve(one.source.path), self.stage) if one is not None else ""
+            for section, key in self._at(file, one.line) if one is not None else ():
+                if section in ("parts", "let"):
+                    macros.append(key.partition("(")[0])
+                elif (file, section, key) in self.elements:
+                    places.append(self.elements[file, section, key])
+        macros += re.findall(r'part "(\w+)"', " ".join(related.message for related in diagnostic.related))
+        text = diagnostic.message.replace(f"{self.stage}/", "")
+        return Fault(f"{text}{where}", tuple(dict.fromkeys(macros)), row, tuple(dict.fromkeys(places)), refused=True)
+
+    def _at(self, file: str, line: int) -> Iterator[tuple[str, str]]:
+        """Yield the section and the key of the entry at a line."""
+        tree = self.trees.get(file)
+        before = [key for key in tree if tree.key_spans[key].line <= line] if isinstance(tree, Map) else []
+        entries = tree[before[-1]] if tree is not None and before else None
+        keys = [key for key in entries if entries.key_spans[key].line <= line] if isinstance(entries, Map) else []
+        if keys:
+            yield before[-1], keys[-1]
 
 
-def _words(text: str) -> set[str]:
-    return set(re.findall(r"[\w./-]+", text))
-
-
-def _settled(robot: Robot) -> Robot:
-    """Return a robot whose elements of XML are in one spelling and order."""
-    return _replaced(robot)  # type: ignore[no-any-return]
-
-
-def _replaced(value: Any) -> Any:
-    from dataclasses import fields, is_dataclass
-
+def _settled(value: Any) -> Any:
+    """Return a robot with its elements of XML, and the names of its meshes, in one spelling."""
     if not is_dataclass(value) or isinstance(value, type):
         return value
     changes: dict[str, Any] = {}
@@ -379,11 +311,10 @@ def _replaced(value: Any) -> Any:
             changes[field.name] = tuple(sorted(_canonical(one) for one in inner))
         elif field.name == "geometry" and "/../" in str(getattr(inner, "file", "")):
             scheme, sign, rest = inner.file.partition("://")
-            changes[field.name] = replace(
-                inner, file=f"{scheme}{sign}{posixpath.normpath(rest)}" if sign else inner.file
-            )
+            file = f"{scheme}{sign}{posixpath.normpath(rest)}" if sign else inner.file
+            changes[field.name] = replace(inner, file=file)
         elif field.name in ("links", "joints", "visual", "collision") and isinstance(inner, tuple):
-            changes[field.name] = tuple(_replaced(one) for one in inner)
+            changes[field.name] = tuple(map(_settled, inner))
     return replace(value, **changes) if changes else value
 
 
@@ -392,3 +323,63 @@ def _canonical(text: str) -> str:
         return Document.canonical(Document.tree(text))
     except ValueError:
         return " ".join(text.split())
+
+
+def _differing_elements(source: Robot, again: Robot) -> Iterator[str]:
+    """Yield a sentence for each element of XML that only one of two robots has."""
+    pairs = [("", source.urdf_elements, again.urdf_elements)]
+    for section in ("links", "joints"):
+        others = {one.name: one for one in getattr(again, section)}
+        for one in (one for one in getattr(source, section) if one.name in others):
+            pairs.append((f'{section[:-1]} "{one.name}": ', one.urdf_elements, others[one.name].urdf_elements))
+    for where, mine, theirs in pairs:
+        left = [Document.tree(text) for text in (Counter(theirs) - Counter(mine)).elements() if text[:1] == "<"]
+        for text in (Counter(mine) - Counter(theirs)).elements():
+            element = Document.tree(text)
+            match = next((other for other in left if _called(other) == _called(element)), None)
+            if match is None:
+                yield f"{where}{_called(element)}: only xacro has it"
+                continue
+            left.remove(match)
+            yield f"{where}{_called(element)}: {difference(element, match)}"
+        yield from (f"{where}{_called(element)}: only the translation has it" for element in left)
+
+
+def difference(one: Element, other: Element) -> str:
+    """Return where two elements of the same name differ first, and in what.
+
+    >>> difference(Document.tree("<a><b name='c'>True</b></a>"), Document.tree("<a><b name='c'>true</b></a>"))
+    'b "c": xacro has True, the translation true'
+    """
+    path: list[str] = []
+    while True:
+        where = f"{'/'.join(path)}: " if path else ""
+        for name in sorted({*one.attrib, *other.attrib}):
+            if one.get(name) != other.get(name):
+                where = f"{'/'.join([*path, f'@{name}'])}: "
+                return f"{where}xacro has {_value(one.get(name))}, the translation {_value(other.get(name))}"
+        if (one.text or "").split() != (other.text or "").split():
+            return f"{where}xacro has {_value(one.text)}, the translation {_value(other.text)}"
+        pairs = zip_longest(one, other)
+        first, second = next(
+            (a, b) for a, b in pairs if a is None or b is None or Document.canonical(a) != Document.canonical(b)
+        )
+        if first is None or second is None or _called(first) != _called(second):
+            mine, theirs = ("nothing" if side is None else _called(side) for side in (first, second))
+            return f"{where}xacro has {mine}, the translation {theirs}"
+        path.append(f'{first.tag} "{first.get("name")}"' if first.get("name") else first.tag)
+        one, other = first, second
+
+
+def _called(element: Element) -> str:
+    """Return the start tag of an element with its name."""
+    key = "name" if element.get("name") else "reference"
+    return f'<{element.tag} {key}="{element.get(key)}">' if element.get(key) else f"<{element.tag}>"
+
+
+def _value(text: str | None) -> str:
+    return _cut(" ".join((text or "").split()), 50) or "nothing"
+
+
+def _cut(text: str, length: int) -> str:
+    return text if len(text) <= length else f"{text[: length - 3].rstrip()}..."

@@ -51,7 +51,8 @@ class Translation:
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
-    that xacro cannot expand, ``executed`` macros that only set properties, ``fixed`` arguments that have the value they have here, and ``frozen`` says why. Without
+    that xacro cannot expand, ``executed`` macros that only set properties, ``unfound`` packages that the
+    description does not find by itself, ``fixed`` arguments that have the value they have here, and ``frozen`` says why. Without
     files, ``reason`` says why. ``words`` are the lines about elements that became words, ``plain`` is the robot without
     those; ``shared`` the lines about files that other robots include, ``grown`` what those were before.
     """
@@ -68,6 +69,7 @@ class Translation:
     executed: tuple[str, ...] = ()
     fixed: tuple[tuple[str, str], ...] = ()
     environment: tuple[str, ...] = ()
+    unfound: tuple[str, ...] = ()
     reason: str = ""
     span: Span | None = None
     words: tuple[str, ...] = ()
@@ -391,6 +393,7 @@ class _Search:
             executed=tuple(one.name for one in macros_of(program) if one.called and program.only_sets(one)),
             fixed=tuple(fixed.items()),
             environment=tuple(name for name in program.environment if name in arguments),
+            unfound=made.unfound,
             words=lines,
             plain=plain,
             shared=shared,
@@ -478,6 +481,8 @@ def translation_report(translation: Translation) -> Iterator[str]:
         yield f"arguments replaced by their value: {fixed}"
     for reason, names in groupby(translation.frozen, lambda one: f"{one.reason}{_at(one.span)}"):
         yield f"  {listed([one.name for one in names])}: {reason}"
+    for package in translation.unfound:
+        yield f"it asks for the package {package}: source its workspace, or give --package {package}=FOLDER"
     yield from translation.shared
     proven = len(translation.proven)
     how = "its arguments as they are" if proven == 1 else f"{proven} combinations of its arguments"

@@ -203,7 +203,7 @@ class Values:
         self.used: set[Variable] = set()
         self.documents = Documents()
         self.macro: Macro | None = None
-        self.shares: dict[str, Expression] = {}
+        self.unfound: dict[str, None] = {}  # packages that the description does not find by itself
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
         self.named_texts = True  # what is on a condition in a kept element may be a named value
@@ -227,12 +227,10 @@ class Values:
         if folder is None:
             raise Unsupported(f'the package "{package}" is not found')
         made: Any = ast.Call(ast.Name("find", ast.Load()), [ast.Constant(package)], [])
-        if not self.data.finds(package):
-            made.args.append(ast.Constant(str(folder)))
-            name = f"{re.sub(r'[^A-Za-z0-9_]', '_', package)}_share"
-            self.shares[name] = Expression(f"${{{written(made)}}}")
-            made = ast.Name(name, ast.Load())
         made.kind = WORDS
+        if not self.data.finds(package):
+            self.data.used[package] = folder
+            self.unfound[package] = None
         return made  # type: ignore[no-any-return]
 
     def condition(self, when: Whens) -> ast.expr | None:

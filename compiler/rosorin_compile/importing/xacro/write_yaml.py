@@ -82,6 +82,7 @@ class WrittenFiles(NamedTuple):
     packages: dict[str, Path]
     documents: Documents
     used: set[Variable]
+    unfound: tuple[str, ...] = ()
 
 
 class Writer:
@@ -117,7 +118,7 @@ class Writer:
             before = len(values.used)
             self.name_variables()
             values.documents = Documents()
-            values.looks, values.shares = {}, {}
+            values.looks = {}
             self.keys, self.alternatives = set(), {}
             inner = [macro.body for macro in program.kept if macro.body is not None]
             for body in (*(file.body for file in program.files.values()), *inner):
@@ -136,8 +137,6 @@ class Writer:
                     raise InMacro(macro, problem) from None
             self.let_values()
             self.arguments()
-            if values.shares:
-                self.documents.section(program.root.name, "let").update(values.shares)
         attribute = program.root.document.root.attributes.get("name")
         if attribute is not None and "$" in attribute.value:
             values.macro = None
@@ -684,7 +683,7 @@ def write(
     tail["outputs"] = {name: _written(entry) for name, entry in wishes(wanted, asked).entries.items()}
     sections = {**head, **(documents.files.get(root) or {}), **tail}
     texts = {root: _layout(sections, program, documents, program.root, target.schema), **beside, **data.files}
-    return WrittenFiles(texts, program, dict(data.used), documents, writer.values.used)
+    return WrittenFiles(texts, program, dict(data.used), documents, writer.values.used, tuple(writer.values.unfound))
 
 
 def _layout(sections: Mapping[str, Any], program: Program, documents: Documents, file: File, schema: str) -> str:

@@ -105,7 +105,6 @@ def only_left_over(document: Document, path: Path) -> bool:
 
 
 def _may_define(document: Document, name: str) -> bool:
-    """Say whether a macro of this name can come from a document: it defines it, or includes a file that may."""
     return any(
         element.tag == "xacro:include"
         or (element.tag == "xacro:macro" and name in [one.raw for one in element.attributes.values()])
@@ -161,7 +160,6 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
 
 
 def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:
-    """Yield a warning where what is kept names a folder of the machine that expands; of meshes nothing is left."""
     found: list[tuple[str, Span]] = []
     for element in made.root.iter() if any(folder in made.source.text for folder in folders) else ():
         values = [(attribute.value, attribute.span) for attribute in element.attributes.values()]
@@ -176,7 +174,6 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
 
 
 def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
-    """Return what the child process has to say: the expanded text, or what went wrong."""
     seconds = _seconds()
     wait = _PATIENCE * seconds + _START
     request = {
@@ -219,13 +216,11 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
 
 
 def _seconds() -> float:
-    """Return how long a xacro may calculate (s of CPU)."""
     text = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
     return int(text) if text.isascii() and text.isdigit() and 0 < len(text) < 9 and int(text) else MAX_SECONDS
 
 
 def _files(path: Path, answer: dict[str, Any]) -> tuple[Path, ...]:
-    """Return the files that were read, the first one as it was named, each once."""
     files = {os.path.abspath(path): path}
     for name in answer.get("files", ()):
         files.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
@@ -240,7 +235,6 @@ _LOCATION = re.compile(
 
 
 def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
-    """Return what xacro itself had to say, as notes."""
     if "text" not in answer:
         return []
     lines: list[str] = []
@@ -256,7 +250,6 @@ def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
 
 
 def _read_files(answer: dict[str, Any], document: Document, path: Path) -> dict[int, Document]:
-    """Return the files whose elements xacro has made something of, by their number; those that can be read."""
     found: dict[int, Document] = {}
     for number, name in enumerate(answer.get("read", ())):
         if os.path.abspath(name) == os.path.abspath(path):

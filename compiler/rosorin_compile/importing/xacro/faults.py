@@ -81,7 +81,6 @@ def _is_about_missing(error: str) -> bool:
 def _missing(
     missing: tuple[str, str, Place | None], answer: dict[str, Any], document: Document, path: Path, sources: Sources
 ) -> Diagnostic:
-    """Return the message about a package, an argument or a variable that the file asks for."""
     kind, name, place = missing
     inner, related = _within(answer, document, path)
     words = {
@@ -106,7 +105,6 @@ def _missing(
 
 
 def _in_tag(element: Element, words: Sequence[str]) -> Span | None:
-    """Return the place of the first of some words that stands in the start tag of an element."""
     tag = element.document.source.text[element.start : element.opened]
     for word in words:
         at = tag.find(word) if word else -1
@@ -116,7 +114,6 @@ def _in_tag(element: Element, words: Sequence[str]) -> Span | None:
 
 
 def _known(answer: dict[str, Any], files: tuple[Path, ...]) -> list[str]:
-    """Return the arguments of a xacro: those it asked for, and those that its files declare anywhere."""
     known = dict.fromkeys(answer.get("arguments", ()))
     for file in files:
         try:
@@ -127,7 +124,6 @@ def _known(answer: dict[str, Any], files: tuple[Path, ...]) -> list[str]:
 
 
 def _source(name: str, document: Document, path: Path) -> Document:
-    """Return a file that xacro was reading, as a document without elements; the first one where it cannot be read."""
     if os.path.abspath(name) != os.path.abspath(path):
         try:
             return Document(read_source(Path(os.path.normpath(name))))
@@ -137,7 +133,6 @@ def _source(name: str, document: Document, path: Path) -> Document:
 
 
 def _within(answer: dict[str, Any], document: Document, path: Path) -> tuple[Document, tuple[Related, ...]]:
-    """Return the innermost file that xacro was reading, and the macros and files around."""
     stack = [name for name in answer.get("stack", ()) if name] or [str(path)]
     macros = dict.fromkeys(reversed(answer.get("macros", ())))
     related = [Related(f'when expanding the macro "{name}"', None) for name in macros]
@@ -148,7 +143,6 @@ def _within(answer: dict[str, Any], document: Document, path: Path) -> tuple[Doc
 
 
 def _find(document: Document, words: list[str]) -> Span | None:
-    """Return the place of the first of some words that stands exactly once in a file, comments left out."""
     text = _COMMENT.sub(lambda match: re.sub(r"\S", " ", match[0]), document.source.text)
     for word in words:
         if word and text.count(word) == 1:
@@ -157,7 +151,6 @@ def _find(document: Document, words: list[str]) -> Span | None:
 
 
 def _not_markup(answer: dict[str, Any], document: Document, path: Path, sources: Sources) -> Diagnostic:
-    """Return why a file that xacro reads is no XML, or not safe to read."""
     name = answer["markup"]
     inner, related = _within(answer, document, path)
     place: Place | None = answer.get("at")
@@ -172,7 +165,6 @@ def _not_markup(answer: dict[str, Any], document: Document, path: Path, sources:
 
 
 def _failure(answer: dict[str, Any], document: Document, path: Path, sources: Sources) -> Diagnostic:
-    """Return what xacro says, at the element that it was at."""
     inner, related = _within(answer, document, path)
     what = _once(" ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split()))
     words = [f"${{{match[1]}}}" for match in _EXPRESSION.finditer(what)]
@@ -198,6 +190,5 @@ def _failure(answer: dict[str, Any], document: Document, path: Path, sources: So
 
 
 def _once(text: str) -> str:
-    """Return the error text of xacro once, where it is printed twice in a row."""
     half = len(text) // 2
     return text[:half] if len(text) % 2 and text[:half] == text[half + 1 :] else text

@@ -80,7 +80,6 @@ class Origins:
 
 
 def _within(element: Element, origin: Element, start: int, length: int) -> Span:
-    """Return the place in the start tag of an element, as it was written, of a piece of the tag that was made of it."""
     for name, attribute in element.attributes.items():
         written = origin.attributes.get(name)
         if written is None or not attribute.name_start <= start <= attribute.start + len(attribute.raw):

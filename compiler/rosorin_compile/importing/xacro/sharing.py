@@ -93,7 +93,6 @@ class Sharing:
         return None
 
     def _found(self, program: Program, file: File, text: str, theirs: bool, addresses: list[str]) -> tuple[str, str]:
-        """Return the first address at which there is what a file becomes, and the text there; empty if none is."""
         for address in addresses:
             there = _text(self._at(address))
             found = united(there, text, theirs) if there is not None else None
@@ -130,11 +129,9 @@ class Sharing:
                 yield f"{name} is of this robot alone, since {why}"
 
     def _at(self, address: str) -> Path:
-        """Return what an address names, also while the folder of the robot is not there."""
         return Path(os.path.normpath(self.folder / address))
 
     def _why_apart(self, program: Program, file: File, apart: tuple[Apart, ...]) -> str:
-        """Return in words why a file is not the one that is there: the first thing, and what that hangs on here."""
         first = apart[0]
         macro = next((one for one in program.macros.values() if one.file is file and one.ours == first.name), None)
         span = macro.element.span if macro else _defined(program, first.name)
@@ -144,14 +141,12 @@ class Sharing:
         return f"line {first.line}, {first.entry} {first.words}{here}{hangs}"
 
     def _disturbed(self, address: str, text: str) -> str:
-        """Return why a file cannot become a text: what is then otherwise of the robots of the package; empty if not."""
         file = self._at(address)
         if (file, text) not in self._disturbances:
             self._disturbances[file, text] = disturbed(self.package, self.folder, file, text)
         return self._disturbances[file, text]
 
     def _place(self, file: File) -> str:
-        """Return where a file goes: as in the package, without the first folder, such as ``urdf``, and ``common``."""
         within = [one for one in Path(file.path).relative_to(self.package).parent.parts[1:] if one != COMMON]
         return Path("..", COMMON, *within, Path(file.name).name).as_posix()
 
@@ -174,7 +169,6 @@ class Sharing:
         return file.path in reached
 
     def _graph(self) -> dict[str, set[str]]:
-        """Return what each xacro of the package includes of it, as far as the names are said."""
         if self._includes is None:
             paths = [
                 os.path.abspath(one) for one in sorted(self.package.glob("**/*.xacro"))[:_MOST] if _is_text_file(one)
@@ -199,7 +193,6 @@ def _is_text_file(path: Path) -> bool:
 
 
 def _text(path: Path) -> str | None:
-    """Return the text of a file; None if there is none that a description can be."""
     try:
         return files.read_text(path) if path.stat().st_size <= _BYTES else None
     except (OSError, ValueError):
@@ -211,7 +204,6 @@ def _shown(address: str) -> str:
 
 
 def _read_in(program: Program, macro: Macro) -> Iterator[str]:
-    """Yield the properties and arguments that a macro reads where it decides, with their places; else all of them."""
     every = list(macro.element.iter())
     decides = [one.get("value") for one in every if one.tag in ("xacro:if", "xacro:unless")]
     texts = decides or [attribute.value for one in every for attribute in one.attributes.values()]
@@ -230,7 +222,6 @@ def _defined(program: Program, name: str) -> Span | None:
 
 
 def _in_file(span: Span) -> str:
-    """Return the file and the line of a place."""
     return f"{Path(span.source.path).name}:{span.line}"
 
 
@@ -255,7 +246,6 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
 
 
 def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
-    """Return the robot of a description by what its arguments are; what is wrong in words where there is none."""
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.output.pipeline import read as read_description
 
@@ -276,7 +266,6 @@ def _in_words(problem: Diagnostic) -> str:
 
 
 def _other(before: Mapping[tuple[str, ...], Robot | str], after: Mapping[tuple[str, ...], Robot | str]) -> str:
-    """Return in words what is otherwise of a robot; empty if nothing is."""
     for row, robot in before.items():
         again = after.get(row)
         how = f" (with {' '.join(row)})" if row else ""

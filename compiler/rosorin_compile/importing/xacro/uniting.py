@@ -101,7 +101,6 @@ def _line(problem: LoadError) -> int:
 
 
 def _apart(one: Map, other: Map, theirs: bool) -> Iterator[Apart]:
-    """Yield where two files say something else of one thing."""
     for section in dict.fromkeys((*other, *one)):
         line = one.key_spans[section].line if section in one else 1
         asked = section in ASKED_FOR
@@ -121,7 +120,6 @@ def _apart(one: Map, other: Map, theirs: bool) -> Iterator[Apart]:
 
 
 def _entries_apart(section: str, mine: Map, yours: Map, theirs: bool, line: int) -> Iterator[Apart]:
-    """Yield where the entries of a section say something else."""
     asked = section in ASKED_FOR
     names = {_called(key): key for key in mine}
     for key in yours:
@@ -139,12 +137,10 @@ def _entries_apart(section: str, mine: Map, yours: Map, theirs: bool, line: int)
 
 
 def _called(key: str) -> str:
-    """Return the name of an entry without what it takes."""
     return key.partition("(")[0]
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Say whether two values are the same; true is not 1."""
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     if isinstance(one, list) and isinstance(other, list):
@@ -153,7 +149,6 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _difference(one: Any, other: Any, line: int) -> tuple[str, int]:
-    """Return the first difference of two values in words, and its line in the first."""
     path: list[str] = []
     while True:
         pairs: list[tuple[Any, Any, Any]] = []
@@ -183,7 +178,6 @@ def _said(value: Any) -> str:
 
 
 def _with(there: str, own: str, section: str, keys: Sequence[str]) -> str:
-    """Return a text with entries of another in one of its sections, behind those that are there."""
     one, other = parse_yaml(Source("", there)), parse_yaml(Source("", own))
     lines, others = there.rstrip("\n").split("\n"), own.rstrip("\n").split("\n")
     entries = {key: _block(others, other, section, key) for key in keys}
@@ -205,7 +199,6 @@ def _with(there: str, own: str, section: str, keys: Sequence[str]) -> str:
 
 
 def _replaced(there: str, own: str, section: str, key: str) -> str:
-    """Return a text with an entry as another text has it."""
     one, other = parse_yaml(Source("", there)), parse_yaml(Source("", own))
     lines = there.rstrip("\n").split("\n")
     at = _first(lines, one[section].key_spans[key].line)
@@ -216,7 +209,6 @@ def _replaced(there: str, own: str, section: str, key: str) -> str:
 
 
 def _parted(entries: Iterable[list[str]]) -> list[str]:
-    """Return the lines of entries; those of several lines stand apart."""
     made: list[str] = []
     before = 0
     for entry in entries:
@@ -231,7 +223,6 @@ def _indented(line: str, pad: int) -> str:
 
 
 def _block(lines: Sequence[str], tree: Map, section: str, key: str) -> list[str]:
-    """Return the lines of an entry, with the comments above it."""
     entries: Map = tree[section]
     starts = [entries.key_spans[one].line for one in entries] + [tree.key_spans[one].line for one in tree]
     start = entries.key_spans[key].line
@@ -244,7 +235,6 @@ def _block(lines: Sequence[str], tree: Map, section: str, key: str) -> list[str]
 
 
 def _first(lines: Sequence[str], line: int) -> int:
-    """Return the index of the first line of an entry that stands at a line: that of the comments above it."""
     at = line - 1
     pad = len(lines[at]) - len(lines[at].lstrip())
     while at and lines[at - 1].startswith(" " * pad + "#"):

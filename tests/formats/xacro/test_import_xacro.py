@@ -13,7 +13,7 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.importing.xacro import expanding as reader
+from rosorin_compile.importing.xacro import expand as reader
 from rosorin_compile.source.diagnostics import Diagnostic, arrange
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.report import text as report

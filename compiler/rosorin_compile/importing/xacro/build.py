@@ -215,7 +215,7 @@ class Program:
         variable = self.arguments.get(name)
         if variable is None:
             variable = Variable(name, ARGUMENT, usable(name), span=span, file=file)
-            self.arguments[name] = self.scope.names[key] = variable  # type: ignore[assignment]
+            self.arguments[name] = self.scope.names[key] = variable
         if text is not None and given:
             variable.values.append(_plain(text))
         elif text is not None and not variable.raw:
@@ -490,7 +490,8 @@ class Program:
             for one in _matching(str(path)) if re.search(r"[*?[]", str(path)) else [str(path)]:
                 yield from self._run(Path(one), element, scope, when, body)
             return
-        pattern, form, names = "", "", {}
+        pattern, form = "", ""
+        names: dict[str, Variable] = {}
         for piece in text.pieces:
             if piece not in open_pieces:
                 plain = self._folder(piece)
@@ -530,10 +531,10 @@ class Program:
     def note_files(self, name: ast.expr) -> None:
         """Record the values of an argument for which there are files with the name of one that is loaded."""
         pieces = list(_parts_of_text(name))
-        variables = {one for one in pieces if isinstance(one, Variable)}
-        (variable, *more) = variables or {None}
-        if variable is None or more or variable.where != ARGUMENT or len(pieces) < 2:
+        variables = list({one for one in pieces if isinstance(one, Variable)})
+        if len(variables) != 1 or variables[0].where != ARGUMENT or len(pieces) < 2:
             return
+        variable = variables[0]
         form = "".join(re.escape(one) if isinstance(one, str) else "([^/]*)" for one in pieces)
         pattern = "".join(glob.escape(one) if isinstance(one, str) else "*" for one in pieces)
         package, _, rest = form.removeprefix("package://").partition("/")
@@ -924,9 +925,11 @@ class Program:
                 if is_value and all(not isinstance(one, Xml) or one.tag for one in content):
                     macro.text = content
             else:
-                from .elements import read_entry
+                from .elements import read_entry, set_dimensions
 
                 entry = read_entry(self, macro.element, macro.scope, level, Body(macro.file))
+                if level == "joint":
+                    set_dimensions(entry, "", False)
                 if entry.items and not any(item.key == "&" for item in entry.items):
                     macro.entry = entry
         except Unsupported as problem:
@@ -1037,7 +1040,7 @@ class Program:
 
     def _block_entry(self, macro: Macro, name: str, block: Any) -> Entry:
         """Return what a block holds, read at the level at which the macro inserts it."""
-        from .elements import read_entry, read_found
+        from .elements import read_entry, read_found, set_dimensions
 
         level = macro.block_levels.get(name)
         entry = Entry()
@@ -1050,6 +1053,8 @@ class Program:
             read_found(self, Found(block[0], block[1], (), (), body), level, entry)
         else:
             entry = read_entry(self, block[0], block[1], level, body)
+        if level == "joint":
+            set_dimensions(entry, "", True)
         macro.blocks_given.setdefault(name, []).append(entry)
         return entry
 
@@ -1116,7 +1121,8 @@ class Program:
         found = self.reached.setdefault(place_of(element.span), set())
         for on in when:
             found.update(references(on.test))
-        waiting, visited = [element.verbatim], set()
+        waiting: list[str] = [element.verbatim]
+        visited: set[str] = set()
         while waiting:
             verbatim = waiting.pop()
             for name in set(_CALLED.findall(verbatim)) - visited:
@@ -1180,9 +1186,9 @@ class _Resolver(ast.NodeTransformer):
         function = node.func
         owner = function.value if isinstance(function, ast.Attribute) else None
         if isinstance(owner, ast.Name) and owner.id == "xacro":
-            (first, *_), name = node.args or [None], function.attr  # type: ignore[attr-defined]
-            if name == "arg" and isinstance(first, ast.Constant):
-                return self.program._reference(f"arg {first.value}", self.scope)
+            first = node.args[0] if node.args else None
+            if function.attr == "arg" and isinstance(first, ast.Constant):  # type: ignore[attr-defined]
+                return self.program._reference(f"arg {first.value!s}", self.scope)
         elif owner is not None and not (isinstance(owner, ast.Name) and owner.id in _MODULES):
             function.value = self.visit(owner)  # type: ignore[attr-defined]
         node.args = [self.visit(one) for one in node.args]
@@ -1424,7 +1430,7 @@ def with_comments(element: Element) -> list[tuple[Element, tuple[str, ...]]]:
             found.append((item, tuple(waiting)))
             waiting = []
         elif is_comment:
-            waiting.append(item.text)  # type: ignore[union-attr]
+            waiting.append(item.text)
     return found
 
 

@@ -114,13 +114,8 @@ def joint_entry(program: Program, element: Element, scope: Scope, body: Body) ->
     made.items.insert(0, Item("type", kind))
     word = kind.plain or ""
     made.items = [item for item in made.items if item.key not in _WITHOUT_EFFECT.get(word, ())]
-    for item in made.items if word in ("revolute", "prismatic") else ():
-        for name in ("upper", "lower") if item.key == "limit" and isinstance(item.value, Entry) else ():
-            if name not in item.value.keys():  # noqa: SIM118 - an entry, not a mapping
-                item.value.items.insert(0, Item(name, Text([Piece("text", "0")])))
+    set_dimensions(made, word, word in ("revolute", "prismatic"))
     for item in made.items:
-        if item.key in (*_NUMBERS, "mimic"):
-            set_dimensions(item.value, word)
         if item.key == "limit" and word == "continuous" and isinstance(item.value, Entry):
             ends = [one for one in item.value.items if one.key in ("lower", "upper")]
             if all(one.value.plain is not None and literal(one.value.plain) == 0 for one in ends):
@@ -128,14 +123,20 @@ def joint_entry(program: Program, element: Element, scope: Scope, body: Body) ->
     return made
 
 
-def set_dimensions(entry: object, kind: str) -> None:
-    """Set whether the numbers of a joint of a type are angles or lengths."""
+def set_dimensions(joint: Entry, kind: str, has_range: bool) -> None:
+    """Set whether the numbers of a joint of a type are angles or lengths; a range that is not given is zero."""
     sink = "angle" if kind in _ROTATING else "length" if kind == "prismatic" else "number"
-    for item in entry.items if isinstance(entry, Entry) else ():
-        if isinstance(item.value, Text) and item.key != "joint":
-            speed = "speed" if item.key == "velocity" and kind in _ROTATING else "number"
-            item.value.sink = sink if item.key in _OF_DIMENSION else speed
-            note(item.value)
+    for item in joint.items:
+        entry = item.value
+        if item.key not in (*_NUMBERS, "mimic") or not isinstance(entry, Entry):
+            continue
+        for name in ("upper", "lower") if item.key == "limit" and has_range else ():
+            if name not in entry.keys():  # noqa: SIM118 - an entry, not a mapping
+                entry.items.insert(0, Item(name, Text([Piece("text", "0")])))
+        for number in (one for one in entry.items if isinstance(one.value, Text) and one.key != "joint"):
+            speed = "speed" if number.key == "velocity" and kind in _ROTATING else "number"
+            number.value.sink = sink if number.key in _OF_DIMENSION else speed
+            note(number.value)
 
 
 def _in_link(

@@ -357,7 +357,8 @@ class _Search:
         refused: Sequence[Combination],
     ) -> Translation:
         """Return the translation with words for its elements, and with the files that other robots have, too."""
-        program, words, lines, plain = made.program, Found(), (), None
+        program, words, plain = made.program, Found(), None
+        lines: tuple[str, ...] = ()
         proven = tuple(row for row in rows if row not in refused)
         rows = [row for row in rows if all(text != PROBE for _, text in row)]
         if not self.target.verbatim:

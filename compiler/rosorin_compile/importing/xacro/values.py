@@ -76,7 +76,7 @@ _OWN = "own prefix"
 _SHORT, _MOST_LEAVES = 90, 6
 _MOST_FILES, _BYTES = 200, 2_000_000
 _OPTIONAL = ("xyz", "rpy", "scale")  # what a call may leave out of a block
-_ORIGIN = {("xyz",): ("length3", False), ("rpy",): ("angle3", False)}
+_ORIGIN: dict[tuple[str, ...], tuple[str, bool]] = {("xyz",): ("length3", False), ("rpy",): ("angle3", False)}
 _LEAF_TYPES = {
     **dict.fromkeys(LISTS, "list"),
     **{one: one for one in NUMBERS},
@@ -524,7 +524,7 @@ class Values:
             made[path] = (sinks[0][0], always)
         is_origin = macro.block_levels.get(block) in ORIGIN_LEVELS
         if found and is_origin and made.keys() <= _ORIGIN.keys():
-            made = dict(_ORIGIN)  # whatever the calls give: who writes another one may turn it
+            made = {**_ORIGIN}  # whatever the calls give: who writes another one may turn it
         if not made or len(made) > _MOST_LEAVES or len({path[-1] for path in made}) < len(made):
             made = self._whole_block(macro, block)
         if not made:

@@ -162,7 +162,9 @@ def test_no_folder_of_this_machine_is_written(tmp_path: Path, capsys: pytest.Cap
     made = Path("made/robot.yaml").read_text("utf-8")
     assert "<parameters>${find('tool')}/a.yaml</parameters>" in made
     assert not any(str(folder) in path.read_text("utf-8") for path in Path("made").iterdir())
-    assert "it asks for the package tool: source its workspace, or give --package tool=FOLDER" in capsys.readouterr().out
+    assert (
+        "it asks for the package tool: source its workspace, or give --package tool=FOLDER" in capsys.readouterr().out
+    )
 
 
 CHOICE = """<xacro:macro name="driver" params="mock_components"><ros2_control name="d" type="system"><hardware>

@@ -72,6 +72,7 @@ Place = tuple[str, int, int]
 _MODULES = ("math", "python")
 _BUILTIN = ("pi", "e", "tau", "inf", "nan", "True", "False", "None", "xacro", "__text", *_MODULES)
 _FLAG = ast.Name("__flag", ast.Load())
+_READING = ("", Scope())  # in the place of the text of a property that is being read
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _REFERENCE = re.compile(r"\$\(arg (\w+)\)|\$\{(\w+)\}")
 _CALLED = re.compile(r"<xacro:([\w.]+)")
@@ -95,6 +96,24 @@ class InElement(Exception):
         self.problem = problem
 
 
+class InProperty(Exception):
+    """A property whose value cannot be written."""
+
+    def __init__(self, variable: Variable, problem: Unsupported) -> None:
+        super().__init__(problem.reason)
+        self.variable = variable
+        self.problem = problem
+
+
+class Changes(Exception):
+    """Properties that a macro reads, and that are others where it is called again: it takes them as parameters."""
+
+    def __init__(self, macro: Macro, names: set[str]) -> None:
+        super().__init__(macro.name)
+        self.macro = macro
+        self.names = names
+
+
 class NeedsValue(Exception):
     """An argument that names files which cannot be listed: it keeps its value."""
 
@@ -111,7 +130,9 @@ class Plan:
     inlined: set[str] = field(default_factory=set)
     flat: set[Place] = field(default_factory=set)
     fixed: dict[str, str] = field(default_factory=dict)
+    unwritable: dict[Place, str] = field(default_factory=dict)  # properties that cannot be written, and why
     explicit: set[str] = field(default_factory=set)  # macros whose names keep their prefix
+    handed: dict[str, set[str]] = field(default_factory=dict)  # properties that macros take as parameters
     plain: set[str] = field(default_factory=set)  # macros, or "", whose lengths and masses are numbers
     printed: set[str] = field(default_factory=set)  # elements whose text is True or False
     texts: bool = False  # vectors in tables may be texts
@@ -306,11 +327,16 @@ class Program:
         """Return what a name refers to: a variable, or the expression that it is bound to."""
         found = scope.find(name)
         owner = scope.owner()
+        is_handed = owner is not None and name in self.plan.handed.get(owner.name, ())
+        if is_handed and isinstance(found, Variable) and found.where == GLOBAL:
+            found = None
         if found is None and owner is not None and name.isidentifier() and name not in _BUILTIN:
             found = owner.scope.names[name] = owner.implicit[name] = Variable(name, PARAMETER)
         if isinstance(found, Bound):
             return self.bound(found, name).node()
         if isinstance(found, Variable):
+            if found.span is not None and place_of(found.span) in self.plan.unwritable:
+                raise Unsupported(self.plan.unwritable[place_of(found.span)], found.span)
             if owner is not None and not name.startswith("arg ") and found.where == GLOBAL:
                 owner.reads.setdefault(name, found)
             self.read(found)
@@ -337,14 +363,16 @@ class Program:
         """Resolve the value of a property that is read for the first time."""
         if variable.pending is None:
             return
-        raw, scope = variable.pending
-        bound = Bound(raw, scope, reading=False)
-        variable.pending = None
+        if variable.pending is _READING:
+            raise Unsupported(f'the value of "{variable.name}" depends on itself', variable.span)
+        pending = variable.pending
+        variable.pending = _READING
         try:
-            text = self.resolve(bound.raw, scope, FREE, variable.span)
+            text = self.resolve(*pending, FREE, variable.span)
         except Unsupported:
-            variable.pending = (raw, scope)
+            variable.pending = pending
             raise
+        variable.pending = None
         variable.values.append(text)
         self.flows(text, variable)
 
@@ -603,7 +631,7 @@ class Program:
         if isinstance(old, Variable) and old.raw == raw and old.where in (GLOBAL, LOCAL) and not _names_in(raw):
             return
         alias = self._argument_of(raw, scope)
-        eager = element.get("lazy_eval") == "false" or (old is not None and name in _names_in(raw))
+        eager = element.get("lazy_eval") == "false" or (name in _names_in(raw) and scope.find(name) is not None)
         text = self.resolve(raw, scope, FREE, element.span) if eager else None
         if alias is not None:
             self.bind(target, name, alias)
@@ -817,8 +845,11 @@ class Program:
         self._depth -= 1
 
     def _reads_the_same(self, macro: Macro, scope: Scope) -> bool:
-        """Return True if the names that a macro reads from outside stand for the same here."""
-        return all(scope.find(name) is value for name, value in macro.reads.items())
+        """Return True if the names that a macro reads from outside stand for the same here. Raises Changes."""
+        changed = {name for name, value in macro.reads.items() if scope.find(name) is not value}
+        if changed - self.plan.handed.get(macro.name, set()):
+            raise Changes(macro, changed)
+        return not changed
 
     def _begin(self, macro: Macro, level: str) -> None:
         macro.level = level

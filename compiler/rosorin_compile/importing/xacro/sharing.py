@@ -18,14 +18,14 @@ from pathlib import Path
 from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.model import Robot
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span, has_errors, listed
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 
 from ..reimport import ENDING, read_record, text_of
 from .build import Program
-from .tree import File, Macro
-from .uniting import Apart, renewed, united
+from .merge import Merged, merged, renewed
+from .tree import File
 
 COMMON = "common"
 _MOST_ROBOTS = 32
@@ -95,14 +95,14 @@ class Sharing:
     def _found(self, program: Program, file: File, text: str, theirs: bool, addresses: list[str]) -> tuple[str, str]:
         for address in addresses:
             there = _text(self._at(address))
-            found = united(there, text, theirs) if there is not None else None
+            found = merged(there, text, theirs) if there is not None else None
             if there is None or found is None:
                 continue
             if found.text == there:
                 return address, there
             if address == file.name:
                 continue  # nothing is written over a description of its own
-            why = self._why_apart(program, file, found.apart) if found.apart else self._disturbed(address, found.text)
+            why = self._disturbed(address, found.text) if found.text else self._why_apart(program, file, found)
             if not why:
                 self.grown[address] = there
                 return address, found.text
@@ -131,14 +131,12 @@ class Sharing:
     def _at(self, address: str) -> Path:
         return Path(os.path.normpath(self.folder / address))
 
-    def _why_apart(self, program: Program, file: File, apart: tuple[Apart, ...]) -> str:
-        first = apart[0]
-        macro = next((one for one in program.macros.values() if one.file is file and one.ours == first.name), None)
-        span = macro.element.span if macro else _defined(program, first.name)
-        here = f" ({_in_file(span)})" if span else ""
-        read = list(_read_in(program, macro)) if macro else []
-        hangs = f"; it reads {listed(read)}" if read else ""
-        return f"line {first.line}, {first.entry} {first.words}{here}{hangs}"
+    def _why_apart(self, program: Program, file: File, difference: Merged) -> str:
+        macro = next((one for one in program.macros.values() if one.file is file and one.ours == difference.name), None)
+        span = macro.element.span if macro else None
+        span = span or next((one.span for one in program.globals if one.name == difference.name), None)
+        here = f" ({Path(span.source.path).name}:{span.line})" if span else ""
+        return f"line {difference.line}, {difference.reason}{here}"
 
     def _disturbed(self, address: str, text: str) -> str:
         file = self._at(address)
@@ -203,28 +201,6 @@ def _shown(address: str) -> str:
     return f"{Description.FOLDER}/{address.removeprefix('../')}"
 
 
-def _read_in(program: Program, macro: Macro) -> Iterator[str]:
-    every = list(macro.element.iter())
-    decides = [one.get("value") for one in every if one.tag in ("xacro:if", "xacro:unless")]
-    texts = decides or [attribute.value for one in every for attribute in one.attributes.values()]
-    own = {one.name for one in macro.parameters}
-    for name in dict.fromkeys(name for text in texts for name in re.findall(r"[A-Za-z_]\w*", text)):
-        defined = _defined(program, name)
-        if f"$(arg {name})" in " ".join(texts) and name in program.arguments:
-            span = program.arguments[name].span
-            yield f'the argument "{name}" ({_in_file(span)})' if span else f'the argument "{name}"'
-        elif name not in own and defined:
-            yield f'the property "{name}" ({_in_file(defined)})'
-
-
-def _defined(program: Program, name: str) -> Span | None:
-    return next((one.span for one in program.globals if one.name == name), None)
-
-
-def _in_file(span: Span) -> str:
-    return f"{Path(span.source.path).name}:{span.line}"
-
-
 def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
     """Return which robot of a package is another, or cannot be, with another text of a file; empty if none is.
 
@@ -262,7 +238,8 @@ def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Rob
 
 
 def _in_words(problem: Diagnostic) -> str:
-    return f"{problem.message} ({_in_file(problem.span)})" if problem.span else problem.message
+    span = problem.span
+    return f"{problem.message} ({Path(span.source.path).name}:{span.line})" if span else problem.message
 
 
 def _other(before: Mapping[tuple[str, ...], Robot | str], after: Mapping[tuple[str, ...], Robot | str]) -> str:

@@ -22,7 +22,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element, MarkupError
 
 from ..description import tree_of
-from .build import InElement, InMacro, NeedsValue, Place, Plan, Program, place_of
+from .build import Changes, InElement, InMacro, InProperty, NeedsValue, Place, Plan, Program, place_of
 from .texts import Unsupported
 from .tree import Macro
 from .verify import Combination, Fault, Source, choices_of, combinations, faults, moves, other_values
@@ -92,6 +92,8 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
         return Translation({}, reason=problem.reason, span=problem.span)
     except MarkupError as problem:
         return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
+    except RecursionError:
+        return Translation({}, reason="its expressions are nested too deeply")
 
 
 def _seconds() -> float:
@@ -160,6 +162,13 @@ class _Search:
                 if name in self.plan.fixed or "$" in text:
                     raise Unsupported(reason, problem.element.span) from None
                 self.fix(name, text, WrittenOut(name, reason, problem.element.span))
+            except Changes as problem:
+                self.plan.handed.setdefault(problem.macro.name, set()).update(problem.names)
+            except InProperty as problem:
+                span = problem.variable.span
+                if span is None or place_of(span) in self.plan.unwritable:
+                    raise problem.problem from None
+                self.plan.unwritable[place_of(span)] = problem.problem.reason
             except InMacro as problem:
                 name = problem.macro.name
                 if name in self.plan.inlined:
@@ -314,6 +323,12 @@ class _Search:
                 if macro.name not in self.plan.inlined:
                     self.inline(macro.name, f"not proven: {fault.text}", macro.element.span)
                     return True
+        properties = {one.ours: one.span for one in made.program.globals if one in made.used}
+        for fault in found:
+            for span in (properties[name] for name in fault.macros if properties.get(name)):
+                if span is not None and place_of(span) not in self.plan.unwritable:
+                    self.plan.unwritable[place_of(span)] = fault.text
+                    return True
         elements = {
             place_of(one.span): one for file in made.program.files.values() for one in file.document.root.iter()
         }
@@ -336,7 +351,7 @@ class _Search:
             self.plan.inlined.add(macro.name)
             try:
                 again, _ = self.check(self.written(self.built()), [fault.combination])
-            except (InMacro, InElement, NeedsValue, Unsupported):
+            except (Changes, InMacro, InElement, InProperty, NeedsValue, Unsupported):
                 again = [fault]
             if not again:
                 self.inline(macro.name, f"not proven: {fault.text}", macro.element.span)

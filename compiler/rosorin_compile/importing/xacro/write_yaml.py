@@ -21,7 +21,7 @@ from rosorin_compile.source.yaml_text import Scalar
 from ..description import _Document, _written, tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from ..order import sorted_sections
-from .build import Flat, InElement, InMacro, Program, place_of, usable
+from .build import Flat, InElement, InMacro, InProperty, Program, place_of, usable
 from .choices import conditional, merged
 from .expressions import all_of, written
 from .names import as_key, lead, name_parts, plain_given, prefix_of, without_prefix, words_apart
@@ -576,9 +576,15 @@ class Writer:
         made: dict[str, Any] = {}
         for variable in body.locals:
             if variable in self.values.used:
-                made[variable.ours] = self.values.of_variable(variable.values[0], variable)
+                made[variable.ours] = self.property(variable)
                 self.documents.remark(file, (*path, variable.ours), variable.comments)
         return made
+
+    def property(self, variable: Variable) -> Any:
+        try:
+            return self.values.of_variable(variable.values[0], variable)
+        except Unsupported as problem:
+            raise InProperty(variable, problem) from None
 
     def let_values(self) -> None:
         """Write the properties of files that anything uses."""
@@ -586,8 +592,7 @@ class Writer:
         for variable in self.program.globals:
             if variable in self.values.used:
                 file = (variable.file or self.program.root).name
-                value = self.values.of_variable(variable.values[0], variable)
-                self.documents.section(file, "let")[variable.ours] = value
+                self.documents.section(file, "let")[variable.ours] = self.property(variable)
                 self.documents.remark(file, ("let", variable.ours), variable.comments)
 
     def arguments(self) -> None:

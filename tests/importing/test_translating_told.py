@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.importing.xacro.verify import difference
 from rosorin_compile.importing.xacro.translate import translation_report
 from rosorin_compile.importing.xacro.values import Values
+from rosorin_compile.importing.xacro.verify import difference
 from rosorin_compile.source.xml.elements import tree_of
 
 from .test_translating_texts import of

@@ -13,12 +13,10 @@ import glob
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.language.expression.functions import expression_names
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.packages import Packages
@@ -26,14 +24,23 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, Remark
 
-from ..description import _Document
 from .expressions import folded_text
-from .texts import EXPRESSION, EXTENSION, TEXT, Unsupported, parameters, source_tree, tokens
+from .resolve import (
+    MAX_CHOICES,
+    Names,
+    Plan,
+    Substitution,
+    copied,
+    matching_files,
+    names_in,
+    usable,
+)
+from .source import comments_within, flat_entries, with_comments
+from .texts import EXPRESSION, TEXT, Unsupported, parameters
 from .tree import (
     ARGUMENT,
     CONDITION,
     FILE,
-    FOLDER,
     FREE,
     GLOBAL,
     LOADED,
@@ -48,11 +55,11 @@ from .tree import (
     Entry,
     File,
     Handed,
-    Joined,
     Listed,
     Macro,
     Named,
     Piece,
+    Place,
     Ref,
     Scope,
     Text,
@@ -60,48 +67,26 @@ from .tree import (
     When,
     Whens,
     Xml,
-    merged_pieces,
     note,
+    place_of,
     ref,
     references,
     references_in,
 )
 
-MAX_DEPTH, MAX_CHOICES = 50, 20
-Place = tuple[str, int, int]
-_MODULES = ("math", "python")
-_BUILTIN = ("pi", "e", "tau", "inf", "nan", "True", "False", "None", "xacro", "__text", *_MODULES)
+MAX_DEPTH = 50
 _FLAG = ast.Name("__flag", ast.Load())
-_READING = ("", Scope())  # in the place of the text of a property that is being read
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _REFERENCE = re.compile(r"\$\(arg (\w+)\)|\$\{(\w+)\}")
 _CALLED = re.compile(r"<xacro:([\w.]+)")
 
 
-class InMacro(Exception):
-    """A macro that cannot become a part or a value."""
+class GiveUp(Exception):
+    """A macro, an element or a property that cannot be translated; an argument that has to keep its value."""
 
-    def __init__(self, macro: Macro, problem: Unsupported) -> None:
+    def __init__(self, subject: Macro | Element | Variable, problem: Unsupported) -> None:
         super().__init__(problem.reason)
-        self.macro = macro
-        self.problem = problem
-
-
-class InElement(Exception):
-    """An element among links and joints that cannot be translated."""
-
-    def __init__(self, element: Element, problem: Unsupported) -> None:
-        super().__init__(problem.reason)
-        self.element = element
-        self.problem = problem
-
-
-class InProperty(Exception):
-    """A property whose value cannot be written."""
-
-    def __init__(self, variable: Variable, problem: Unsupported) -> None:
-        super().__init__(problem.reason)
-        self.variable = variable
+        self.subject = subject
         self.problem = problem
 
 
@@ -114,40 +99,6 @@ class Changes(Exception):
         self.names = names
 
 
-class NeedsValue(Exception):
-    """An argument that names files which cannot be listed: it keeps its value."""
-
-    def __init__(self, variable: Variable, element: Element) -> None:
-        super().__init__(variable.name)
-        self.variable = variable
-        self.element = element
-
-
-@dataclass
-class Plan:
-    """What a translation gives up: macros expanded inline, elements as xacro expands them, arguments with one value."""
-
-    inlined: set[str] = field(default_factory=set)
-    flat: set[Place] = field(default_factory=set)
-    fixed: dict[str, str] = field(default_factory=dict)
-    unwritable: dict[Place, str] = field(default_factory=dict)  # properties that cannot be written, and why
-    explicit: set[str] = field(default_factory=set)  # macros whose names keep their prefix
-    handed: dict[str, set[str]] = field(default_factory=dict)  # properties that macros take as parameters
-    plain: set[str] = field(default_factory=set)  # macros, or "", whose lengths and masses are numbers
-    printed: set[str] = field(default_factory=set)  # elements whose text is True or False
-    texts: bool = False  # vectors in tables may be texts
-    turns: bool = False  # angles may be more than a turn
-    lacking: bool = False  # what a named value gives may be missing
-
-
-class Flat(NamedTuple):
-    """An entry as xacro expands it: its section, its name (empty in a list), its value and its conditions."""
-
-    section: str
-    name: str
-    value: Any
-
-
 class Found(NamedTuple):
     """What ``flow`` finds: an element, the call of a named value or text, a block, or text and comments."""
 
@@ -158,32 +109,22 @@ class Found(NamedTuple):
     body: Body
 
 
-def place_of(span: Span) -> Place:
-    """Return the file, line and column of a span."""
-    return os.path.abspath(span.source.path), span.line, span.column
-
-
 class Program:
     """A xacro with all that it includes, as files with bodies, macros and arguments."""
 
     def __init__(
         self, path: Path, packages: Mapping[str, Path], given: Mapping[str, str], plan: Plan, trees: Sequence[Map] = ()
     ) -> None:
-        self.packages = Packages(packages, os.environ, path)
-        self.given = given
-        self.plan = plan
-        self.scope = Scope()
         self.files: dict[str, File] = {}
+        self.packages = Packages(packages, os.environ, path)
+        self.plan = plan
+        self.names = Names(plan, given, self.packages, self.files)
+        self.scope = self.names.scope
         self.macros: dict[int, Macro] = {}
         self.kept: list[Macro] = []  # macros that are parts or values, in the order of their calls
-        self.arguments: dict[str, Variable] = {}
-        self.environment: dict[str, str] = {}
-        self.fixed: dict[str, str] = {}
-        self.unused: list[str] = []  # arguments that are declared, and fixed or not read
         self.reached: dict[Place, set[Variable]] = {}  # what may decide elements that are flat
         self.lost: dict[str, Unsupported] = {}  # macros that could be no value, and why
         self._journal: list[tuple[Scope, str, Variable | Bound | None]] = []
-        self._flows: list[tuple[Variable, Variable]] = []
         self._taken: set[tuple[int, str]] = set()
         self._defaults: dict[tuple[int, str], Text] = {}
         self._open: list[Macro] = []
@@ -195,7 +136,7 @@ class Program:
         body = self.scope.body = self.root.body
         for name, text in given.items():
             if name not in plan.fixed:
-                self._declare(name, text, self.root.document.root.span, self.root, given=True)
+                self.names.declare(name, text, self.root.document.root.span, self.root, given=True)
         for found in self.flow(self.root.document.root, self.scope, (), "robot", body):
             self.take(found)
         for place in sorted(plan.flat):
@@ -227,161 +168,12 @@ class Program:
             name = f"{folder}{stem}_{number}.yaml"
         return name
 
-    def _declare(self, name: str, text: str | None, span: Span, file: File, given: bool = False) -> Variable | None:
-        key = f"arg {name}"
-        if name in self.plan.fixed:
-            self.fixed[name] = self.plan.fixed[name]
-            self.scope.names[key] = Bound(self.plan.fixed[name], self.scope)
-            return None
-        variable = self.arguments.get(name)
-        if variable is None:
-            variable = Variable(name, ARGUMENT, usable(name), span=span, file=file)
-            self.arguments[name] = self.scope.names[key] = variable
-        if text is not None and given:
-            variable.values.append(_plain(text))
-        elif text is not None and not variable.raw:
-            variable.raw = text
-            variable.values.insert(0, self.resolve(text, self.scope, FREE, span))
-            self.flows(variable.values[0], variable)
-        if not given and variable.file is self.root is not file and name in self.given:
-            variable.file = file
-        return variable
-
-    def text_of(self, name: str) -> str | None:
-        """Return the text of an argument: what it is given, or its default."""
-        if name in self.given:
-            return self.given[name]
-        variable = self.arguments[name]
-        return variable.values[0].plain if variable.values else None
-
-    def _environment(self, kind: str, rest: str, span: Span | None) -> Piece:
-        """Return the argument that stands for a variable of the environment."""
-        name, _, default = rest.partition(" ")
-        text = os.environ.get(name, default.strip())
-        if self.environment.setdefault(name, text) != text:
-            raise Unsupported(f"$({kind} {name}) has several defaults", span)
-        if name in self.plan.fixed:
-            self.fixed[name] = self.plan.fixed[name]
-            return Piece(TEXT, self.plan.fixed[name])
-        if name not in self.arguments:
-            made = Variable(name, ARGUMENT, usable(name), [_plain(text)], raw=text, span=span, file=self.root)
-            self.arguments[name] = made
-        return Piece(RAW, ref(self.arguments[name]))
-
-    # Texts.
-
-    def value(self, element: Element, name: str, scope: Scope, sink: str) -> Text:
-        """Return the resolved value of an attribute. Raises Unsupported if it is missing."""
-        if name not in element.attributes:
-            raise Unsupported(f"<{element.tag}> lacks the attribute {name}", element.span)
-        made = self.resolve(element.get(name), scope, sink, element.attributes[name].span)
-        note(made)
-        return made
-
-    def resolve(self, raw: str, scope: Scope, sink: str, span: Span | None = None) -> Text:
-        """Return a text with its names resolved. Raises Unsupported."""
-        try:
-            pieces = [piece for token in tokens(raw) for piece in self._pieces(token, scope, span)]
-        except Unsupported as problem:
-            problem.span = problem.span or span
-            raise
-        except RecursionError:
-            raise Unsupported("names lead to names without end", span) from None
-        return Text(merged_pieces(pieces), sink, span)
-
-    def _pieces(self, token: Any, scope: Scope, span: Span | None) -> list[Piece]:
-        if token.kind == TEXT:
-            return [Piece(TEXT, token.text)]
-        if token.kind == EXPRESSION:
-            name = token.text.strip()
-            found = scope.find(name) if name.isidentifier() else None
-            if isinstance(found, Bound):
-                return _printed(self.bound(found, name))
-            return [Piece(EXPRESSION, self.expression(token.text, scope))]
-        kind, _, rest = token.text.strip().partition(" ")
-        rest = rest.strip()
-        if kind == "arg":
-            found = scope.find(f"arg {rest}")
-            if isinstance(found, Bound):
-                return self.bound(found, rest).pieces
-            return [Piece(RAW, self._reference(f"arg {rest}", scope))]
-        if kind == "eval":
-            return [Piece(EXPRESSION, self.expression(rest, scope))]
-        if kind == "find":
-            package = self.resolve(rest, scope, FREE)
-            if package.plain is not None:
-                return [Piece(FOLDER, package.plain.strip())]
-            return [Piece(EXPRESSION, ast.Call(ast.Name("find", ast.Load()), [package.node()], []))]
-        if kind in ("env", "optenv"):
-            return [self._environment(kind, rest, span)]
-        raise Unsupported(f"$({token.text}) cannot be translated")
-
-    def expression(self, text: str, scope: Scope) -> ast.expr:
-        """Return an expression with its names resolved."""
-        try:
-            return _Resolver(self, scope).visit(source_tree(text))  # type: ignore[no-any-return]
-        except ValueError as problem:
-            raise Unsupported(f"${{{text}}}: {problem}") from None
-
-    def _reference(self, name: str, scope: Scope) -> ast.expr:
-        """Return what a name refers to: a variable, or the expression that it is bound to."""
-        found = scope.find(name)
-        owner = scope.owner()
-        is_handed = owner is not None and name in self.plan.handed.get(owner.name, ())
-        if is_handed and isinstance(found, Variable) and found.where == GLOBAL:
-            found = None
-        if found is None and owner is not None and name.isidentifier() and name not in _BUILTIN:
-            found = owner.scope.names[name] = owner.implicit[name] = Variable(name, PARAMETER)
-        if isinstance(found, Bound):
-            return self.bound(found, name).node()
-        if isinstance(found, Variable):
-            if found.span is not None and place_of(found.span) in self.plan.unwritable:
-                raise Unsupported(self.plan.unwritable[place_of(found.span)], found.span)
-            if owner is not None and not name.startswith("arg ") and found.where == GLOBAL:
-                owner.reads.setdefault(name, found)
-            self.read(found)
-            found.is_read = True
-            return ref(found)
-        if name in ("pi", "e", "tau", "inf", "nan", "True", "False", "None"):
-            return ast.Name(name, ast.Load())
-        what = "argument" if name.startswith("arg ") else "name"
-        raise Unsupported(f'the {what} "{name.removeprefix("arg ")}" is not defined where it is used')
-
-    def bound(self, found: Bound, name: str) -> Text:
-        """Return the text that a name is bound to; it is resolved when it is first read."""
-        if found.text is None:
-            if found.reading:
-                raise Unsupported(f'the value of "{name}" depends on itself')
-            found.reading = True
-            try:
-                found.text = self.resolve(found.raw, found.scope or self.scope, FREE)
-            finally:
-                found.reading = False
-        return found.text
-
-    def read(self, variable: Variable) -> None:
-        """Resolve the value of a property that is read for the first time."""
-        if variable.pending is None:
-            return
-        if variable.pending is _READING:
-            raise Unsupported(f'the value of "{variable.name}" depends on itself', variable.span)
-        pending = variable.pending
-        variable.pending = _READING
-        try:
-            text = self.resolve(*pending, FREE, variable.span)
-        except Unsupported:
-            variable.pending = pending
-            raise
-        variable.pending = None
-        variable.values.append(text)
-        self.flows(text, variable)
-
     # Conditions.
 
     def condition(self, element: Element, scope: Scope) -> When | bool:
         """Return the condition of an element, or whether it holds if that depends on nothing."""
         holds = element.tag == "xacro:if"
-        test = self.resolve(element.get("value"), scope, CONDITION, element.span)
+        test = self.names.resolve(element.get("value"), scope, CONDITION, element.span)
         decided = folded_text(test)
         if decided is not None:
             return decided == holds
@@ -419,20 +211,20 @@ class Program:
         note(Text([Piece(EXPRESSION, test)], CONDITION))
         for node in (then, other):
             for variable in references_in(node):
-                self.read(variable)
+                self.names.read(variable)
         if scope.body is None:
             return Bound("", text=text)
         made = self._variable(name, scope, _file_of(new, old) or scope.body.file, getattr(new, "span", None))
         made.comments = next((one.comments for one in (old, new) if isinstance(one, Variable)), ())
         made.values.append(text)
-        self.flows(text, made)
+        self.names.flows(text, made)
         return made
 
     def _inlined(self, binding: Variable | Bound, name: str, test: str) -> ast.expr:
         """Return a binding as a node: as its value if nothing else reads it, or if that is a constant."""
         if isinstance(binding, Bound):
-            return self.bound(binding, name).node()
-        self.read(binding)
+            return self.names.bound(binding, name).node()
+        self.names.read(binding)
         node = binding.values[0].node() if binding.where in (GLOBAL, LOCAL) and binding.values else None
         is_choice = isinstance(node, ast.IfExp) and ast.dump(node.test) == test
         is_constant = isinstance(node, ast.Constant) or (isinstance(node, ast.List) and hasattr(node, "text"))
@@ -479,7 +271,7 @@ class Program:
             self._define(child, scope, when, body, comments)
         elif tag == "xacro:arg":
             text = child.get("default") if "default" in child.attributes else None
-            variable = self._declare(child.get("name"), text, child.span, body.file)
+            variable = self.names.declare(child.get("name"), text, child.span, body.file)
             if variable is not None and comments:
                 variable.comments = variable.comments or comments
         elif tag == "xacro:insert_block":
@@ -504,20 +296,21 @@ class Program:
                     self._merge(mark, one)
         except Unsupported as problem:
             if level == "robot":
-                raise InElement(child, problem) from None
+                raise GiveUp(child, problem) from None
             raise
 
     # Includes.
 
     def _include(self, element: Element, scope: Scope, when: Whens, body: Body) -> Iterator[Found]:
-        text = self.resolve(element.get("filename"), scope, FILE, element.span)
+        text = self.names.resolve(element.get("filename"), scope, FILE, element.span)
         base = Path(element.document.source.path).parent
         open_pieces = [piece for piece in text.pieces if piece.kind in (RAW, EXPRESSION)]
         if not open_pieces:
             path = self._path("".join(self._folder(piece) for piece in text.pieces), base)
-            for one in _matching(str(path)) if re.search(r"[*?[]", str(path)) else [str(path)]:
-                yield from self._run(Path(one), element, scope, when, body)
+            for file in matching_files(str(path)) if re.search(r"[*?[]", str(path)) else [str(path)]:
+                yield from self._run(Path(file), element, scope, when, body)
             return
+        problem = Unsupported(f'what is included is named by it: "{element.get("filename")}"', element.span)
         pattern, form = "", ""
         names: dict[str, Variable] = {}
         for piece in text.pieces:
@@ -527,20 +320,20 @@ class Program:
                 continue
             variable = piece.value.variable if isinstance(piece.value, Ref) else None
             if variable is None or variable.where != ARGUMENT:
-                for one in references_in(piece.value):
-                    if one.where == ARGUMENT:
-                        raise NeedsValue(one, element)
+                for argument in references_in(piece.value):
+                    if argument.where == ARGUMENT:
+                        raise GiveUp(argument, problem)
                 raise Unsupported(f'the file "{element.get("filename")}" is chosen by an expression', element.span)
             form += f"(?P=v{id(variable)})" if variable.name in names else f"(?P<v{id(variable)}>[^/]*)"
             pattern, names[variable.name] = pattern + "*", variable
         base_text = "" if pattern.startswith("/") else f"{os.path.abspath(base)}/"
-        fitting = _matching(glob.escape(base_text) + pattern) if re.search(r"\w", pattern) else []
+        fitting = matching_files(glob.escape(base_text) + pattern) if re.search(r"\w", pattern) else []
         if not re.search(r"\w", pattern) or (len(names) > 1 and not 0 < len(fitting) <= MAX_CHOICES):
-            raise NeedsValue(next(iter(names.values())), element)
+            raise GiveUp(next(iter(names.values())), problem)
         known: dict[str, list[str]] = {name: [] for name in names}
-        for one in fitting[:MAX_CHOICES]:
-            match = re.fullmatch(re.escape(base_text) + form, one)
-            if match is None or not all(match.groupdict().values()) or not files.is_file(one):
+        for path_text in fitting[:MAX_CHOICES]:
+            match = re.fullmatch(re.escape(base_text) + form, path_text)
+            if match is None or not all(match.groupdict().values()) or not files.is_file(path_text):
                 continue
             on: Whens = ()
             for name, variable in names.items():
@@ -551,30 +344,10 @@ class Program:
                 on = (*on, When(Text([Piece(EXPRESSION, test)], CONDITION, element.span), True))
                 note(on[-1].test)
             mark = len(self._journal)
-            yield from self._run(Path(one), element, scope, (*when, *on), body)
+            yield from self._run(Path(path_text), element, scope, (*when, *on), body)
             for condition in on:
                 self._merge(mark, condition)
         body.guards += [(variable, known[name], when) for name, variable in names.items()]
-
-    def note_files(self, name: ast.expr) -> None:
-        """Record the values of an argument for which there are files with the name of one that is loaded."""
-        pieces = list(_parts_of_text(name))
-        variables = list({one for one in pieces if isinstance(one, Variable)})
-        if len(variables) != 1 or variables[0].where != ARGUMENT or len(pieces) < 2:
-            return
-        variable = variables[0]
-        form = "".join(re.escape(one) if isinstance(one, str) else "([^/]*)" for one in pieces)
-        pattern = "".join(glob.escape(one) if isinstance(one, str) else "*" for one in pieces)
-        package, _, rest = form.removeprefix("package://").partition("/")
-        folders = [str(Path(path).parent) for path in self.files]
-        if form.startswith("package://"):
-            folders, form = [str(self.packages.find(package) or "/no-package")], rest
-            pattern = pattern.removeprefix("package://").partition("/")[2]
-        for folder in folders:
-            for one in _matching(f"{glob.escape(folder)}/{pattern}")[:MAX_CHOICES]:
-                match = re.fullmatch(f"{re.escape(folder)}/{form}", one)
-                if match is not None and len(set(match.groups())) == 1 and match[1]:
-                    variable.head().evidence.update(("compared", f"={match[1]}"))
 
     def _folder(self, piece: Piece) -> str:
         return piece.value if piece.kind == TEXT else str(self.packages.find(piece.value) or "/no-package")
@@ -605,7 +378,7 @@ class Program:
     # Properties.
 
     def _property(self, element: Element, scope: Scope, body: Body, comments: tuple[str, ...]) -> None:
-        name = self.resolve(element.get("name"), scope, FREE, element.span).plain
+        name = self.names.resolve(element.get("name"), scope, FREE, element.span).plain
         if name is None or element.get("remove") in ("true", "True", "1"):
             raise Unsupported(
                 f'the property "{element.get("name")}" is named by an expression, or removed', element.span
@@ -628,11 +401,11 @@ class Program:
             return
         raw = element.get("default" if is_default else "value")
         old = target.names.get(name)
-        if isinstance(old, Variable) and old.raw == raw and old.where in (GLOBAL, LOCAL) and not _names_in(raw):
+        if isinstance(old, Variable) and old.raw == raw and old.where in (GLOBAL, LOCAL) and not names_in(raw):
             return
         alias = self._argument_of(raw, scope)
-        eager = element.get("lazy_eval") == "false" or (name in _names_in(raw) and scope.find(name) is not None)
-        text = self.resolve(raw, scope, FREE, element.span) if eager else None
+        eager = element.get("lazy_eval") == "false" or (name in names_in(raw) and scope.find(name) is not None)
+        text = self.names.resolve(raw, scope, FREE, element.span) if eager else None
         if alias is not None:
             self.bind(target, name, alias)
         elif target.body is None:
@@ -642,7 +415,7 @@ class Program:
             made.raw, made.comments = raw, comments
             if text is not None:
                 made.values.append(text)
-                self.flows(text, made)
+                self.names.flows(text, made)
             else:
                 made.pending = (raw, scope)
             self.bind(target, name, made)
@@ -652,7 +425,7 @@ class Program:
         if not raw.startswith("$"):
             return None
         try:
-            found = self.resolve(raw, scope, FREE).variable()
+            found = self.names.resolve(raw, scope, FREE).variable()
         except Unsupported:
             return None
         return found if found is not None and found.where == ARGUMENT else None
@@ -669,24 +442,13 @@ class Program:
             body.locals.append(made)
         return made
 
-    def flows(self, text: Text, variable: Variable) -> None:
-        """Record that a text becomes the value of a variable: what is the same value is of one kind."""
-        note(text)
-        for found in _sources(text):
-            if found is variable:
-                continue
-            if ARGUMENT in (found.where, variable.where):
-                self._flows.append((found, variable))
-            else:
-                variable.join(found)
-
     def settle(self) -> None:
         """Finish the evidence of kinds: arguments have that of what they are handed to."""
         order = list(self.files)
         self.kept.sort(key=lambda macro: (order.index(macro.file.path), macro.element.start))
         for (key, name), text in self._defaults.items():
             text.idle = (key, name) not in self._taken
-        everything = [*self.arguments.values(), *self.globals]
+        everything = [*self.names.arguments.values(), *self.globals]
         while folders := {
             one for variable in everything if LOADED in variable.head().evidence for one in _folders(variable)
         }:
@@ -695,11 +457,14 @@ class Program:
         changed = True
         while changed:
             changed = False
-            for argument, variable in self._flows:
+            for argument, variable in self.names.argument_flows:
                 more = variable.head().evidence - argument.head().evidence
                 argument.head().evidence |= more
                 changed = changed or bool(more)
-        for argument, variable in self._flows:  # what is given nothing else is of the kind of the argument
+        for (
+            argument,
+            variable,
+        ) in self.names.argument_flows:  # what is given nothing else is of the kind of the argument
             values = [one for one in variable.head().values if not one.idle]
             if variable.where != ARGUMENT and not any(one.plain is not None for one in values):
                 variable.head().values += [one for one in argument.values if one.plain is not None]
@@ -742,7 +507,7 @@ class Program:
         if name in ("element", "attribute"):
             raise Unsupported(f"xacro:{name} makes what an expression names", element.span)
         if name == "call":
-            text = self.resolve(element.get("macro"), scope, FREE, element.span)
+            text = self.names.resolve(element.get("macro"), scope, FREE, element.span)
             if text.plain is None:
                 yield from self._by_expression(text, element)
                 return
@@ -864,14 +629,14 @@ class Program:
                 macro.pinned.add(parameter.name)
                 continue
             ours = usable(parameter.name)
-            if ours in self.arguments and f"$(arg {ours})" in macro.element.verbatim:
+            if ours in self.names.arguments and f"$(arg {ours})" in macro.element.verbatim:
                 ours = f"{ours}_2"  # it reads the argument of that name, too
             made = Variable(parameter.name, PARAMETER, ours, span=macro.element.span)
-            if parameter.default is not None and all(macro.space.find(one) for one in _names_in(parameter.default)):
-                default = self.resolve(parameter.default, macro.space, FREE, macro.element.span)
+            if parameter.default is not None and all(macro.space.find(one) for one in names_in(parameter.default)):
+                default = self.names.resolve(parameter.default, macro.space, FREE, macro.element.span)
                 macro.defaults[parameter.name] = self._defaults[id(macro), parameter.name] = default
                 made.values.append(default)
-                self.flows(default, made)
+                self.names.flows(default, made)
             macro.variables[parameter.name] = macro.scope.names[parameter.name] = made
 
     def _pinned(self, macro: Element, name: str, depth: int = 0) -> str | None:
@@ -888,10 +653,10 @@ class Program:
         return found.pop() if len(found) == 1 else None
 
     def _as_part(self, macro: Macro) -> bool:
-        """Read a macro as a part. Raises InMacro, and InElement for one element of it."""
+        """Read a macro as a part. Raises GiveUp."""
         if macro.level:
             if macro.body is not None and macro in self._open:
-                raise InMacro(macro, Unsupported("it calls itself", macro.element.span))
+                raise GiveUp(macro, Unsupported("it calls itself", macro.element.span))
             return macro.body is not None
         self._begin(macro, "robot")
         macro.body = macro.scope.body = Body(macro.file, macro)
@@ -900,12 +665,12 @@ class Program:
         try:
             for found in self.flow(macro.element, macro.scope, (), "robot", macro.body):
                 self.take(found)
-        except InElement as problem:
-            if problem.element.tag.startswith("xacro:"):
-                raise InMacro(macro, problem.problem) from None
+        except GiveUp as stop:
+            if isinstance(stop.subject, Element) and stop.subject.tag.startswith("xacro:"):
+                raise GiveUp(macro, stop.problem) from None
             raise
         except Unsupported as problem:
-            raise InMacro(macro, problem) from None
+            raise GiveUp(macro, problem) from None
         self._open.pop()
         for name in macro.sets:
             macro.sets[name] = macro.scope.names.get(name)
@@ -921,7 +686,7 @@ class Program:
         for name, binding in call.macro.sets.items():
             try:
                 node = self._reference_of(binding, name)
-                text = Text([Piece(EXPRESSION, _Substitution(given).visit(_copy(node)))])
+                text = Text([Piece(EXPRESSION, Substitution(given).visit(copied(node)))])
             except Unsupported:
                 continue
             if scope.body is None:
@@ -929,16 +694,16 @@ class Program:
                 continue
             made = self._variable(name, scope, scope.body.file, call.element.span)
             made.values.append(text)
-            self.flows(text, made)
+            self.names.flows(text, made)
             self.bind(scope, name, made)
 
     def _reference_of(self, binding: Variable | Bound | None, name: str) -> ast.expr:
         if isinstance(binding, Variable):
-            self.read(binding)
+            self.names.read(binding)
             return ref(binding)
         if binding is None:
             raise Unsupported(f'"{name}" is not set')
-        return self.bound(binding, name).node()
+        return self.names.bound(binding, name).node()
 
     def _as_value(self, macro: Macro, level: str) -> bool:
         """Read a macro as a named value of a level, or a named text; return False if it can be none."""
@@ -981,7 +746,7 @@ class Program:
         for name, text in given.items():
             variable = macro.variables[name] if name in macro.variables else macro.implicit[name]
             variable.head().values.append(text)
-            self.flows(text, variable)
+            self.names.flows(text, variable)
         made = Call(macro, given, {}, element, when, comments)
         for name, block in self._blocks(macro, element, scope).items():
             made.blocks[name] = self._block_entry(macro, name, block)
@@ -996,7 +761,7 @@ class Program:
                 continue
             if name not in known:
                 raise Unsupported(f'the macro "{macro.name}" has no parameter {name}', attribute.span)
-            made[name] = self.resolve(attribute.value, scope, FREE, attribute.span)
+            made[name] = self.names.resolve(attribute.value, scope, FREE, attribute.span)
         for parameter in macro.parameters:
             name, default = parameter.name, parameter.default
             if parameter.block or name in made:
@@ -1004,15 +769,15 @@ class Program:
             if parameter.forward and (
                 scope.find(name) is not None or default is None or self._is_of_callers(name, scope)
             ):
-                made[name] = Text([Piece(EXPRESSION, self._reference(name, scope))], FREE, element.span)
+                made[name] = Text([Piece(EXPRESSION, self.names.reference(name, scope))], FREE, element.span)
             elif name in macro.defaults and not inline:
                 self._taken.add((id(macro), name))
             elif default is not None:
-                made[name] = self.resolve(default, scope, FREE, element.span)
+                made[name] = self.names.resolve(default, scope, FREE, element.span)
             else:
                 raise Unsupported(f'the macro "{macro.name}" needs the parameter {name}', element.span)
         for name in macro.implicit if not inline else ():
-            made[name] = Text([Piece(EXPRESSION, self._reference(name, scope))], FREE, element.span)
+            made[name] = Text([Piece(EXPRESSION, self.names.reference(name, scope))], FREE, element.span)
         return made
 
     def _is_of_callers(self, name: str, scope: Scope) -> bool:
@@ -1092,8 +857,8 @@ class Program:
     # Elements among links and joints.
 
     def take(self, found: Found) -> None:
-        """Add an element to its body. Raises InElement."""
-        from .elements import joint_entry, link_entry, material_entry
+        """Add an element to its body. Raises GiveUp."""
+        from .elements import joint_entry, read_entry
 
         element, body = found.item, found.body
         if not isinstance(element, Element) or (self._only_materials and element.tag != "material"):
@@ -1104,17 +869,20 @@ class Program:
         if place_of(element.span) in self.plan.flat:
             self._reach(element, found.scope, found.when)
             return
-        read = {"link": link_entry, "joint": joint_entry, "material": material_entry}.get(element.tag)
         try:
-            if read is None:
+            if element.tag not in ("link", "joint", "material"):
                 xml = self.xml(element, found.scope, body)
                 body.elements.append(Listed(xml, found.when, found.comments, element))
                 return
-            name = self.value(element, "name", found.scope, NAME)
+            name = self.names.value(element, "name", found.scope, NAME)
             comments = found.comments if element.tag == "material" else (*found.comments, *comments_within(element))
-            made = Named(name, read(self, element, found.scope, body), found.when, comments, element)
+            if element.tag == "joint":
+                entry = joint_entry(self, element, found.scope, body)
+            else:
+                entry = read_entry(self, element, found.scope, element.tag, body)
+            made = Named(name, entry, found.when, comments, element)
         except Unsupported as problem:
-            raise InElement(element, problem) from None
+            raise GiveUp(element, problem) from None
         {"link": body.links, "joint": body.joints, "material": body.materials}[element.tag].append(made)
 
     def xml(self, element: Element, scope: Scope, body: Body) -> Xml:
@@ -1122,7 +890,7 @@ class Program:
         made = Xml(element.tag)
         for name in element.attributes:
             if not name.startswith(("xacro:", "xmlns:xacro")):
-                made.attributes.append((name, self.value(element, name, scope, XML)))
+                made.attributes.append((name, self.names.value(element, name, scope, XML)))
         made.content = self.xml_content(self.flow(element, scope, (), "xml", body))
         return made
 
@@ -1139,7 +907,7 @@ class Program:
             if isinstance(item, Element):
                 into.append(self.xml(item, scope, body))
             elif isinstance(item, Remark) and not item.is_comment:
-                into.append(self.resolve(item.text, scope, XML))
+                into.append(self.names.resolve(item.text, scope, XML))
                 note(into[-1])
             else:
                 into.append(item)
@@ -1179,120 +947,18 @@ class Program:
                 continue
             found.add(variable)
             if variable.pending is not None:
-                waiting += [self.arguments[one] for one in _WORD.findall(variable.raw) if one in self.arguments]
+                waiting += [
+                    self.names.arguments[one] for one in _WORD.findall(variable.raw) if one in self.names.arguments
+                ]
             waiting += [one for text in variable.values for one in references(text)]
             for macro in self.kept:
                 if variable in macro.variables.values():
                     waiting += [one for use in macro.uses for on in use.when for one in references(on.test)]
-        return [name for name, variable in self.arguments.items() if variable in found]
-
-
-class _Resolver(ast.NodeTransformer):
-    """Replaces the names of an expression by references to variables."""
-
-    def __init__(self, program: Program, scope: Scope) -> None:
-        self.program = program
-        self.scope = scope
-        self.loops: set[str] = set()
-
-    def visit_Name(self, node: ast.Name) -> ast.AST:
-        if node.id in self.loops:
-            return node
-        if node.id.startswith("__arg_"):
-            return self.program._reference(f"arg {node.id.removeprefix('__arg_')}", self.scope)
-        return self.program._reference(node.id, self.scope)
-
-    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
-        owner = node.value.id if isinstance(node.value, ast.Name) else ""
-        if owner and owner not in self.loops and self.scope.find(owner) is None:
-            if owner in _MODULES:
-                return self.program._reference(node.attr, Scope())
-            space = next((one.spaces[owner] for one in self.scope.around() if owner in one.spaces), None)
-            if space is not None:
-                return self.program._reference(node.attr, space)
-        node.value = self.visit(node.value)
-        return node
-
-    def visit_Call(self, node: ast.Call) -> ast.AST:
-        function = node.func
-        owner = function.value if isinstance(function, ast.Attribute) else None
-        if isinstance(owner, ast.Name) and owner.id == "xacro":
-            first = node.args[0] if node.args else None
-            if function.attr == "arg" and isinstance(first, ast.Constant):  # type: ignore[attr-defined]
-                return self.program._reference(f"arg {first.value!s}", self.scope)
-        elif owner is not None and not (isinstance(owner, ast.Name) and owner.id in _MODULES):
-            function.value = self.visit(owner)  # type: ignore[attr-defined]
-        node.args = [self.visit(one) for one in node.args]
-        if getattr(function, "id", getattr(function, "attr", "")) == "load_yaml" and node.args:
-            self.program.note_files(node.args[0])
-        for keyword in node.keywords:
-            keyword.value = self.visit(keyword.value)
-        return node
-
-    def visit_ListComp(self, node: Any) -> ast.AST:
-        outer = self.loops
-        self.loops = set(outer)
-        for generator in node.generators:
-            generator.iter = self.visit(generator.iter)
-            self.loops |= {one.id for one in ast.walk(generator.target) if isinstance(one, ast.Name)}
-            generator.ifs = [self.visit(one) for one in generator.ifs]
-        node.elt = self.visit(node.elt)
-        self.loops = outer
-        return node  # type: ignore[no-any-return]
-
-    visit_GeneratorExp = visit_ListComp  # noqa: N815 - the name that ast asks for
-
-    def visit_Lambda(self, node: ast.Lambda) -> ast.AST:
-        raise Unsupported(f"{ast.unparse(node)[:60]} cannot be translated")
-
-
-class _Substitution(ast.NodeTransformer):
-    """Replaces parameters by what a call gives, and properties of the macro by their values."""
-
-    def __init__(self, given: Mapping[Variable, ast.expr]) -> None:
-        self.given = given
-
-    def visit_Ref(self, node: Ref) -> ast.AST:
-        if node.variable in self.given:
-            return self.given[node.variable]
-        if node.variable.where == LOCAL:
-            return self.visit(_copy(node.variable.values[0].node()))  # type: ignore[no-any-return]
-        if node.variable.where == PARAMETER:
-            raise Unsupported("it depends on what it is given")
-        return node
-
-
-def _copy(node: Any) -> Any:
-    """Return a copy of a resolved node that refers to the same variables."""
-    if isinstance(node, Ref):
-        return ref(node.variable)
-    if isinstance(node, Joined):
-        raise Unsupported("a text that is put together")
-    if isinstance(node, list):
-        return [_copy(item) for item in node]
-    if not isinstance(node, ast.AST):
-        return node
-    return type(node)(**{name: _copy(getattr(node, name, None)) for name in node._fields})
-
-
-def _printed(text: Text) -> list[Piece]:
-    """Return the pieces of a bound text as ``${name}`` prints them."""
-    plain = text.plain
-    if plain is not None:
-        if len(plain) > 1 and plain[0] == "'" == plain[-1]:
-            return [Piece(TEXT, plain[1:-1])]
-        return [Piece(TEXT, plain.capitalize() if plain in ("true", "false") else plain)]
-    if len(text.pieces) == 1 and text.pieces[0].kind == RAW:
-        return [Piece(EXPRESSION, text.pieces[0].value)]
-    return text.pieces
+        return [name for name, variable in self.names.arguments.items() if variable in found]
 
 
 def _file_of(*bindings: Variable | Bound) -> File | None:
     return next((one.file for one in bindings if isinstance(one, Variable) and one.file is not None), None)
-
-
-def _plain(text: str) -> Text:
-    return Text([Piece(TEXT, text)])
 
 
 def _equals(text: Text, name: str) -> ast.expr:
@@ -1304,69 +970,6 @@ def _equals(text: Text, name: str) -> ast.expr:
     if len(open_pieces) == 1:
         node, said = open_pieces[0].value, name.removeprefix(before).removesuffix(after)
     return ast.Compare(node, [ast.Eq()], [ast.Constant(said)])
-
-
-def _names_in(raw: str) -> set[str]:
-    """Return the names in a text that are none of Python's or of xacro's."""
-    found: set[str] = set()
-    for token in tokens(raw):
-        if token.kind not in (EXPRESSION, EXTENSION):
-            continue
-        try:
-            tree = source_tree(token.text if token.kind == EXPRESSION else f"$({token.text})")
-        except ValueError:
-            continue
-        for one in ast.walk(tree):
-            name = getattr(one, "id", "")
-            if name.startswith("__arg_"):
-                found.add(f"arg {name.removeprefix('__arg_')}")
-            elif (
-                name
-                and name not in _BUILTIN
-                and name not in expression_names().functions
-                and name not in ("load_yaml", "dict")
-            ):
-                found.add(name)
-    return found
-
-
-def _sources(text: Text) -> list[Variable]:
-    """Return the variables that a text may be as it is, also by a choice or with a sign."""
-    parts = signed_piece(text.pieces)
-    waiting, found = [parts] if parts is not None else [], []
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, Ref):
-            found.append(node.variable)
-        elif isinstance(node, ast.IfExp):
-            waiting += [node.body, node.orelse]
-    return found
-
-
-def signed_piece(pieces: list[Piece]) -> Any:
-    from .tree import signed
-
-    parts = signed(pieces)
-    return parts[1].value if parts is not None else pieces[0].value if len(pieces) == 1 else None
-
-
-def _parts_of_text(node: ast.expr) -> Iterator[str | Variable]:
-    """Yield the plain texts and the variables that a text is put together from; an empty text for others."""
-    called = node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
-    if isinstance(node, Ref):
-        yield node.variable
-    elif isinstance(node, ast.Constant):
-        yield str(node.value)
-    elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-        yield from (*_parts_of_text(node.left), *_parts_of_text(node.right))
-    elif called in ("__text", "str"):
-        yield from _parts_of_text(node.args[0])  # type: ignore[attr-defined]
-    elif isinstance(node, Joined):
-        for piece in node.pieces:
-            if piece.kind in (TEXT, FOLDER):
-                yield piece.value if piece.kind == TEXT else f"package://{piece.value}"
-            else:
-                yield from _parts_of_text(piece.value)
 
 
 def _folders(loaded: Variable) -> Iterator[Variable]:
@@ -1382,96 +985,3 @@ def _macro_around(element: Element) -> Element | None:
     while here is not None and here.tag != "xacro:macro":
         here = here.parent
     return here
-
-
-def usable(name: str, taken: Sequence[str] | set[str] = ()) -> str:
-    """Return a name that expressions can have: no word of Python or of the language, and not taken."""
-    import keyword
-
-    made = re.sub(r"\W", "_", name, flags=re.ASCII) or "value"
-    made = f"_{made}" if made[0].isdigit() else made
-    if keyword.iskeyword(made) or made in ("true", "false", "none", "for"):
-        made = f"{made}_"
-    number, first = 1, made
-    while made in taken:
-        number += 1
-        made = f"{first}_{number}"
-    return made
-
-
-def flat_entries(trees: Sequence[Map], place: Place) -> list[Flat]:
-    """Return what an element makes, from the first robot that has anything of it."""
-    for tree in trees:
-        document = _Document(tree)
-        document.named = document.named._replace(folders={}, scale=None)
-        found: list[Flat] = []
-        for section in ("materials", "links", "joints"):
-            entries: Any = tree.get(section)
-            for name in entries or ():
-                span = entries.value_spans[name]
-                if made_by(span, place):
-                    found.append(Flat(section, name, document.value(entries[name], (section, name), span)))
-        elements = tree.get("urdf_elements")
-        for text, span in zip(elements or (), elements.value_spans if elements else (), strict=True):
-            if made_by(span, place):
-                found.append(Flat("urdf_elements", "", str(text)))
-        if found:
-            return found
-    return []
-
-
-def made_by(span: Any, place: Place) -> bool:
-    """Return True if an element made something, itself or by a macro that it calls."""
-    spans = [span, *(one.span for one in getattr(span, "via", ()))]
-    return any(one is not None and place_of(one) == place for one in spans)
-
-
-def _matching(pattern: str) -> list[str]:
-    """Return the files that match a pattern, in the order of their names; all that is listed is recorded."""
-    *folders, last = pattern.split("/")
-    found = [""]
-    for part in folders:
-        found = [f"{one}{name}/" for one in found for name in _listed(one, part, True)]
-    return sorted(f"{one}{name}" for one in found for name in _listed(one, last, False))
-
-
-def _listed(folder: str, part: str, only_folders: bool) -> list[str]:
-    if not glob.has_magic(part):
-        plain = re.sub(r"\[(.)\]", r"\1", part)
-        return [plain] if only_folders or os.path.lexists(f"{folder}{plain}") else []
-    try:
-        inside = files.list_folder(folder or ".")
-    except OSError:
-        return []
-    fits = (one for one in inside if fnmatchcase(one.name, part) and (part[0] == "." or one.name[0] != "."))
-    return [one.name for one in fits if not only_folders or files.is_folder(one)]
-
-
-def with_comments(element: Element) -> list[tuple[Element, tuple[str, ...]]]:
-    """Return the elements in an element, each with the comments above it or behind it on its line."""
-    found: list[tuple[Element, tuple[str, ...]]] = []
-    waiting: list[str] = []
-    text = element.document.source.text
-    for index, item in enumerate(element.content):
-        before = element.content[index - 1] if index else None
-        is_comment = isinstance(item, Remark) and item.is_comment
-        if is_comment and isinstance(before, Element) and "\n" not in text[before.end : item.start]:
-            found[-1] = (found[-1][0], (*found[-1][1], item.text))
-        elif isinstance(item, Element):
-            found.append((item, tuple(waiting)))
-            waiting = []
-        elif is_comment:
-            waiting.append(item.text)
-    return found
-
-
-def comments_within(element: Element) -> list[str]:
-    """Return the comments in a link or a joint, except those of visuals and collisions, which have a place."""
-    found: list[str] = []
-    for one in element.iter():
-        placed: set[str] = set()
-        for child, comments in with_comments(one):
-            placed.update(comments if one is element and child.tag in ("visual", "collision") else ())
-        remarks = [item.text for item in one.content if isinstance(item, Remark) and item.is_comment]
-        found += [text for text in remarks if text not in placed]
-    return found

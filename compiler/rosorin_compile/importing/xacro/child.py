@@ -314,7 +314,7 @@ def _forgive(xacro: Any) -> None:
             node.parentNode.removeChild(node)
         return True
 
-    def leave_out_call(node: Any, macros: Any, symbols: Any) -> bool:
+    def leave_out_call(node: Any, _: Any, symbols: Any) -> bool:
         for value in list(node.attributes.values()):
             xacro.eval_text(value.value, symbols)
         return leave_out(node)

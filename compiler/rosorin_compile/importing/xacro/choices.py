@@ -7,7 +7,6 @@ they share is written once, and what differs is ``${A if CONDITION else B}``.
 from __future__ import annotations
 
 import ast
-import os
 import re
 from pathlib import PurePosixPath
 from typing import Any
@@ -120,8 +119,10 @@ def _shared(texts: list[Any]) -> tuple[str, str]:
     """Return the folder and the ending that names of files share."""
     if any(not isinstance(text, str) or isinstance(text, (Expression, Verbatim)) or "${" in text for text in texts):
         return "", ""
-    folder = os.path.commonprefix(texts).rpartition("/")[0] + "/"
-    if len(folder) < 2 or folder.endswith("//") or "/" not in folder.rstrip("/"):
+    first, last = min(texts), max(texts)
+    length = next((at for at, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), len(first))
+    folder = f"{first[:length].rpartition('/')[0]}/"
+    if folder.endswith("//") or "/" not in folder.rstrip("/"):  # a scheme, and no package
         return "", ""
     endings = {PurePosixPath(text).suffix for text in texts}
     return folder, endings.pop() if len(endings) == 1 else ""

@@ -99,17 +99,9 @@ def read_found(program: Program, found: Found, level: str, entry: Entry) -> None
         entry.add("urdf_elements", program.xml(child, scope, body), when)
 
 
-def link_entry(program: Program, element: Element, scope: Scope, body: Body) -> Entry:
-    return read_entry(program, element, scope, "link", body)
-
-
-def material_entry(program: Program, element: Element, scope: Scope, body: Body) -> Entry:
-    return read_entry(program, element, scope, "material", body)
-
-
 def joint_entry(program: Program, element: Element, scope: Scope, body: Body) -> Entry:
     """Return the entry of a joint."""
-    kind = program.value(element, "type", scope, NAME)
+    kind = program.names.value(element, "type", scope, NAME)
     made = read_entry(program, element, scope, "joint", body)
     made.items.insert(0, Item("type", kind))
     word = kind.plain or ""
@@ -147,7 +139,7 @@ def _in_link(
     elif child.tag in ("visual", "collision"):
         solid = read_entry(program, child, scope, "solid", body)
         if child.get("name"):  # a part puts nothing before it
-            solid.items.insert(0, Item("name", program.value(child, "name", scope, XML)))
+            solid.items.insert(0, Item("name", program.names.value(child, "name", scope, XML)))
         if child.tag == "collision":
             solid.items = [item for item in solid.items if item.key not in ("material", "rgba", "texture")]
             for found in program.flow(child, scope, (), "collision", body):
@@ -163,12 +155,12 @@ def _in_inertial(
     program: Program, child: Element, scope: Scope, when: Whens, entry: Entry, _: tuple[str, ...], body: Body
 ) -> bool:
     if child.tag == "mass":
-        entry.put("mass", program.value(child, "value", scope, "mass"), when)
+        entry.put("mass", program.names.value(child, "value", scope, "mass"), when)
     elif child.tag == "inertia":
         moments = Entry()
         for name in _MOMENTS:
             if name in child.attributes and not (name in _MOMENTS[3:] and _is_zero(child.get(name))):
-                moments.put(name, program.value(child, name, scope, "number"))
+                moments.put(name, program.names.value(child, name, scope, "number"))
         entry.put("inertia", moments, when)
     else:
         return _origin(program, child, scope, when, entry, (), body)
@@ -184,8 +176,8 @@ def _origin(
         if name not in ("xyz", "rpy"):
             raise Unsupported(f"the attribute {name} of <origin>", child.span)
     for name, sink in (("xyz", "length3"), ("rpy", "angle3")):
-        if name in child.attributes and not (_is_zero(child.get(name)) and name not in entry.keys()):
-            entry.put(name, program.value(child, name, scope, sink), when)
+        if name in child.attributes and not (_is_zero(child.get(name)) and name not in entry.keys()):  # noqa: SIM118 - an entry, not a mapping
+            entry.put(name, program.names.value(child, name, scope, sink), when)
     return True
 
 
@@ -196,7 +188,7 @@ def _in_solid(
         inner = read_entry(program, child, scope, "geometry", body)
     elif child.tag == "material":
         if child.get("name"):  # a part has none of its own
-            entry.put("material", program.value(child, "name", scope, XML), when)
+            entry.put("material", program.names.value(child, "name", scope, XML), when)
         inner = read_entry(program, child, scope, "material", body)
     else:
         return _origin(program, child, scope, when, entry, (), body)
@@ -209,10 +201,10 @@ def _in_material(
     program: Program, child: Element, scope: Scope, when: Whens, entry: Entry, _: tuple[str, ...], __: Body
 ) -> bool:
     if child.tag == "color":
-        entry.put("rgba", program.value(child, "rgba", scope, "number4"), when)
+        entry.put("rgba", program.names.value(child, "rgba", scope, "number4"), when)
     elif child.tag == "texture":
         if child.get("filename"):
-            entry.put("texture", program.value(child, "filename", scope, FILE), when)
+            entry.put("texture", program.names.value(child, "filename", scope, FILE), when)
     else:
         return False
     return True
@@ -223,12 +215,12 @@ def _in_geometry(
 ) -> bool:
     made = Entry()
     if child.tag == "mesh":
-        made.put("file", program.value(child, "filename", scope, FILE))
+        made.put("file", program.names.value(child, "filename", scope, FILE))
         if "scale" in child.attributes and child.get("scale").split() != ["1", "1", "1"]:
-            made.put("scale", program.value(child, "scale", scope, "number3"))
+            made.put("scale", program.names.value(child, "scale", scope, "number3"))
     elif child.tag in _SHAPES:
         for name, sink in _SHAPES[child.tag]:
-            made.put(name, program.value(child, name, scope, sink))
+            made.put(name, program.names.value(child, name, scope, sink))
     else:
         return child.tag == "material"  # no reader looks there; the import reports it
     entry.put(child.tag, made, when)
@@ -240,18 +232,18 @@ def _in_joint(
 ) -> bool:
     made = Entry()
     if child.tag in ("parent", "child"):
-        entry.put(child.tag, program.value(child, "link", scope, NAME), when)
+        entry.put(child.tag, program.names.value(child, "link", scope, NAME), when)
         return True
     if child.tag == "axis":
-        entry.put("axis", program.value(child, "xyz", scope, "number3"), when)
+        entry.put("axis", program.names.value(child, "xyz", scope, "number3"), when)
         return True
     if child.tag == "mimic":
-        made.put("joint", program.value(child, "joint", scope, NAME))
+        made.put("joint", program.names.value(child, "joint", scope, NAME))
     elif child.tag not in _NUMBERS:
         return _origin(program, child, scope, when, entry, (), body)
     for name in _NUMBERS.get(child.tag, ("multiplier", "offset")):
         if name in child.attributes:
-            made.put(name, program.value(child, name, scope, FREE))
+            made.put(name, program.names.value(child, name, scope, FREE))
     entry.put(child.tag, made, when)
     return True
 

@@ -326,6 +326,7 @@ def _unsupported(node: ast.expr) -> Unsupported:
 
 
 def kind_of(node: ast.expr) -> str:
+    """Return the kind of the variable that a node is, or nothing."""
     return str(getattr(node, "kind", "") or "") if not isinstance(node, ast.Constant) else ""
 
 

@@ -22,9 +22,10 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element, MarkupError
 
 from ..description import tree_of
-from .build import Changes, InElement, InMacro, InProperty, NeedsValue, Place, Plan, Program, place_of
+from .build import Changes, GiveUp, Program
+from .resolve import Plan
 from .texts import Unsupported
-from .tree import Macro
+from .tree import ARGUMENT, Macro, Place, Variable, place_of
 from .verify import Combination, Fault, Source, choices_of, combinations, faults, moves, other_values
 from .wording import Found, find
 from .wording import wording_report as words_report
@@ -51,10 +52,11 @@ class Translation:
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
-    that xacro cannot expand, ``executed`` macros that only set properties, ``unfound`` packages that the
-    description does not find by itself, ``fixed`` arguments that have the value they have here, and ``frozen`` says why. Without
-    files, ``reason`` says why. ``words`` are the lines about elements that became words, ``plain`` is the robot without
-    those; ``shared`` the lines about files that other robots include, ``grown`` what those were before.
+    that xacro cannot expand. ``idle`` are macros that nothing calls, ``executed`` those that only set properties,
+    ``fixed`` arguments that have the value they have here, for the reasons in ``frozen``, ``unfound`` packages that the
+    description does not find by itself. Without files, ``reason`` says why. ``words`` are the lines about elements that
+    became words, ``plain`` is the robot without those; ``shared`` the lines about files that other robots include,
+    ``grown`` what those were before.
     """
 
     files: dict[str, str]
@@ -124,8 +126,8 @@ class _Search:
         failing: Combination | None = None
         for _ in range(MAX_CHECKS):
             made = self.attempt()
-            arguments = {name: one for name, one in made.program.arguments.items() if one in made.used}
-            self.source.environment = made.program.environment.keys()
+            arguments = {name: one for name, one in made.program.names.arguments.items() if one in made.used}
+            self.source.environment = made.program.names.environment.keys()
             rows, possible = combinations(choices_of(arguments, self.options.arguments))
             rows = sorted(rows, key=lambda row: row != failing)  # what failed before fails first
             found, refused = self.check(made, rows)
@@ -155,28 +157,30 @@ class _Search:
                 if self.fix_reached(program):
                     continue
                 return self.written(program)
-            except NeedsValue as problem:
-                name = problem.variable.name
-                text = self.options.arguments.get(name, problem.variable.raw)
-                reason = f'what is included is named by it: "{problem.element.get("filename")}"'
-                if name in self.plan.fixed or "$" in text:
-                    raise Unsupported(reason, problem.element.span) from None
-                self.fix(name, text, WrittenOut(name, reason, problem.element.span))
-            except Changes as problem:
-                self.plan.handed.setdefault(problem.macro.name, set()).update(problem.names)
-            except InProperty as problem:
-                span = problem.variable.span
-                if span is None or place_of(span) in self.plan.unwritable:
-                    raise problem.problem from None
-                self.plan.unwritable[place_of(span)] = problem.problem.reason
-            except InMacro as problem:
-                name = problem.macro.name
-                if name in self.plan.inlined:
-                    raise problem.problem from None
-                self.inline(name, problem.problem.reason, problem.problem.span or problem.macro.element.span)
-            except InElement as problem:
-                self.flatten(problem.element, problem.problem)
+            except Changes as stop:
+                self.plan.handed.setdefault(stop.macro.name, set()).update(stop.names)
+            except GiveUp as stop:
+                self.give_up(stop.subject, stop.problem)
         raise Unsupported("too much of it cannot be translated")
+
+    def give_up(self, subject: Macro | Element | Variable, problem: Unsupported) -> None:
+        """Give up a macro, an element, a property or an argument. Raises Unsupported if it is given up already."""
+        span = problem.span or (subject.element.span if isinstance(subject, Macro) else subject.span)
+        if isinstance(subject, Element):
+            self.flatten(subject, problem)
+        elif isinstance(subject, Macro):
+            if subject.name in self.plan.inlined:
+                raise problem
+            self.inline(subject.name, problem.reason, span)
+        elif subject.where == ARGUMENT:
+            text = self.options.arguments.get(subject.name, subject.raw)
+            if subject.name in self.plan.fixed or "$" in text:
+                raise problem
+            self.fix(subject.name, text, WrittenOut(subject.name, problem.reason, span))
+        else:
+            if subject.span is None or place_of(subject.span) in self.plan.unwritable:
+                raise problem
+            self.plan.unwritable[place_of(subject.span)] = problem.reason
 
     def built(self) -> Program:
         trees = [one.tree for one in self.source.known.values() if one.tree is not None]
@@ -186,7 +190,7 @@ class _Search:
     def written(
         self, program: Program, words: Found | None = None, shares: frozenset[str] | None = None
     ) -> WrittenFiles:
-        choices = choices_of(program.arguments, self.options.arguments)
+        choices = choices_of(program.names.arguments, self.options.arguments)
         made = write(program, choices, self.target, self.imported, self.wanted, self.accepts, words, shares)
         return made._replace(packages={**self.options.packages, **made.packages})
 
@@ -232,7 +236,7 @@ class _Search:
         found = False
         for place in self.plan.flat:
             for name in program.reaching(place):
-                text = program.text_of(name)
+                text = program.names.text_of(name)
                 if text is not None:
                     self.fix(name, text, self.flat[place]._replace(name=name))
                     found = True
@@ -246,29 +250,29 @@ class _Search:
     def fix_dead(self, made: WrittenFiles, rows: Sequence[Combination], refused: Sequence[Combination]) -> bool:
         """Fix variables of the environment of which xacro takes no other value than the one they have."""
         found = False
-        for name in made.program.environment:
+        for name in made.program.names.environment:
             mine = [row for row in rows if len(row) == 1 and row[0][0] == name]
-            text = made.program.text_of(name) if name in made.program.arguments else None
+            text = made.program.names.text_of(name) if name in made.program.names.arguments else None
             taken = [row for row in mine if row not in refused and self.source.read(row).tree is not None]
             if text is not None and mine and not taken:
                 reason = f"with another value of the environment variable {name} xacro makes no robot"
-                self.fix(name, text, WrittenOut(name, reason, made.program.arguments[name].span))
+                self.fix(name, text, WrittenOut(name, reason, made.program.names.arguments[name].span))
                 found = True
         return found
 
     def fix_unfollowed(self, made: WrittenFiles) -> bool:
         """Fix the arguments that the translation does not follow for any value; return True if there are any."""
         program, used = made.program, made.used
-        others = other_values(program.arguments, used, self.options.arguments)
-        read = {name: text for name, text in others.items() if program.arguments[name] in used}
+        others = other_values(program.names.arguments, used, self.options.arguments)
+        read = {name: text for name, text in others.items() if program.names.arguments[name] in used}
         found = [name for name in others if name not in read and moves(self.source, ((name, others[name]),))]
         if read and self.differs(made, tuple(read.items())):
             found += [name for name, text in read.items() if self.differs(made, ((name, text),))]
         reason = "with another value of it the robot is another than xacro makes"
         for name in found:
-            text = program.text_of(name)
+            text = program.names.text_of(name)
             if text is not None:
-                self.fix(name, text, WrittenOut(name, reason, program.arguments[name].span))
+                self.fix(name, text, WrittenOut(name, reason, program.names.arguments[name].span))
         return any(name in self.plan.fixed for name in found)
 
     def differs(self, made: WrittenFiles, row: Combination) -> bool:
@@ -302,7 +306,7 @@ class _Search:
         elif self.accepted() != self.accepts or (plan.flat and known > self.trees):
             return  # other arguments break other rules, and have other elements
         elif not self.blame(made, found) and not self.bisect(made, found[0]):
-            values = {name: made.program.text_of(name) for name, _ in found[0].combination}
+            values = {name: made.program.names.text_of(name) for name, _ in found[0].combination}
             values = {name: text for name, text in values.items() if text is not None and name not in plan.fixed}
             if not values:
                 raise Unsupported(texts[0])
@@ -351,7 +355,7 @@ class _Search:
             self.plan.inlined.add(macro.name)
             try:
                 again, _ = self.check(self.written(self.built()), [fault.combination])
-            except (Changes, InMacro, InElement, InProperty, NeedsValue, Unsupported):
+            except (Changes, GiveUp, Unsupported):
                 again = [fault]
             if not again:
                 self.inline(macro.name, f"not proven: {fault.text}", macro.element.span)
@@ -395,7 +399,7 @@ class _Search:
                 reason = "its materials are those of the robot" if macro.makes_materials else reason
                 reason = problem.reason if problem is not None else reason
                 lost[macro.name] = WrittenOut(macro.name, reason, macro.element.span)
-        fixed = {name: text for name, text in self.plan.fixed.items() if name in program.fixed}
+        fixed = {name: text for name, text in self.plan.fixed.items() if name in program.names.fixed}
         return Translation(
             made.files,
             tuple(kept),
@@ -405,10 +409,10 @@ class _Search:
             possible,
             tuple(refused),
             tuple(dict.fromkeys(one.name for one in program.macros.values() if not one.called)),
-            tuple(name for name in program.arguments if name not in arguments),
+            tuple(name for name in program.names.arguments if name not in arguments),
             executed=tuple(one.name for one in macros_of(program) if one.called and program.only_sets(one)),
             fixed=tuple(fixed.items()),
-            environment=tuple(name for name in program.environment if name in arguments),
+            environment=tuple(name for name in program.names.environment if name in arguments),
             unfound=made.unfound,
             words=lines,
             plain=plain,

@@ -6,6 +6,7 @@ Every text is resolved: its names are references to variables (``Ref``), or the 
 from __future__ import annotations
 
 import ast
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -28,6 +29,14 @@ RAW, FOLDER = "raw", "folder"  # pieces: the text of an argument as it is given,
 _LITERAL = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
 _TEXT_METHODS = ("upper", "lower", "strip", "replace", "startswith", "endswith")
+
+
+Place = tuple[str, int, int]
+
+
+def place_of(span: Span) -> Place:
+    """Return the file, line and column of a span."""
+    return os.path.abspath(span.source.path), span.line, span.column
 
 
 class Ref(ast.Name):
@@ -123,7 +132,7 @@ def literal(text: str) -> Any:
         return text[1:-1]
     stripped = text.strip()
     if "_" in text or stripped in _FLAGS:
-        return _FLAGS[text] if text in _FLAGS else text
+        return _FLAGS.get(text, text)
     if _LITERAL.match(stripped):
         return int(stripped) if re.fullmatch(r"[-+]?[0-9]+", stripped) else float(stripped)
     parts = stripped.split()
@@ -133,6 +142,7 @@ def literal(text: str) -> Any:
 
 
 def is_plain(text: str) -> bool:
+    """Return True if nothing in a text of xacro is evaluated."""
     return "$" not in text or all(token.kind == TEXT for token in tokens(text))
 
 
@@ -174,6 +184,7 @@ def references(text: Text) -> Iterator[Variable]:
 
 
 def references_in(node: ast.AST) -> Iterator[Variable]:
+    """Yield the variables that a node refers to, each time."""
     for one in ast.walk(node):
         if isinstance(one, Ref):
             yield one.variable

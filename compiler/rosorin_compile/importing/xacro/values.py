@@ -21,7 +21,7 @@ from rosorin_compile.source.yaml_text import Scalar
 
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from ..order import default_of_key, in_order
-from .build import InMacro, Place, Program, usable
+from .build import GiveUp, Program
 from .choices import conditional, merged, node_of
 from .elements import ORIGIN_LEVELS
 from .expressions import (
@@ -38,6 +38,7 @@ from .expressions import (
     written,
 )
 from .names import may_be_own, without_prefix
+from .resolve import usable
 from .texts import EXPRESSION, TEXT, Unsupported
 from .tree import (
     ANY,
@@ -62,6 +63,7 @@ from .tree import (
     Listed,
     Macro,
     Piece,
+    Place,
     Ref,
     Text,
     Variable,
@@ -393,7 +395,7 @@ class Values:
         if isinstance(value, Handed):
             leaves = self.leaves(value.macro, value.name)
             if leaves is None:
-                raise InMacro(value.macro, Unsupported(f'what is handed over as "{value.name}" cannot be a parameter'))
+                raise GiveUp(value.macro, Unsupported(f'what is handed over as "{value.name}" cannot be a parameter'))
             made: dict[str, Any] = {}
             for leaf in leaves:
                 inner = made
@@ -496,7 +498,7 @@ class Values:
             nodes = [node_of(self.leaf(call.blocks[name], leaf)) for leaf in leaves or ()]
             if leaves is None or None in nodes:
                 reason = f'what is handed over as "{name}" has no word as a value'
-                raise InMacro(call.macro, Unsupported(reason, call.element.span))
+                raise GiveUp(call.macro, Unsupported(reason, call.element.span))
             given += [written(node) for node in nodes if node is not None]
         return f"{call.macro.ours}({', '.join(given)})"
 
@@ -530,7 +532,7 @@ class Values:
         if not made:
             return None
         variables = [*macro.variables.values(), *macro.implicit.values(), *(macro.body.locals if macro.body else ())]
-        taken = {one.ours for one in (*variables, *self.program.arguments.values(), *self.program.globals)}
+        taken = {one.ours for one in (*variables, *self.program.names.arguments.values(), *self.program.globals)}
         clashes = [path[-1] in taken or path[-1] in self._other_blocks(macro, block, depth) for path in made]
         names = [f"{block}_{path[-1]}" if any(clashes) else path[-1] for path in made]
         return [Leaf(path, usable(name), *made[path]) for path, name in zip(made, names, strict=True)]
@@ -765,7 +767,7 @@ class Values:
         macro = self.macro
         own = [*macro.variables.values(), *macro.implicit.values()] if macro else []
         own += macro.body.locals if macro and macro.body else []
-        names = {one.ours for one in (*self.program.arguments.values(), *self.program.globals, *own)}
+        names = {one.ours for one in (*self.program.names.arguments.values(), *self.program.globals, *own)}
         names |= {one.ours for one in self.program.kept} | set().union(*expression_names())
         for document in self.documents.files.values():
             names |= {key.partition("(")[0] for key in document.get("let", ())}
@@ -809,7 +811,7 @@ def number_text(text: str, sink: str, value: Text) -> Any:
         return Verbatim(degrees)
     digits = text.strip().removeprefix("+")
     read = Scalar(digits).value
-    if isinstance(read, bool) or type(read) not in (int, float) or float(read) != float(found):  # type: ignore
+    if isinstance(read, bool) or type(read) not in (int, float) or float(read) != float(found):
         digits = exact(found)
     unit = " rad" if sink == "angle" and abs(found) > 6.2832 else " m" if sink == "length" and abs(found) > 20 else ""
     return Verbatim(f"{digits}{unit}")
@@ -846,6 +848,7 @@ def final(node: ast.expr) -> Any:
 
 
 def has_expression(value: Any) -> bool:
+    """Return True if anything in a list of values is evaluated."""
     return any(map(has_expression, value)) if isinstance(value, list) else isinstance(value, Expression)
 
 

@@ -30,8 +30,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Document
 
 from ..read_back import by_elements, read_back, without_words
-from .build import Place, place_of
-from .tree import FLAG, LIST, NAME, NUMBER, WORDS, XML, Variable, literal
+from .tree import FLAG, LIST, NAME, NUMBER, WORDS, XML, Place, Variable, literal, place_of
 from .write_yaml import PROBE
 
 if TYPE_CHECKING:

@@ -21,10 +21,12 @@ from rosorin_compile.source.yaml_text import Scalar
 from ..description import _Document, _written, tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from ..order import sorted_sections
-from .build import Flat, InElement, InMacro, InProperty, Program, place_of, usable
+from .build import GiveUp, Program
 from .choices import conditional, merged
 from .expressions import all_of, written
 from .names import as_key, lead, name_parts, plain_given, prefix_of, without_prefix, words_apart
+from .resolve import usable
+from .source import Flat
 from .texts import TEXT, Unsupported
 from .tree import (
     ANY,
@@ -48,6 +50,7 @@ from .tree import (
     Text,
     Variable,
     Whens,
+    place_of,
 )
 from .values import Documents, Values, declared_type, default_of, has_expression, leaf_type
 from .wording import OPTIONS, Found, Spot, Words, any_of, wishes
@@ -107,11 +110,11 @@ class Writer:
         return self.values.documents
 
     def render(self) -> Documents:
-        """Return the documents. Raises InMacro and InElement for what cannot be written."""
+        """Return the documents. Raises GiveUp for what cannot be written."""
         program, values = self.program, self.values
         self.name_macros()
         name_parts(program.kept, program.plan.explicit)
-        values.knows_prefix = all(one.ours != "prefix" for one in (*program.arguments.values(), *program.globals))
+        values.knows_prefix = all(one.ours != "prefix" for one in (*program.names.arguments.values(), *program.globals))
         self.reserve()
         before = -1
         while before != len(values.used):
@@ -134,13 +137,15 @@ class Writer:
                     elif not macro.body.is_empty():
                         self.part(macro)
                 except Unsupported as problem:
-                    raise InMacro(macro, problem) from None
+                    raise GiveUp(macro, problem) from None
             self.let_values()
             self.arguments()
         attribute = program.root.document.root.attributes.get("name")
         if attribute is not None and "$" in attribute.value:
             values.macro = None
-            self.documents.name = values.text(program.resolve(attribute.value, program.scope, NAME, attribute.span))
+            self.documents.name = values.text(
+                program.names.resolve(attribute.value, program.scope, NAME, attribute.span)
+            )
         return self.documents
 
     # Names.
@@ -148,7 +153,7 @@ class Writer:
     def name_macros(self) -> None:
         """Give each macro that is kept the name of its part or its value."""
         known, program = expression_names(), self.program
-        taken = {one.ours for one in (*program.arguments.values(), *program.globals)}
+        taken = {one.ours for one in (*program.names.arguments.values(), *program.globals)}
         taken |= {*known.functions, *known.of_descriptions}
         for macro in program.kept:
             macro.ours = macro.name.replace(".", "_")
@@ -159,7 +164,7 @@ class Writer:
     def name_variables(self) -> None:
         """Give the properties that are used names that are unique where they are read."""
         program, used = self.program, self.values.used
-        taken = {one.ours for one in program.arguments.values()}
+        taken = {one.ours for one in program.names.arguments.values()}
         for variable in program.globals:
             if variable in used:
                 variable.ours = usable(self.names[variable], taken)
@@ -214,10 +219,10 @@ class Writer:
             yield
         except Unsupported as problem:
             if element is None and macro is not None:
-                raise InMacro(macro, problem) from None
+                raise GiveUp(macro, problem) from None
             if element is None:
                 raise
-            raise InElement(element, problem) from None
+            raise GiveUp(element, problem) from None
 
     def file(self, file: File) -> None:
         self.values.macro = None
@@ -280,7 +285,7 @@ class Writer:
             try:
                 self.use(use, target.setdefault("use", {}), file, (*path, "use"))
             except Unsupported as problem:
-                raise InElement(use.element, problem) from None
+                raise GiveUp(use.element, problem) from None
         for number, flat in enumerate(body.flat):
             self.flat(flat, target, file, number)
         self.elements(body, target, file, path)
@@ -324,7 +329,7 @@ class Writer:
             return
         depends = when is not None or isinstance(name, Expression) or any(map(has_expression, entry.values()))
         if body.macro is not None and depends:
-            raise InMacro(body.macro, Unsupported("a material of a macro", named.element.span))
+            raise GiveUp(body.macro, Unsupported("a material of a macro", named.element.span))
         holder = next((one for one in self.documents.files.values() if name in one.get("materials", ())), None)
         if holder is not None:
             known = self.alternatives.setdefault((id(holder["materials"]), str(name)), [])
@@ -531,7 +536,7 @@ class Writer:
             leaves = values.leaves(macro, name)
             if leaves is None:
                 reason = f'what is handed over as "{name}" has no word as a value'
-                raise InMacro(macro, Unsupported(reason, use.element.span))
+                raise GiveUp(macro, Unsupported(reason, use.element.span))
             found_by = {leaf: values.leaf(entry, leaf) for leaf in leaves}
             made |= {leaf.name: one for leaf, one in found_by.items() if leaf.always or one != default_of(leaf)}
         return made
@@ -584,7 +589,7 @@ class Writer:
         try:
             return self.values.of_variable(variable.values[0], variable)
         except Unsupported as problem:
-            raise InProperty(variable, problem) from None
+            raise GiveUp(variable, problem) from None
 
     def let_values(self) -> None:
         """Write the properties of files that anything uses."""
@@ -598,7 +603,7 @@ class Writer:
     def arguments(self) -> None:
         """Write the arguments that anything uses; one that is made of others is behind them, in the first file."""
         composed: list[tuple[Variable, dict[str, Any]]] = []
-        for variable in self.program.arguments.values():
+        for variable in self.program.names.arguments.values():
             if variable in self.values.used:
                 declared = self.declared(variable)
                 if isinstance(declared.get("default"), Expression):
@@ -618,7 +623,7 @@ class Writer:
         declared: dict[str, Any] = {
             "type": "number" if named in ("length", "mass") and "" in self.program.plan.plain else named
         }
-        given = self.program.given.get(variable.name)
+        given = self.program.names.given.get(variable.name)
         text = Text([Piece(TEXT, given)]) if given is not None else variable.values[0] if variable.values else None
         if text is not None:
             declared["default"] = self.values.of_variable(text, variable, WORDS if kind in (LIST, TABLE, ANY) else kind)
@@ -641,6 +646,7 @@ def is_choice(variable: Variable) -> bool:
 
 
 def argument_type(variable: Variable) -> str:
+    """Return the type of an argument."""
     kind = variable.kind()
     return declared_type(variable) if kind == NUMBER else "boolean" if kind == FLAG else "text"
 
@@ -671,7 +677,7 @@ def write(
         sections = {key: value for key, value in documents.files.get(file.name, {}).items() if value}
         if file.name == root or not sections:
             continue
-        text, name = _layout(sections, program, documents, file, ""), file.name
+        text, name = _layout(sections, documents, file, ""), file.name
         address = data.address_of(file, text)
         if target.sharing is not None and shares is not None and not data.files:  # tables are named from the file
             name, text = target.sharing.placed(program, file, text, file.name in shares)
@@ -687,11 +693,11 @@ def write(
     tail: dict[str, Any] = {**_other_sections(tree), **({"accept": accepts} if accepts else {})}
     tail["outputs"] = {name: _written(entry) for name, entry in wishes(wanted, asked).entries.items()}
     sections = {**head, **(documents.files.get(root) or {}), **tail}
-    texts = {root: _layout(sections, program, documents, program.root, target.schema), **beside, **data.files}
+    texts = {root: _layout(sections, documents, program.root, target.schema), **beside, **data.files}
     return WrittenFiles(texts, program, dict(data.used), documents, writer.values.used, tuple(writer.values.unfound))
 
 
-def _layout(sections: Mapping[str, Any], program: Program, documents: Documents, file: File, schema: str) -> str:
+def _layout(sections: Mapping[str, Any], documents: Documents, file: File, schema: str) -> str:
     document = {key: sections[key] for key in sorted(sections, key=_rank) if sections[key]}
     is_root = file.name == Description.ROOT_FILE
     head = [f"yaml-language-server: $schema={schema}"] if schema and is_root else []

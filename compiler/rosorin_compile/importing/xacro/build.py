@@ -24,6 +24,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, Remark
 
+from .elements import joint_entry, read_entry, read_found, set_dimensions
 from .expressions import folded_text
 from .resolve import (
     MAX_CHOICES,
@@ -461,10 +462,11 @@ class Program:
                 more = variable.head().evidence - argument.head().evidence
                 argument.head().evidence |= more
                 changed = changed or bool(more)
-        for (
-            argument,
-            variable,
-        ) in self.names.argument_flows:  # what is given nothing else is of the kind of the argument
+        loaded = [one for one in everything if LOADED in one.head().evidence]
+        loaded += [one for macro in self.kept for one in macro.variables.values() if LOADED in one.head().evidence]
+        for text in [text for variable in loaded for text in variable.head().values if text.plain is None]:
+            self.names.note_files(text.node())
+        for argument, variable in self.names.argument_flows:  # what it is given is of the kind of the argument
             values = [one for one in variable.head().values if not one.idle]
             if variable.where != ARGUMENT and not any(one.plain is not None for one in values):
                 variable.head().values += [one for one in argument.values if one.plain is not None]
@@ -721,8 +723,6 @@ class Program:
                 if is_value and all(not isinstance(one, Xml) or one.tag for one in content):
                     macro.text = content
             else:
-                from .elements import read_entry, set_dimensions
-
                 entry = read_entry(self, macro.element, macro.scope, level, Body(macro.file))
                 if level == "joint":
                     set_dimensions(entry, "", False)
@@ -836,8 +836,6 @@ class Program:
 
     def _block_entry(self, macro: Macro, name: str, block: Any) -> Entry:
         """Return what a block holds, read at the level at which the macro inserts it."""
-        from .elements import read_entry, read_found, set_dimensions
-
         level = macro.block_levels.get(name)
         entry = Entry()
         if level is None:
@@ -858,8 +856,6 @@ class Program:
 
     def take(self, found: Found) -> None:
         """Add an element to its body. Raises GiveUp."""
-        from .elements import joint_entry, read_entry
-
         element, body = found.item, found.body
         if not isinstance(element, Element) or (self._only_materials and element.tag != "material"):
             return

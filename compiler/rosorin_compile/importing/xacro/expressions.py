@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.language.expression.functions import expression_names
 
 from .texts import EXPRESSION, TEXT, Unsupported
@@ -504,8 +505,6 @@ def folded(node: ast.expr) -> Any:
     names = (one.id for one in ast.walk(node) if isinstance(one, ast.Name))
     if any(name not in ("pi", "e", "tau", "true", "false", "none") and name not in functions for name in names):
         return None
-    from rosorin_compile.language.expression import ExpressionError, evaluate
-
     try:
         return evaluate(written(node), _no_names)
     except ExpressionError:

@@ -85,6 +85,7 @@ class Names:
         self.arguments: dict[str, Variable] = {}
         self.environment: dict[str, str] = {}
         self.fixed: dict[str, str] = {}
+        self.loaded: list[tuple[Path, str]] = []  # the files that an argument chooses from, by their folders
         self.argument_flows: list[tuple[Variable, Variable]] = []
 
     def declare(self, name: str, text: str | None, span: Span, file: File, given: bool = False) -> Variable | None:
@@ -264,6 +265,7 @@ class Names:
                 match = re.fullmatch(f"{re.escape(folder)}/{form}", one)
                 if match is not None and len(set(match.groups())) == 1 and match[1]:
                     variable.head().evidence.update(("compared", f"={match[1]}"))
+                    self.loaded.append((Path(folder), os.path.relpath(one, folder)))
 
 
 class _Visitor(ast.NodeTransformer):

@@ -16,7 +16,9 @@ from itertools import islice
 from pathlib import Path
 
 from rosorin_compile.compare.proof import Proof, Tolerance
+from rosorin_compile.language.arguments import Argument
 from rosorin_compile.model import Robot
+from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
 from rosorin_compile.source.packages import Packages
@@ -222,9 +224,6 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
 
 
 def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
-    from rosorin_compile.language.arguments import Argument
-    from rosorin_compile.request import Request
-
     arguments, wrong = Argument.declared(root, {}, packages)
     if has_errors(wrong):
         return {(): _in_words(wrong[0])}

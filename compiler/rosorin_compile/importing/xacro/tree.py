@@ -104,7 +104,10 @@ class Text:
         return made  # type: ignore[no-any-return]
 
     def for_use(self, sink: str) -> Text:
-        """Return the text for another use."""
+        """Return the text for another use; quotes mark a text for xacro, and are not part of it."""
+        plain = self.plain
+        if plain is not None and len(plain) > 1 and plain[0] == "'" == plain[-1]:
+            return Text([Piece(TEXT, plain[1:-1])], sink, self.span)
         return Text(self.pieces, sink, self.span)
 
 

@@ -140,7 +140,7 @@ class DataFiles:
                 raise Unsupported(f'the package "{package}" is not found')
             if self.finds(package):
                 return text
-            self._copy(folder, file, rest)
+            self.copy(folder, file, rest)
             return file
         folders = [Path(path).parent for path in self.program.files]
         above = text.rpartition("/")[0]
@@ -149,7 +149,7 @@ class DataFiles:
         )
         if Path(text).is_absolute() or folder is None or ".." in Path(text).parts:
             raise Unsupported(f"{text} is not a file of the xacro or its packages")
-        self._copy(folder, text, rest)
+        self.copy(folder, text, rest)
         return text
 
     def finds(self, package: str) -> bool:
@@ -171,7 +171,8 @@ class DataFiles:
             return ""
         return f"package://{Packages.name_of(folder)}/{same.relative_to(folder).as_posix()}"
 
-    def _copy(self, folder: Path, file: str, rest: bool) -> None:
+    def copy(self, folder: Path, file: str, rest: bool) -> None:
+        """Copy a file of a folder; with ``rest``, all whose names begin so."""
         if not rest and not files.is_folder(folder / file):
             found = [folder / file]
         else:
@@ -602,7 +603,10 @@ class Values:
         sink = "angle" if is_angle or (kind == NUMBER and declared_type(variable) == "angle") else "number"
         if {LOADED, FILE} & evidence and kind in (WORDS, ANY):
             pieces = self.address(text.pieces)
-            if LOADED in evidence and pieces and pieces[0].kind == TEXT:
+            if LOADED in evidence and pieces and pieces[0].kind != TEXT:
+                for folder, name in self.program.names.loaded:
+                    self.data.copy(folder, name, False)
+            elif LOADED in evidence and pieces:
                 pieces = [Piece(TEXT, self.data.name(pieces[0].value, len(pieces) > 1)), *pieces[1:]]
             if LOADED in evidence or len(pieces) > 1 or text.plain is None:
                 return self.joined(pieces, text)

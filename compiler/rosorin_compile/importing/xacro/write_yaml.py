@@ -51,6 +51,7 @@ from .tree import (
     Variable,
     Whens,
     place_of,
+    references,
 )
 from .values import Documents, Values, declared_type, default_of, has_expression, leaf_type
 from .wording import OPTIONS, Found, Spot, Words, any_of, wishes
@@ -550,8 +551,6 @@ class Writer:
     def shadows(self, macro: Macro, name: str) -> bool:
         """Return True if the default of a parameter is made of a value that has the name of the parameter."""
         default = macro.defaults.get(name)
-        from .tree import references
-
         return default is not None and any(one.ours == macro.variables[name].ours for one in references(default))
 
     def params(self, macro: Macro) -> dict[str, Any]:

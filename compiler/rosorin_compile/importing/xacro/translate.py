@@ -52,11 +52,11 @@ class Translation:
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
-    that xacro cannot expand. ``idle`` are macros that nothing calls, ``executed`` those that only set properties,
-    ``fixed`` arguments that have the value they have here, for the reasons in ``frozen``, ``unfound`` packages that the
-    description does not find by itself. Without files, ``reason`` says why. ``words`` are the lines about elements that
-    became words, ``plain`` is the robot without those; ``shared`` the lines about files that other robots include,
-    ``grown`` what those were before.
+    that xacro cannot expand, ``late`` how many were left for lack of time. ``idle`` are macros that nothing calls,
+    ``executed`` those that only set properties, ``fixed`` arguments that have the value they have here, for the reasons
+    in ``frozen``, ``unfound`` packages that the description does not find by itself. Without files, ``reason`` says
+    why. ``words`` are the lines about elements that became words, ``plain`` is the robot without those; ``shared`` the
+    lines about files that other robots include, ``grown`` what those were before.
     """
 
     files: dict[str, str]
@@ -72,6 +72,7 @@ class Translation:
     fixed: tuple[tuple[str, str], ...] = ()
     environment: tuple[str, ...] = ()
     unfound: tuple[str, ...] = ()
+    late: int = 0
     reason: str = ""
     span: Span | None = None
     words: tuple[str, ...] = ()
@@ -130,7 +131,7 @@ class _Search:
             self.source.environment = made.program.names.environment.keys()
             rows, possible = combinations(choices_of(arguments, self.options.arguments))
             rows = sorted(rows, key=lambda row: row != failing)  # what failed before fails first
-            found, refused = self.check(made, rows)
+            found, compared, refused = self.check(made, rows)
             if found:
                 failing = found[0].combination
                 self.mend(made, found)
@@ -141,7 +142,8 @@ class _Search:
             if accepts != self.accepts:
                 self.accepts = accepts
                 made = self.written(made.program)
-            return self.finished(made, arguments, rows, possible, refused)
+            late = len(rows) - len(compared) - len(refused) if self.is_late() else 0
+            return self.finished(made, arguments, compared, possible, refused, late)
         raise Unsupported("nothing that was given up makes it the same robot")
 
     # One attempt.
@@ -150,7 +152,7 @@ class _Search:
         """Return the files with what has been given up so far; give up what the analysis cannot translate."""
         self.accepts = self.accepted()
         for _ in range(MAX_BUILDS):
-            if _seconds() - self.began > MAX_SECONDS:
+            if self.is_late():
                 raise Unsupported(f"the translation takes more than {MAX_SECONDS:g} s")
             try:
                 program = self.built()
@@ -196,8 +198,13 @@ class _Search:
 
     def check(
         self, made: WrittenFiles, rows: Sequence[Combination], in_words: bool = False
-    ) -> tuple[list[Fault], list[Combination]]:
-        return faults(made.files, self.source, rows, made.packages, made.documents.elements, in_words)
+    ) -> tuple[list[Fault], list[Combination], list[Combination]]:
+        """Return the differences of some combinations, which were compared, and which xacro refuses."""
+        elements = made.documents.elements
+        return faults(made.files, self.source, rows, made.packages, elements, in_words, self.is_late)
+
+    def is_late(self) -> bool:
+        return _seconds() - self.began > MAX_SECONDS
 
     def accepted(self, probes: bool = True) -> list[Any]:
         """Return what the robots of all combinations have to be accepted for; each rule once."""
@@ -277,7 +284,7 @@ class _Search:
 
     def differs(self, made: WrittenFiles, row: Combination) -> bool:
         known = row in self.source.known
-        found, _ = self.check(made, [row])
+        found, *_ = self.check(made, [row])
         if not known:
             self.source.known.pop(row, None)
         return any(not one.refused for one in found)
@@ -354,7 +361,7 @@ class _Search:
         for macro in macros[:MAX_BISECTED]:
             self.plan.inlined.add(macro.name)
             try:
-                again, _ = self.check(self.written(self.built()), [fault.combination])
+                again, *_ = self.check(self.written(self.built()), [fault.combination])
             except (Changes, GiveUp, Unsupported):
                 again = [fault]
             if not again:
@@ -374,11 +381,12 @@ class _Search:
         rows: list[Combination],
         possible: int,
         refused: Sequence[Combination],
+        late: int,
     ) -> Translation:
         """Return the translation with words for its elements, and with the files that other robots have, too."""
         program, words, plain = made.program, Found(), None
         lines: tuple[str, ...] = ()
-        proven = tuple(row for row in rows if row not in refused)
+        proven = tuple(rows)
         rows = [row for row in rows if all(text != PROBE for _, text in row)]
         if not self.target.verbatim:
             words, made, lines, plain = self.in_words(made, rows)
@@ -414,6 +422,7 @@ class _Search:
             fixed=tuple(fixed.items()),
             environment=tuple(name for name in program.names.environment if name in arguments),
             unfound=made.unfound,
+            late=late,
             words=lines,
             plain=plain,
             shared=shared,
@@ -426,13 +435,13 @@ class _Search:
     ) -> tuple[Found, WrittenFiles, tuple[str, ...], Map | None]:
         """Replace elements by words of the language, as far as it is the same robot with them."""
         found = first = find(made.documents.plain, made.documents.evaluated, list(self.source.known.values()))
-        while found.spots:
+        while found.spots and not self.is_late():
             again = self.written(made.program, found)
-            wrong, _ = self.check(again, rows, in_words=True)
-            if not wrong:
+            wrong, *_ = self.check(again, rows, in_words=True)
+            if not wrong and not self.is_late():
                 lines = tuple(words_report(again.documents.said, first))
                 return found, again, lines, found.left_of(tree_of(self.imported))
-            found = found.without(wrong[0].text)
+            found = found.without(wrong[0].text) if wrong else Found()
         return Found(), made, tuple(words_report({}, first)), None
 
     def with_shared(self, program: Program, rows: list[Combination], words: Found) -> WrittenFiles:
@@ -441,7 +450,8 @@ class _Search:
 
         def tried(taken: frozenset[str]) -> tuple[WrittenFiles, list[Fault]]:
             made = self.written(program, words, taken)
-            return made, self.check(made, rows, bool(words.spots))[0]
+            wrong = self.check(made, rows, bool(words.spots))[0]
+            return made, [Fault("the comparison takes too long", (), ())] if self.is_late() and not wrong else wrong
 
         taken: frozenset[str] = frozenset()
         made, wrong = tried(taken)
@@ -509,6 +519,8 @@ def translation_report(translation: Translation) -> Iterator[str]:
     if translation.possible > proven + len(translation.refused):
         how += f" (of {translation.possible}: the defaults, and each argument changed alone)"
     yield f"the same robot as xacro makes it, with {how}"
+    if translation.late:
+        yield f"not compared, because that takes too long: {counted(translation.late, 'combination')}"
     if translation.refused:
         first = " ".join(f"{name}:={value}" for name, value in translation.refused[0])
         yield f"not compared, because xacro refuses it: {first}"

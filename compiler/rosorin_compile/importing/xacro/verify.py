@@ -8,7 +8,7 @@ import posixpath
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass, replace
 from itertools import zip_longest
@@ -192,11 +192,14 @@ def faults(
     packages: Mapping[str, Path],
     elements: Mapping[tuple[str, str, str], Place],
     in_words: bool = False,
-) -> tuple[list[Fault], list[Combination]]:
-    """Return what is wrong with a translation, and the combinations that xacro itself refuses.
+    is_late: Callable[[], bool] = lambda: False,
+) -> tuple[list[Fault], list[Combination], list[Combination]]:
+    """Return what is wrong with a translation, the combinations that were compared, and those that xacro refuses.
 
+    The first two are always compared, the others unless it ``is_late``.
     ``elements`` are the places of the entries of the files. ``in_words`` compares elements by what they mean.
     """
+    compared: list[Combination] = []
     refused: list[Combination] = []
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         stage = Path(name, Description.FOLDER, "robot")  # files of other robots are next to it
@@ -204,6 +207,8 @@ def faults(
             (stage / file).parent.mkdir(parents=True, exist_ok=True)
             (stage / file).write_text(text, "utf-8")
         for number, row in enumerate(rows):
+            if number > 1 and is_late():
+                break
             Progress.step("proving the translation", number, len(rows))
             made = source.read(row)
             if made.tree is None or any(one.severity == ERROR for one in made.diagnostics):
@@ -214,11 +219,12 @@ def faults(
             errors = [one for one in compiled.diagnostics if one.severity == ERROR]
             if errors or compiled.robot is None:
                 entries = _Entries(stage, files, elements)
-                return [entries.fault(one, row) for one in errors[:5]], refused
+                return [entries.fault(one, row) for one in errors[:5]], compared, refused
             found = _differences(stage, compiled, made, row, source.name, in_words)
             if found:
-                return found, refused
-    return [], refused
+                return found, compared, refused
+            compared.append(row)
+    return [], compared, refused
 
 
 def _differences(

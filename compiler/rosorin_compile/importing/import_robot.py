@@ -35,11 +35,11 @@ from .into import Package, in_the_end, inside, package_at, package_report, put_i
 from .reimport import ENDING, Record, Request, import_again, is_record, record_of, recorded, remove
 from .report import Renamed, accepted, kept, renamed, repeated, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
-from .translating import Changed, Translation, translate
-from .translating.report import translation_report
-from .translating.sharing import Sharing
 from .words import Worded, worded
 from .words.report import told_words
+from .xacro.sharing import Sharing
+from .xacro.translate import Translation, translate, translation_report
+from .xacro.write_yaml import Target
 
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
@@ -246,8 +246,8 @@ class _Import:
         if options.flat or not read.takes_arguments or self.source is Description.ON_STDIN:
             return None
         sharing = Sharing(self.package.folder, folder) if self.package is not None else None
-        changed = Changed(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
-        return translate(self.source, self.reading, read, trip.outputs, changed)
+        target = Target(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
+        return translate(self.source, self.reading, read, trip.outputs, target)
 
     def _put_into(
         self,

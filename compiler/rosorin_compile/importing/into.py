@@ -25,7 +25,7 @@ from rosorin_compile.source.tree import Map
 
 from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove, text_of
 from .switching import Line, lines_to_change
-from .translating.uniting import with_more
+from .xacro.merge import with_more
 
 RULES = (
     Rule(

@@ -120,7 +120,6 @@ def find(plain: Mapping[Spot, str], evaluated: Mapping[Spot, str], robots: Seque
 
 
 def _evaluated(text: str, robots: Sequence[Imported], made: Found) -> Words | None:
-    """Return what an element with expressions becomes, from the robots that have it."""
     form = EXPRESSION.sub(_ANY, text)
     if "${" in form:
         return None
@@ -141,7 +140,6 @@ def _evaluated(text: str, robots: Sequence[Imported], made: Found) -> Words | No
 
 
 def _block(text: str, said: str, imported: Imported, humble: bool) -> Words | None:
-    """Return the words for a hardware block whose values are expressions."""
     tree: Any = imported.tree
     robot = imported.robot
     found = symbolic(text, said, robot, humble) if robot is not None else None
@@ -155,7 +153,6 @@ def _block(text: str, said: str, imported: Imported, humble: bool) -> Words | No
 
 
 def _always(found: Sequence[tuple[Entry, ...]]) -> tuple[Entry, ...]:
-    """Return what the plug-ins of an element with expressions say of every robot that has it."""
     same = [entry for entry in found[0] if all(entry in others for others in found)]
     # a radius that the element reckons is one that it keeps
     return tuple(entry for entry in same if entry.section != "drive" or "radius" not in entry.value)
@@ -174,7 +171,6 @@ def _spelt(text: str) -> str:
 
 
 def _more(made: Found, here: Mapping[Spot, str], imported: Imported) -> Found:
-    """Return what was found with the elements of one robot."""
     tree: Any = imported.tree
     texts = Seq(tree.span)
     for text in here.values():
@@ -210,7 +206,6 @@ def _more(made: Found, here: Mapping[Spot, str], imported: Imported) -> Found:
 
 
 def _laid_out(text: str) -> str:
-    """Return what is left of an element as elements are laid out: in one line where it is short and holds one thing."""
     lines = text.splitlines()
     whole = "".join(line.strip() for line in lines)
     if len(lines) == 3 and len(whole) <= MAX_WHOLE and "<!--" not in whole:
@@ -229,7 +224,6 @@ def _document(tree: Map) -> _Document:
 
 
 def _of_plugins(text: str, imported: Imported) -> Iterator[Entry]:
-    """Yield what the plug-ins of one element say of the drive and of transforms."""
     tree: Any = imported.tree
     alone = Seq(tree.span)
     alone.put(Text(text), tree.span)
@@ -278,7 +272,6 @@ def _is_and(node: ast.expr) -> bool:
 
 
 def _shorter(rows: list[dict[str, ast.expr]]) -> list[dict[str, ast.expr]]:
-    """Return rows without those that another one covers; two that differ in the sign of one condition are one."""
     rows = [row for at, row in enumerate(rows) if not any(_covers(one, row, at > i) for i, one in enumerate(rows))]
     for row in rows:
         for name, node in row.items():
@@ -291,7 +284,6 @@ def _shorter(rows: list[dict[str, ast.expr]]) -> list[dict[str, ast.expr]]:
 
 
 def _covers(one: dict[str, ast.expr], other: dict[str, ast.expr], earlier: bool) -> bool:
-    """Say whether a row holds wherever another one does; of two that are the same the earlier one."""
     if one is other:
         return False
     return one.keys() < other.keys() or (one.keys() == other.keys() and earlier)

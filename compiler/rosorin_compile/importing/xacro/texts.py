@@ -1,14 +1,12 @@
-"""Texts: a text of xacro taken apart as xacro takes it apart: plain pieces, ``${...}`` and ``$(...)``."""
+"""Split texts of xacro into plain text, ``${...}`` and ``$(...)``, and parse parameters and expressions."""
 
 from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 from rosorin_compile.source.diagnostics import Span
-from rosorin_compile.source.xml.markup import Element
 
 T = TypeVar("T")
 
@@ -23,13 +21,12 @@ _ARGUMENT = re.compile(r"\$\(\s*(\w+)\s*([^)]*)\)")
 
 
 class Unsupported(Exception):
-    """Something of xacro that is not translated; ``reason`` in words, at a place; the one ``element`` it is about."""
+    """A construct that cannot be translated, with the reason and its place."""
 
-    def __init__(self, reason: str, span: Span | None = None, element: Element | None = None) -> None:
+    def __init__(self, reason: str, span: Span | None = None) -> None:
         super().__init__(reason)
         self.reason = reason
         self.span = span
-        self.element = element
 
 
 class Token(NamedTuple):
@@ -40,17 +37,16 @@ class Token(NamedTuple):
 
 
 class Parameter(NamedTuple):
-    """A parameter of a macro: ``default`` is None where it has none; ``forward`` where the caller's value is taken.
+    """A parameter of a macro.
 
-    ``of_caller`` is a default that speaks of names that only a caller has. ``block`` is empty, ``*`` for an element,
-    ``**`` for the content of an element.
+    ``forward``: the value of the caller's name is the default. ``block`` is ``*`` for an element, ``**`` for the
+    content of an element, and empty for a value.
     """
 
     name: str
     default: str | None
     forward: bool = False
     block: str = ""
-    of_caller: str | None = None
 
 
 def tokens(text: str) -> list[Token]:
@@ -76,51 +72,6 @@ def tokens(text: str) -> list[Token]:
     return found
 
 
-def words(pieces: Sequence[Token]) -> list[list[Token]]:
-    """Return the words of a text, each as its pieces: parted by the white space of plain pieces."""
-    return [[piece for piece, _ in word] for word in scoped_words([(piece, None) for piece in pieces])]
-
-
-def scoped_words(pieces: Sequence[tuple[Token, T]]) -> list[list[tuple[Token, T]]]:
-    """Return the words of a text as ``words``, each piece with what stands beside it: its scope."""
-    made: list[list[tuple[Token, T]]] = []
-    fresh = True
-    for piece, beside in pieces:
-        if piece.kind != TEXT:
-            if fresh:
-                made.append([])
-            made[-1].append((piece, beside))
-            fresh = False
-            continue
-        for part in re.split(r"(\s+)", piece.text):
-            if not part:
-                continue
-            if part.isspace():
-                fresh = True
-                continue
-            if fresh:
-                made.append([])
-            made[-1].append((Token(TEXT, part), beside))
-            fresh = False
-    return made
-
-
-def signed(pieces: Sequence[Token]) -> tuple[str, Token, str] | None:
-    """Return a number that is put together: its sign, its one piece that is evaluated, its exponent; None for others.
-
-    >>> signed(tokens("-${width}"))
-    ('-', Token(kind='expression', text='width'), '')
-    """
-    found = [index for index, piece in enumerate(pieces) if piece.kind != TEXT]
-    if len(found) != 1 or len(pieces) == 1:
-        return None
-    (at,) = found
-    sign = "".join(piece.text for piece in pieces[:at]).lstrip()
-    exponent = "".join(piece.text for piece in pieces[at + 1 :]).rstrip()
-    fits = sign in ("", "+", "-") and re.fullmatch(r"([eE][-+]?[0-9]+)?", exponent) and (sign or exponent)
-    return (sign, pieces[at], exponent) if fits else None
-
-
 def parameters(text: str) -> list[Parameter]:
     """Return the parameters of a macro, as ``params`` declares them."""
     found: list[Parameter] = []
@@ -137,7 +88,7 @@ def parameters(text: str) -> list[Parameter]:
 
 
 def _parameter(name: str, default: str | None, forward: bool) -> Parameter:
-    if default and "$(" in default and re.fullmatch(r"'[^']*'", default):
+    if default and "$" in default and re.fullmatch(r"'[^']*'", default):
         default = default[1:-1]  # quoted for Python, which reads it once it is put together
     block = "**" if name.startswith("**") else "*" if name.startswith("*") else ""
     return Parameter(name.lstrip("*"), default, forward, block)

@@ -16,19 +16,21 @@ from itertools import islice
 from pathlib import Path
 
 from rosorin_compile.compare.proof import Proof, Tolerance
+from rosorin_compile.language.arguments import Argument
 from rosorin_compile.model import Robot
+from rosorin_compile.request import Request
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span, has_errors, listed
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 
 from ..reimport import ENDING, read_record, text_of
-from .pieces import File, Macro
-from .program import Program
-from .proving import MAX_COMBINATIONS
-from .uniting import Apart, renewed, united
+from .build import Program
+from .merge import Merged, merged, renewed
+from .tree import File
 
 COMMON = "common"
+_MOST_ROBOTS = 32
 _MOST, _BYTES = 2000, 2_000_000
 _INCLUDE = re.compile(r"<(?:xacro:)?include\s[^<>]*?filename\s*=\s*[\"']([^\"']+)[\"']")
 _FIND = re.compile(r"\$\(find\s+([^)\s]+)\)|^package://([^/]+)")
@@ -93,17 +95,16 @@ class Sharing:
         return None
 
     def _found(self, program: Program, file: File, text: str, theirs: bool, addresses: list[str]) -> tuple[str, str]:
-        """Return the first address at which there is what a file becomes, and the text there; empty if none is."""
         for address in addresses:
             there = _text(self._at(address))
-            found = united(there, text, theirs) if there is not None else None
+            found = merged(there, text, theirs) if there is not None else None
             if there is None or found is None:
                 continue
             if found.text == there:
                 return address, there
             if address == file.name:
                 continue  # nothing is written over a description of its own
-            why = self._why_apart(program, file, found.apart) if found.apart else self._disturbed(address, found.text)
+            why = self._disturbed(address, found.text) if found.text else self._why_apart(program, file, found)
             if not why:
                 self.grown[address] = there
                 return address, found.text
@@ -130,29 +131,22 @@ class Sharing:
                 yield f"{name} is of this robot alone, since {why}"
 
     def _at(self, address: str) -> Path:
-        """Return what an address names, also while the folder of the robot is not there."""
         return Path(os.path.normpath(self.folder / address))
 
-    def _why_apart(self, program: Program, file: File, apart: tuple[Apart, ...]) -> str:
-        """Return in words why a file is not the one that is there: the first thing, and what that hangs on here."""
-        first = apart[0]
-        macro = next((one for one in program.macros.values() if one.file is file and one.ours == first.name), None)
-        definitions = program.properties.get(first.name, ())
-        span = macro.place if macro else definitions[0].value.span if definitions else None
-        here = f" ({_in_file(span)})" if span else ""
-        read = list(_read_in(program, macro)) if macro else []
-        hangs = f"; it reads {listed(read)}" if read else ""
-        return f"line {first.line}, {first.entry} {first.words}{here}{hangs}"
+    def _why_apart(self, program: Program, file: File, difference: Merged) -> str:
+        macro = next((one for one in program.macros.values() if one.file is file and one.ours == difference.name), None)
+        span = macro.element.span if macro else None
+        span = span or next((one.span for one in program.globals if one.name == difference.name), None)
+        here = f" ({Path(span.source.path).name}:{span.line})" if span else ""
+        return f"line {difference.line}, {difference.reason}{here}"
 
     def _disturbed(self, address: str, text: str) -> str:
-        """Return why a file cannot become a text: what is then otherwise of the robots of the package; empty if not."""
         file = self._at(address)
         if (file, text) not in self._disturbances:
             self._disturbances[file, text] = disturbed(self.package, self.folder, file, text)
         return self._disturbances[file, text]
 
     def _place(self, file: File) -> str:
-        """Return where a file goes: as in the package, without the first folder, such as ``urdf``, and ``common``."""
         within = [one for one in Path(file.path).relative_to(self.package).parent.parts[1:] if one != COMMON]
         return Path("..", COMMON, *within, Path(file.name).name).as_posix()
 
@@ -175,7 +169,6 @@ class Sharing:
         return file.path in reached
 
     def _graph(self) -> dict[str, set[str]]:
-        """Return what each xacro of the package includes of it, as far as the names are said."""
         if self._includes is None:
             paths = [
                 os.path.abspath(one) for one in sorted(self.package.glob("**/*.xacro"))[:_MOST] if _is_text_file(one)
@@ -200,7 +193,6 @@ def _is_text_file(path: Path) -> bool:
 
 
 def _text(path: Path) -> str | None:
-    """Return the text of a file; None if there is none that a description can be."""
     try:
         return files.read_text(path) if path.stat().st_size <= _BYTES else None
     except (OSError, ValueError):
@@ -209,26 +201,6 @@ def _text(path: Path) -> str | None:
 
 def _shown(address: str) -> str:
     return f"{Description.FOLDER}/{address.removeprefix('../')}"
-
-
-def _read_in(program: Program, macro: Macro) -> Iterator[str]:
-    """Yield the properties and arguments that a macro reads where it decides, with their places; else all of them."""
-    every = list(macro.element.iter())
-    decides = [one.get("value") for one in every if one.tag in ("xacro:if", "xacro:unless")]
-    texts = decides or [attribute.value for one in every for attribute in one.attributes.values()]
-    own = {one.name for one in macro.parameters}
-    for name in dict.fromkeys(name for text in texts for name in re.findall(r"[A-Za-z_]\w*", text)):
-        definitions = program.properties.get(name, ())
-        if f"$(arg {name})" in " ".join(texts) and name in program.arguments:
-            span = program.arguments[name].span
-            yield f'the argument "{name}" ({_in_file(span)})' if span else f'the argument "{name}"'
-        elif name not in own and definitions and definitions[0].value.span:
-            yield f'the property "{name}" ({_in_file(definitions[0].value.span)})'
-
-
-def _in_file(span: Span) -> str:
-    """Return the file and the line of a place."""
-    return f"{Path(span.source.path).name}:{span.line}"
 
 
 def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
@@ -252,15 +224,11 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
 
 
 def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
-    """Return the robot of a description by what its arguments are; what is wrong in words where there is none."""
-    from rosorin_compile.language.arguments import Argument
-    from rosorin_compile.request import Request
-
     arguments, wrong = Argument.declared(root, {}, packages)
     if has_errors(wrong):
         return {(): _in_words(wrong[0])}
     made: dict[tuple[str, ...], Robot | str] = {}
-    for given in islice(Argument.combinations(arguments), MAX_COMBINATIONS):
+    for given in islice(Argument.combinations(arguments), _MOST_ROBOTS):
         found = Request.of(root, given, packages).read()
         robot = found.robot
         errors = [_in_words(one) for one in found.diagnostics if one.severity == ERROR]
@@ -269,11 +237,11 @@ def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Rob
 
 
 def _in_words(problem: Diagnostic) -> str:
-    return f"{problem.message} ({_in_file(problem.span)})" if problem.span else problem.message
+    span = problem.span
+    return f"{problem.message} ({Path(span.source.path).name}:{span.line})" if span else problem.message
 
 
 def _other(before: Mapping[tuple[str, ...], Robot | str], after: Mapping[tuple[str, ...], Robot | str]) -> str:
-    """Return in words what is otherwise of a robot; empty if nothing is."""
     for row, robot in before.items():
         again = after.get(row)
         how = f" (with {' '.join(row)})" if row else ""

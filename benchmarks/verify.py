@@ -25,7 +25,7 @@ from rosorin_compile.formats import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot, Transform
 from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.recordings.verification import verify
 
 ROOT = Path(__file__).resolve().parent.parent
 ROBOT = ROOT / "descriptions" / "rosorin" / "robot.yaml"

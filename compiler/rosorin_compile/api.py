@@ -76,7 +76,7 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.answers import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
-    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.recordings.results import Verified
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
     from rosorin_compile.ros.package.checking import CheckedCopies
     from rosorin_compile.ros.package.deploy import Deployed
@@ -876,7 +876,7 @@ def verify(
         >>> result.as_described, [finding.message for finding in result.findings]  # doctest: +SKIP
 
     """
-    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.recordings.results import Verified
 
     try:
         from rosorin_compile.recordings.verification import verify_recording

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.physics.answers import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.output.check_outputs import Committed
-    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.recordings.results import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 
 __all__ = [
@@ -200,7 +200,7 @@ def __getattr__(name: str) -> object:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.answers import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
-    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.recordings.results import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 
     for kind in (CheckedPhysics, CollisionMatrix, Simulated, Verified, WrittenVariants):

@@ -21,7 +21,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 from rosorin_compile.output.pipeline import Compiled
 from rosorin_compile.recordings.expected import Options
 from rosorin_compile.recordings.judge import Verdict
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.recordings.verification import verify
 from support.robots import compiled, texts
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from rosorin_compile.recordings.judge import Verdict
-from rosorin_compile.recordings.lines import table
+from rosorin_compile.recordings.report import table
 from support import bags
 from support.bags import SECOND, START, TYPES, Message, judged, ns, rules, time
 from support.paths import DATA

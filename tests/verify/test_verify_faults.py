@@ -30,7 +30,7 @@ def test_joint_states_may_come_from_several_nodes(tmp_path: Path) -> None:
 def test_a_clean_recording_has_no_finding(tmp_path: Path, storage: str) -> None:
     verdict = judged(bags.bag(tmp_path / "bag", storage))
     assert verdict.findings == []
-    compared = {series.name: series.values for series in verdict.recording.series.values()}
+    compared = {series.name: series for series in verdict.recording.series.values()}
     assert compared["link1 -> link2"].by_state == 120
     assert compared["base_link -> laser"].compared == 1
     assert all(not values.wrong for values in compared.values())

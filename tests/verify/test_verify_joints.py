@@ -17,7 +17,7 @@ from rosorin_compile.recordings.expected import Description, Options
 from rosorin_compile.recordings.joints import TREMBLING, JointLog
 from rosorin_compile.recordings.judge import Verdict
 from rosorin_compile.recordings.series import Moving, reference
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.recordings.verification import verify
 from rosorin_compile.source.report import text
 from support import bags
 from support.bags import Message, ns
@@ -139,7 +139,7 @@ def test_a_recording_of_any_robot_is_as_described(path: Path, tmp_path: Path) ->
 
     right = recorded("right", 1.0)
     assert [finding for finding in right.findings if finding.rule != "joint-beyond-limit"] == []
-    compared = [series for series in right.recording.series.values() if series.values.compared]
+    compared = [series for series in right.recording.series.values() if series.compared]
     assert len(compared) == sum(edge.transform is not None for edge in description.edges)
     moving = {edge.name for edge in description.edges if edge.joint is not None and edge.joint.moves}
     wrong = {finding.of[0] for finding in recorded("wrong", -1.0).findings if finding.rule == "edge-wrong-value"}

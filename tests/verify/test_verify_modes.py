@@ -13,8 +13,8 @@ from rosorin_compile.output.request import Request
 from rosorin_compile.recordings.expected import Description, Options
 from rosorin_compile.recordings.joints import JointLog
 from rosorin_compile.recordings.judge import Verdict
-from rosorin_compile.recordings.lines import summary
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.recordings.report import summary
+from rosorin_compile.recordings.verification import verify
 from rosorin_compile.source.project import Description as RobotOnDisk
 from support import bags
 from support.bags import Message, edge, judged, ns, rules
@@ -95,7 +95,7 @@ def test_each_mode_is_compared_with_what_it_has(made: Compiled, tmp_path: Path, 
     assert verdict.findings == []
     right = of(made, tmp_path / "right", said, modes={"slam": slam})
     assert right.findings == []
-    compared = {series.child: series.values.compared for series in right.recording.series.values()}
+    compared = {series.child: series.compared for series in right.recording.series.values()}
     assert compared == {"base_link": 0, "odom": int(not slam), "laser": 1, "tower": 1, "eye": 1, "nose": 1} | (
         {"probe": 1} if slam else {}
     )

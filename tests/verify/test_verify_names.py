@@ -11,8 +11,8 @@ import pytest
 from rosorin_compile.model import Transform
 from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.lines import summary
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.recordings.report import summary
+from rosorin_compile.recordings.verification import verify
 from support import bags
 from support.bag_faults import more, without
 from support.bags import Message, edge, judged, ns, rules

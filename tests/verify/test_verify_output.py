@@ -23,8 +23,8 @@ from rosorin_compile.cli.answer import plain
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Transform
 from rosorin_compile.recordings import bags as reading
-from rosorin_compile.recordings.lines import table
-from rosorin_compile.recordings.machine import as_junit, as_result
+from rosorin_compile.recordings.report import table
+from rosorin_compile.recordings.report import as_junit
 from rosorin_compile.recordings.picture import as_svg
 from rosorin_compile.source import progress
 from rosorin_compile.source.report import text as report

@@ -265,7 +265,7 @@ def test_a_slow_simulation_is_as_old_as_its_own_clock_says(tmp_path: Path) -> No
     real = judged(bags.bag(tmp_path / "real"))
     slow = judged(bags.bag(tmp_path / "slow", change=simulated(0.25)))
     for key, series in real.recording.series.items():
-        if not series.still:
+        if not series.static:
             pace = slow.recording.series[key].pace
             assert pace.mean_age == pytest.approx(series.pace.mean_age, abs=0.006)
             assert pace.gap.seconds == pytest.approx(series.pace.gap.seconds, abs=0.012)

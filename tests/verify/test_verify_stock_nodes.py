@@ -73,7 +73,7 @@ def test_a_real_run_on_our_artifacts_has_no_finding(folder: Path) -> None:
     for joint in bags.ARM:
         values = series[bags.robot().joint[joint].parent + " -> " + bags.robot().joint[joint].child].values
         assert values.by_state == values.compared >= len(STATES)
-    assert all(found.values.compared for found in series.values())
+    assert all(found.compared for found in series.values())
 
 
 def test_a_real_run_with_the_lidar_mounted_backwards_is_found(folder: Path) -> None:

@@ -16,8 +16,8 @@ from rosorin_compile.model import Pose, Transform
 from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.recordings.expected import Options
 from rosorin_compile.recordings.judge import Verdict
-from rosorin_compile.recordings.lines import summary
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.recordings.report import summary
+from rosorin_compile.recordings.verification import verify
 from support import bags
 from support.bags import rules
 from support.paths import DATA, ROOT
@@ -54,8 +54,8 @@ def test_the_values_that_the_guide_recorded_are_as_described() -> None:
     text = (RECORDINGS / "guide.txt").read_text("utf-8")
     verdict = judged(text, pose=TUCK)
     assert verdict.findings == []
-    assert len(verdict.recording.asked) == len(RECORDED["tf"]) == 5
-    for answer, recorded in zip(verdict.recording.asked, RECORDED["tf"], strict=True):
+    assert len(verdict.recording.answers) == len(RECORDED["tf"]) == 5
+    for answer, recorded in zip(verdict.recording.answers, RECORDED["tf"], strict=True):
         assert (answer.source, answer.target) == (recorded["from"], recorded["to"])
         assert answer.readings[0].xyz == pytest.approx(recorded["translation"], abs=1e-12)
 
@@ -89,13 +89,13 @@ def test_a_pasted_session_is_read_part_by_part() -> None:
     verdict = judged((RECORDINGS / "session.txt").read_text("utf-8"))
     assert verdict.findings == []
     recording = verdict.recording
-    assert [(answer.source, answer.target, len(answer.readings)) for answer in recording.asked] == [
+    assert [(answer.source, answer.target, len(answer.readings)) for answer in recording.answers] == [
         ("base_link", "camera_link", 4),
         ("base_link", "camera_link", 4),
     ]
     assert recording.joints.ranges["joint5"].highest == 0.0041887902047863905
-    assert [series.values.compared for series in recording.series.values()] == [1]
-    assert list(recording.sensors["/scan"].frames) == ["laser"]
+    assert [series.compared for series in recording.series.values()] == [1]
+    assert [(use.topic, use.frame) for use in recording.uses] == [("/scan", "laser")]
 
 
 @pytest.mark.parametrize("change", ["0.219", "[0.023, 0.001, 0.289]", "0.998", "0.017  1.000", "1.9058995431778076"])

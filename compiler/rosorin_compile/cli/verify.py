@@ -22,7 +22,7 @@ from .run import Run, mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.recordings.results import Verified
     from rosorin_compile.recordings.judge import Verdict
 
 
@@ -141,7 +141,7 @@ def _is_robot(source: str) -> bool:
 
 
 def _show(result: Verified, verdict: Verdict, options: Options, name: str, console: Console) -> None:
-    from rosorin_compile.recordings.lines import summary, table
+    from rosorin_compile.recordings.report import summary, table
     from rosorin_compile.source.diagnostics import ERROR, WARNING
 
     if options.format != "text":
@@ -163,7 +163,7 @@ def _show(result: Verified, verdict: Verdict, options: Options, name: str, conso
 
 def _write(verdict: Verdict, options: Options) -> None:
     if options.junit:
-        from rosorin_compile.recordings.machine import as_junit
+        from rosorin_compile.recordings.report import as_junit
 
         _save(options.junit, as_junit(verdict, options.strict), "<testsuites")
     if options.picture:

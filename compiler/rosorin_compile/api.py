@@ -865,7 +865,7 @@ def verify(
         trust: As in ``compile``.
 
     Returns:
-        The comparison; its ``findings`` are what is not as described.
+        The comparison; its ``findings`` are the differences from the description.
 
     Raises:
         RequestError: The robot has no such mode, node or pose, a time is invalid, or numpy is not installed.

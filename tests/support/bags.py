@@ -20,7 +20,7 @@ from rosbags.typesys import Stores, get_typestore
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
 from rosorin_compile.output.pipeline import Compiled
 from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.judge import Verdict
+from rosorin_compile.recordings.results import Verified
 from rosorin_compile.recordings.verification import verify
 from support.robots import compiled, texts
 
@@ -76,12 +76,12 @@ def urdf() -> str:
     return texts(made())["rosorin.urdf"]
 
 
-def judged(source: Path | str, text: str = "", **options: Any) -> Verdict:
+def judged(source: Path | str, text: str = "", **options: Any) -> Verified:
     """Return the verdict about a recording of the reference robot; "-" is the text."""
     return verify(robot(), made().artifacts, str(source), Options(**options), standard_input=text.encode)
 
 
-def rules(verdict: Verdict) -> list[str]:
+def rules(verdict: Verified) -> list[str]:
     """Return the rules of the findings of a verdict."""
     return [finding.rule for finding in verdict.findings]
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.recordings.judge import Verdict
 from rosorin_compile.recordings.report import table
+from rosorin_compile.recordings.results import Verified
 from support import bags
 from support.bags import SECOND, START, TYPES, Message, judged, ns, rules, time
 from support.paths import DATA
@@ -229,7 +229,7 @@ CLOCKS: dict[str, tuple[Change, dict[str, str]]] = {
 }
 
 
-def of_clock(folder: Path, change: Change, **options: Any) -> Verdict:
+def of_clock(folder: Path, change: Change, **options: Any) -> Verified:
     return judged(bags.bag(folder / "bag", "mcap", change=change), **options)
 
 

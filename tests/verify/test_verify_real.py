@@ -264,9 +264,9 @@ def test_a_slow_simulation_is_as_old_as_its_own_clock_says(tmp_path: Path) -> No
     """Ages and times are those of the simulation: the same as of a robot that is not simulated."""
     real = judged(bags.bag(tmp_path / "real"))
     slow = judged(bags.bag(tmp_path / "slow", change=simulated(0.25)))
-    for key, series in real.recording.series.items():
+    for key, series in real.data.series.items():
         if not series.static:
-            pace = slow.recording.series[key].pace
+            pace = slow.data.series[key].pace
             assert pace.mean_age == pytest.approx(series.pace.mean_age, abs=0.006)
             assert pace.gap.seconds == pytest.approx(series.pace.gap.seconds, abs=0.012)
             assert pace.rate == pytest.approx(series.pace.rate, rel=0.01)
@@ -292,7 +292,7 @@ def fleet(unprefixed: str = "") -> list[Message]:
 def test_one_robot_of_a_fleet(tmp_path: Path) -> None:
     bag = bags.write(tmp_path / "bag", fleet())
     for number in (1, 2):
-        assert judged(bag, namespace=f"r{number}", prefix=f"r{number}/").findings == []
+        assert judged(bag, namespace=f"r{number}", prefix=f"r{number}/").findings == ()
     forgotten = bags.write(tmp_path / "forgotten", fleet(unprefixed="laser"))
     findings = judged(forgotten, namespace="r1", prefix="r1/").findings
     assert {finding.rule for finding in findings} == {"frame-unknown"}

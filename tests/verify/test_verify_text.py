@@ -15,8 +15,8 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.judge import Verdict
 from rosorin_compile.recordings.report import summary
+from rosorin_compile.recordings.results import Verified
 from rosorin_compile.recordings.verification import verify
 from support import bags
 from support.bags import rules
@@ -27,7 +27,7 @@ RECORDINGS = DATA / "recordings"
 TUCK = bags.robot().poses[0].positions
 
 
-def judged(text: str, **options: Any) -> Verdict:
+def judged(text: str, **options: Any) -> Verified:
     return bags.judged("-", text, **options)
 
 
@@ -53,9 +53,9 @@ def echo(transform: Transform, decimals: int = 3, only: str = "qrdm") -> str:
 def test_the_values_that_the_guide_recorded_are_as_described() -> None:
     text = (RECORDINGS / "guide.txt").read_text("utf-8")
     verdict = judged(text, pose=TUCK)
-    assert verdict.findings == []
-    assert len(verdict.recording.answers) == len(RECORDED["tf"]) == 5
-    for answer, recorded in zip(verdict.recording.answers, RECORDED["tf"], strict=True):
+    assert verdict.findings == ()
+    assert len(verdict.data.answers) == len(RECORDED["tf"]) == 5
+    for answer, recorded in zip(verdict.data.answers, RECORDED["tf"], strict=True):
         assert (answer.source, answer.target) == (recorded["from"], recorded["to"])
         assert answer.readings[0].xyz == pytest.approx(recorded["translation"], abs=1e-12)
 
@@ -82,13 +82,13 @@ def test_without_the_yaw_of_the_laser_they_are_not(tmp_path: Path) -> None:
 )
 def test_only_what_was_printed_is_shown_as_printed(line: str, shown: str) -> None:
     (finding,) = judged(f"ros2 run tf2_ros tf2_echo base_link laser\n{line}\n").findings
-    assert finding.related[1].message == shown
+    assert finding.evidence[1] == shown
 
 
 def test_a_pasted_session_is_read_part_by_part() -> None:
     verdict = judged((RECORDINGS / "session.txt").read_text("utf-8"))
-    assert verdict.findings == []
-    recording = verdict.recording
+    assert verdict.findings == ()
+    recording = verdict.data
     assert [(answer.source, answer.target, len(answer.readings)) for answer in recording.answers] == [
         ("base_link", "camera_link", 4),
         ("base_link", "camera_link", 4),
@@ -119,7 +119,7 @@ def test_what_tf2_echo_prints_of_any_pose_is_as_described(
     positions = dict(zip(bags.ARM, arm, strict=True))
     source, target = data.draw(st.permutations(["base_link", "link3", "camera_link", "depth_camera_link", "laser"]))[:2]
     text = f"$ tf2_echo {source} {target}\n{echo(bags.robot().transform(source, target, positions), only=only)}"
-    assert judged(text, pose=positions).findings == []
+    assert judged(text, pose=positions).findings == ()
 
 
 @settings(max_examples=60, deadline=None)
@@ -141,16 +141,16 @@ def test_a_turn_about_any_axes_is_found_in_every_form(rpy: tuple[float, float, f
 def test_view_frames(text: str) -> None:
     said = (RECORDINGS / text).read_text("utf-8")
     verdict = judged(said)
-    assert verdict.findings == []
-    assert len(verdict.recording.rows) == 15
+    assert verdict.findings == ()
+    assert len(verdict.data.rows) == 15
 
 
 def test_view_frames_as_it_is_logged() -> None:
     said = (RECORDINGS / "frames.yaml.txt").read_text("utf-8")
     log = f"[INFO] [1790580099.1] [view_frames]: Result:tf2_msgs.srv.FrameGraph_Response(frame_yaml={said!r})\n"
     verdict = judged(log)
-    assert verdict.findings == []
-    assert len(verdict.recording.rows) == 15
+    assert verdict.findings == ()
+    assert len(verdict.data.rows) == 15
 
 
 @pytest.mark.parametrize(

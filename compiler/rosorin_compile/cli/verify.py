@@ -23,7 +23,6 @@ from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.recordings.results import Verified
-    from rosorin_compile.recordings.judge import Verdict
 
 
 _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
@@ -76,13 +75,13 @@ def run(options: Options) -> int:
         prefix=options.prefix,
         stale=options.stale,
     )
-    if result.verdict is None:
+    if result.data is None:
         run.console.show(result.diagnostics)
         run.console.warn(f"{description.name}: not compared")
         return PROBLEMS
-    _show(result, result.verdict, options, description.name, run.console)
-    _write(result.verdict, options)
-    return PROBLEMS if result.verdict.fails(options.strict) else FINE
+    _show(result, options, description.name, run.console)
+    _write(result, options)
+    return PROBLEMS if result.fails(options.strict) else FINE
 
 
 def _asked(run: Run) -> tuple[str, Description]:
@@ -140,37 +139,37 @@ def _is_robot(source: str) -> bool:
     return found.name == Description.ROOT_FILE or found.suffix.lower() in FORMATS.endings(include=True)
 
 
-def _show(result: Verified, verdict: Verdict, options: Options, name: str, console: Console) -> None:
+def _show(result: Verified, options: Options, name: str, console: Console) -> None:
     from rosorin_compile.recordings.report import summary, table
     from rosorin_compile.source.diagnostics import ERROR, WARNING
 
     if options.format != "text":
         if options.format == "json":
-            console.show(verdict.findings)
+            console.show(result.diagnostics)
         give_result(options, result, str)
         return
     if options.quiet:
         failing = (ERROR, WARNING) if options.strict else (ERROR,)
-        Console("text").show([finding for finding in verdict.findings if finding.severity in failing])
+        Console("text").show([finding for finding in result.diagnostics if finding.severity in failing])
         return
-    for line in table(verdict):
+    for line in table(result):
         print(line)
     sys.stdout.flush()
-    console.show(verdict.findings)
+    console.show(result.diagnostics)
     sys.stderr.flush()
-    print(summary(verdict, name, options.strict))
+    print(summary(result, name, options.strict))
 
 
-def _write(verdict: Verdict, options: Options) -> None:
+def _write(result: Verified, options: Options) -> None:
     if options.junit:
         from rosorin_compile.recordings.report import as_junit
 
-        _save(options.junit, as_junit(verdict, options.strict), "<testsuites")
+        _save(options.junit, as_junit(result, options.strict), "<testsuites")
     if options.picture:
         from rosorin_compile.recordings.picture import as_svg
 
         try:
-            _save(options.picture, as_svg(verdict), "<svg")
+            _save(options.picture, as_svg(result.data), "<svg")
         except ValueError as problem:
             raise WrongUsage(f"--picture: {problem}") from None
 

@@ -49,93 +49,97 @@ class Topic(NamedTuple):
     type: str
 
 
-class Part(NamedTuple):
-    """An open rosbag2 folder or file: number of messages, first and last time (ns), topics by connection."""
-
-    reader: Any
-    path: Path
-    messages: int
-    start: int
-    end: int
-    topics: dict[int, Topic]
+_TF, _TF_STATIC, _JOINTS, _ROBOT, _CLOCK, _HEADER = range(6)
+_TYPES = (
+    *("tf2_msgs/msg/TFMessage", "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/JointState"),
+    *("std_msgs/msg/String", "rosgraph_msgs/msg/Clock", "std_msgs/msg/Header"),
+)
+_NAMES = ("tf", "tf_static", "joint_states", "robot_description", "clock")
+# The frame_id of these messages, if there is one, is not a place.
+_NOT_PLACED = {f"sensor_msgs/msg/{name}" for name in ("Joy", "BatteryState", "TimeReference", "Temperature")}
+_NOT_PLACED |= {"sensor_msgs/msg/JointState", "diagnostic_msgs/msg/DiagnosticArray"}
 
 
 def read(paths: Sequence[Path], recording: Recording, progress: Progress) -> None:
     """Read a rosbag2 folder, or the files of one that has no metadata.yaml, into a recording. Raises Unreadable."""
-    reader = _Reader(recording)
     with ExitStack() as stack:
-        parts = [part for path in paths for part in _open(path, recording, stack)]
-        parts = sorted((part for part in parts if part.messages), key=lambda part: part.start)
-        if parts:
-            reader.read(parts, progress)
-    reader.finish()
+        bags = sorted((_Bag(path, stack) for path in paths), key=lambda bag: bag.start)
+        reader = _Reader(recording)
+        if bags := [bag for bag in bags if bag.count]:
+            reader.read(bags, progress)
+        reader.finish()
 
 
-def _open(path: Path, recording: Recording, stack: ExitStack) -> list[Part]:
-    try:
-        from rosbags.rosbag2 import Reader
-    except ImportError:
-        help = pip_install("verify")
-        raise Unreadable("reading a recording needs the package rosbags, which is not installed", help) from None
-    try:
-        reader: Any = stack.enter_context(Reader(path))
-        files = getattr(reader.storage, "storages", None) or [reader.storage]
-        if reader.compression_mode == "message":  # only the folder decompresses messages
-            listed = [(c.topic, c.msgtype, c.ext, digest) for c in reader.connections for digest in ("", c.digest)]
+class _Bag:
+    """An open rosbag2 folder or file: number of messages, and time of the first and the last (ns)."""
+
+    def __init__(self, path: Path, stack: ExitStack) -> None:
+        try:
+            from rosbags.rosbag2 import Reader
+        except ImportError:
+            message = "reading a recording needs the package rosbags, which is not installed"
+            raise Unreadable(message, pip_install("verify")) from None
+        self.path = path
+        try:
+            self.reader: Any = stack.enter_context(Reader(path))
+            files = getattr(self.reader.storage, "storages", None) or [self.reader.storage]
+            self.count = sum(file.metadata.message_count for file in files)
+            self.start = min((file.metadata.start_time for file in files), default=0)
+            self.end = max((file.metadata.end_time for file in files), default=0)
+            if self.count and not -_FAR < self.start <= self.end <= _FAR:
+                raise ValueError("its first or its last time is beyond all clocks")
+            listed = [(c.topic, c.msgtype, c.ext, digest) for c in self.reader.connections for digest in ("", c.digest)]
             for one in (connection for file in files for connection in file.connections):
+                if not isinstance(one.topic, str) or not isinstance(one.msgtype, str):
+                    raise TypeError("a topic has no name, or no type")
                 if (one.topic, one.msgtype, one.ext, one.digest) not in listed:  # rosbags would skip its messages
                     raise ValueError(f"metadata.yaml contradicts the files about {one.topic}")
-            files = [reader.storage]
-        # Otherwise file by file: rosbags skips the topics of a folder about which metadata.yaml contradicts the files.
-        return [_part(file, path if reader.compression_mode else file.path, recording) for file in files]
-    except Exception as cause:
-        if is_folder(path):  # name the damaged file: rosbags does not
-            for inner in sorted(path.iterdir()):
+        except Exception as cause:
+            for inner in sorted(path.iterdir()) if is_folder(path) else ():  # rosbags does not name the damaged file
                 if inner.suffix in SUFFIXES and is_file(inner):
-                    _open(inner, recording, stack)
-        raise _damaged(path, cause) from None
+                    _Bag(inner, stack)
+            raise _damaged(path, cause) from None
 
+    def messages(
+        self, topics: dict[int, Topic], start: int | None, stop: int | None
+    ) -> Iterator[tuple[Topic, int, Any]]:
+        """Yield topic, time of arrival (ns) and content of messages; of sensors only the header. Raises Unreadable."""
+        from rosbags.typesys import Stores, get_typestore
 
-def _part(reader: Any, path: Path, recording: Recording) -> Part:
-    messages, start, end = reader.metadata.message_count, reader.metadata.start_time, reader.metadata.end_time
-    if messages and not -_FAR < start <= end <= _FAR:
-        raise ValueError("its first or its last time is beyond all clocks")
-    return Part(reader, path, messages, start, end, _topics(reader, recording))
+        connections = [connection for connection in self.reader.connections if connection.id in topics]
+        if not connections:  # rosbags would read all
+            return
+        deserialize, where = get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr, ""
+        try:
+            for connection, received, raw in self.reader.messages(connections, start=start, stop=stop):
+                topic = topics[connection.id]
+                where = f"a message of {topic.name}: "
+                if not -_FAR < received < _FAR:
+                    raise ValueError("its time is beyond all clocks")
+                if topic.kind == _HEADER:
+                    length = int.from_bytes(raw[12:16], "little" if raw[1] else "big")
+                    raw = raw[: 16 + length]
+                yield topic, received, deserialize(raw, _TYPES[topic.kind])
+                where = ""
+        except Exception as cause:
+            raise _damaged(self.path, cause, where) from None
 
-
-_TF, _TF_STATIC, _JOINTS, _ROBOT, _HEADER, _CLOCK = range(6)
-_TYPES = {
-    _TF: "tf2_msgs/msg/TFMessage",
-    _TF_STATIC: "tf2_msgs/msg/TFMessage",
-    _JOINTS: "sensor_msgs/msg/JointState",
-    _ROBOT: "std_msgs/msg/String",
-    _HEADER: "std_msgs/msg/Header",
-    _CLOCK: "rosgraph_msgs/msg/Clock",
-}
-_TOPICS = {"tf": _TF, "tf_static": _TF_STATIC, "joint_states": _JOINTS, "robot_description": _ROBOT, "clock": _CLOCK}
-# The frame_id of these messages, if there is one, is not a place.
-_NOT_PLACED = {
-    f"sensor_msgs/msg/{name}" for name in ("JointState", "Joy", "BatteryState", "TimeReference", "Temperature")
-} | {"diagnostic_msgs/msg/DiagnosticArray"}
-
-
-def _topics(reader: Any, recording: Recording) -> dict[int, Topic]:
-    """Return the topics to read by the id of their connection."""
-    namespace = recording.description.options.namespace.strip("/")
-    names = {f"{front}/{name}": kind for name, kind in _TOPICS.items() for front in ("", f"/{namespace}".rstrip("/"))}
-    topics: dict[int, Topic] = {}
-    for connection in reader.connections:
-        if not isinstance(connection.topic, str) or not isinstance(connection.msgtype, str):
-            raise TypeError("a topic has no name, or no type")
-        topic, type, kind = connection.topic, connection.msgtype, names.get(connection.topic, _HEADER)
-        recording.topics[topic] = type
-        if kind != _HEADER and type != _TYPES[kind]:
-            text = f"{topic} is of type {type}, not {_TYPES[kind]}"
-            help = "something else uses the name of this topic: rename it"
-            recording.troubles.append(problem("recording-type", topic, text, help))
-        elif kind != _HEADER or _has_header(connection):
-            topics[connection.id] = Topic(kind, topic, type)
-    return topics
+    def topics(self, recording: Recording) -> dict[int, Topic]:
+        """Return the topics to read by the id of their connection."""
+        namespace = recording.description.options.namespace.strip("/")
+        fronts = ("/", f"/{namespace}/") if namespace else ("/",)
+        kinds = {f"{front}{name}": kind for kind, name in enumerate(_NAMES) for front in fronts}
+        topics: dict[int, Topic] = {}
+        for connection in self.reader.connections:
+            topic, message_type = connection.topic, connection.msgtype
+            kind = kinds.get(topic, _HEADER)
+            recording.topics[topic] = message_type
+            if kind != _HEADER and message_type != _TYPES[kind]:
+                text = f"{topic} is of type {message_type}, not {_TYPES[kind]}"
+                recording.troubles.append(problem("recording-type", topic, text))
+            elif kind != _HEADER or _has_header(connection):
+                topics[connection.id] = Topic(kind, topic, message_type)
+        return topics
 
 
 def _has_header(connection: Any) -> bool:
@@ -143,16 +147,13 @@ def _has_header(connection: Any) -> bool:
     from rosbags.typesys import Stores, get_typestore
 
     known = get_typestore(Stores.ROS2_HUMBLE).fielddefs
-    if connection.msgtype in _NOT_PLACED:
-        return False
     if connection.msgtype in known:
         fields = known[connection.msgtype][1]
-        return bool(fields) and str(fields[0][1][1]) == "std_msgs/msg/Header"
-    for line in str(connection.msgdef.data).splitlines():
-        words = line.split("#")[0].split()
-        if len(words) >= 2 and "=" not in line:
-            return words[0] in ("std_msgs/Header", "std_msgs/msg/Header", "Header")
-    return False
+        header = bool(fields) and str(fields[0][1][1]) == _TYPES[_HEADER]
+        return header and connection.msgtype not in _NOT_PLACED
+    lines = (line.split("#")[0].split() for line in str(connection.msgdef.data).splitlines() if "=" not in line)
+    first = next((words[0] for words in lines if len(words) > 1), "")
+    return first in ("std_msgs/Header", "std_msgs/msg/Header", "Header")
 
 
 class _Reader:
@@ -164,29 +165,27 @@ class _Reader:
         self.ticks = Rows()
         self._edges: dict[tuple[bool, str, str], Rows] = {}  # by frames as they were recorded
 
-    def read(self, parts: Sequence[Part], progress: Progress) -> None:
-        """Read all parts between the two requested times; of latched topics also what came before."""
-        options = self.recording.description.options
-        first, end = parts[0].start, max(part.end for part in parts)
+    def read(self, bags: Sequence[_Bag], progress: Progress) -> None:
+        """Read all bags between the two requested times; of latched topics also what came before."""
+        options, first, end = self.recording.description.options, bags[0].start, max(bag.end for bag in bags)
         start = first if options.since is None else first + int(options.since * SECOND)
         stop = None if options.until is None else first + int(options.until * SECOND)
         if start > end > first:
             long = f"{(end - first) / SECOND:.1f} s long"
             raise Unreadable(f"--since {options.since:g} is behind the end of the recording, which is {long}")
         self.recording.start = start
-        count = sum(part.messages for part in parts)
-        if start > first:
-            for part in parts:
-                latched = {id: topic for id, topic in part.topics.items() if topic.kind in (_TF_STATIC, _ROBOT)}
-                for topic, received, content in _messages(part, latched, None, start):
-                    self._add(topic, received, content)
-        for part in parts:
-            for topic, received, content in _messages(part, part.topics, start if start > first else None, stop):
+        count, every = sum(bag.count for bag in bags), [(bag, bag.topics(self.recording)) for bag in bags]
+        for bag, topics in every if start > first else ():
+            latched = {id: topic for id, topic in topics.items() if topic.kind in (_TF_STATIC, _ROBOT)}
+            for topic, received, content in bag.messages(latched, None, start):
+                self._add(topic, received, content)
+        for bag, topics in every:
+            for topic, received, content in bag.messages(topics, start if start > first else None, stop):
                 self._add(topic, received, content)
                 self.arrivals.append(received)
                 if self.recording.messages % _STEP == 0:
                     progress(self.recording.messages, count)
-            progress(self.recording.messages, count)
+        progress(self.recording.messages, count)
 
     def _add(self, topic: Topic, received: int, content: Any) -> None:
         recording, kind = self.recording, topic.kind
@@ -251,7 +250,12 @@ class _Reader:
         most = "/clock" in far and 2 * len([topic for topic in others if topic in far]) >= len(others)
         if not far or (len(far) < len(medians) and not most):
             return None
-        self._report_clock(min(abs(medians[topic]) for topic in far) / SECOND, ahead=medians[far[0]] < 0)
+        apart = min(abs(medians[topic]) for topic in far) / SECOND
+        message = "the stamps are of another clock than the recorder's, "
+        message += f"{seconds(apart) if apart > YEAR else f'{apart:,.0f} s'} apart: ages are told by that of the stamps"
+        severity = NOTE if "/clock" in self.recording.topics else WARNING
+        trouble = problem("recording-other-clock", "the recording", message, severity=severity)
+        self.recording.troubles.append(trouble)
         # What /clock said; without it the newest stamp that is not of a transform: localisation dates those ahead.
         placed = [times for topic, times in topics.items() if topic not in ("/tf", "/clock") and times.shape[1]]
         clocks = [topics["/clock"]] if "/clock" in medians else placed or [topics["/tf"]]
@@ -261,44 +265,6 @@ class _Reader:
             times[1] = np.maximum.accumulate(times[1])
             times = times[:, np.concatenate(([True], np.diff(times[1]) > 0))]
         return times
-
-    def _report_clock(self, far: float, ahead: bool) -> None:
-        message = "the stamps are of another clock than the recorder's, "
-        message += f"{seconds(far) if far > YEAR else f'{far:,.0f} s'} apart: ages are told by that of the stamps"
-        help = "a simulation or a bag that is played does that; computers whose clocks differ do, too"
-        severity = WARNING
-        if "/clock" in self.recording.topics:
-            severity, help = NOTE, "a simulation does that; ros2 bag record --use-sim-time records in its time"
-        elif far > YEAR:
-            help = "the recorder's clock began in 1970" if ahead else "a simulation, or a clock that began in 1970"
-        trouble = problem("recording-other-clock", "the recording", message, help, severity=severity)
-        self.recording.troubles.append(trouble)
-
-
-def _messages(
-    part: Part, topics: dict[int, Topic], start: int | None, stop: int | None
-) -> Iterator[tuple[Topic, int, Any]]:
-    """Yield topic, time of arrival (ns) and content of messages; of sensors only the header. Raises Unreadable."""
-    from rosbags.typesys import Stores, get_typestore
-
-    connections = [connection for connection in part.reader.connections if connection.id in topics]
-    if not connections:  # rosbags would read all
-        return
-    store, where = get_typestore(Stores.ROS2_HUMBLE), ""
-    try:
-        for connection, received, raw in part.reader.messages(connections, start=start, stop=stop):
-            topic = topics[connection.id]
-            where = f"a message of {topic.name}: "
-            if not -_FAR < received < _FAR:
-                raise ValueError("its time is beyond all clocks")
-            if topic.kind == _HEADER:
-                length = int.from_bytes(raw[12:16], "little" if raw[1] else "big")
-                yield topic, received, store.deserialize_cdr(raw[: 16 + length], _TYPES[_HEADER])
-            else:
-                yield topic, received, store.deserialize_cdr(raw, topic.type)
-            where = ""
-    except Exception as cause:
-        raise _damaged(part.path, cause, where) from None
 
 
 def _stamped(rows: Sequence[Rows]) -> Times:

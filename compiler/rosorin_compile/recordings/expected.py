@@ -64,6 +64,11 @@ class Expected:
             return f"{self.publisher.name} (static_transform_publisher)"
         return self.publisher.name
 
+    @property
+    def advice(self) -> str:
+        """The suggestion that its node should publish it."""
+        return f"{self.owner} should publish {self.name}"
+
 
 class Description:
     """The published tree of a robot, as far as its description determines it."""

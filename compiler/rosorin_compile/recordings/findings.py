@@ -3,34 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from types import MappingProxyType
-from typing import Any
+from collections.abc import Iterable
 
 from rosorin_compile.formats.format import Value
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related
 
+from .rules import RULES
+
 YEAR = 365.25 * 86400.0  # s
-_WEIGHT = {ERROR: 0, WARNING: 1, NOTE: 2}
 _NEAR = math.radians(2.0)  # tolerance within which a turn is called a half turn or a quarter turn
 _AXES = ("x", "y", "z")
-_NO_NUMBERS: Mapping[str, Any] = MappingProxyType({})
+_WEIGHT = {ERROR: 0, WARNING: 1, NOTE: 2}
+_HELP = {rule.id: rule.help[:1].lower() + rule.help[1:].rstrip(".").replace("`", "") for rule in RULES}
+_MILD = {rule.id: severity for rule in RULES for severity in (WARNING, NOTE) if rule.what.startswith(f"A {severity}")}
 
 
 def problem(
-    rule: str,
-    subject: str,
-    message: str,
-    help: str = "",
-    *,
-    severity: str = ERROR,
-    evidence: Iterable[str] = (),
-    numbers: Mapping[str, Any] = _NO_NUMBERS,
+    rule: str, subject: str, message: str, help: str = "", evidence: Iterable[str] = (), severity: str = ""
 ) -> Diagnostic:
-    """Return a finding about a subject (an edge, topic or joint); ``evidence`` is printed below the message."""
+    """Return a finding about a subject (an edge, topic or joint); ``evidence`` is printed below the message.
+
+    Help and severity are those of the rule unless others are given.
+    """
     related = tuple(Related(line, None) for line in evidence)
-    return Diagnostic(rule, severity, message, None, related, help, (subject,), tuple(numbers.items()))
+    return Diagnostic(rule, severity or _MILD.get(rule, ERROR), message, None, related, help or _HELP[rule], (subject,))
 
 
 def ordered(findings: Iterable[Diagnostic]) -> list[Diagnostic]:

@@ -27,7 +27,7 @@ _MESSAGES = {
     "magnetometer": ("sensor_msgs/msg/MagneticField",),
     "force_torque": ("geometry_msgs/msg/WrenchStamped",),
 }
-_OF_SENSORS = {type for types in _MESSAGES.values() for type in types}
+_OF_SENSORS = {each for types in _MESSAGES.values() for each in types}
 
 
 def sensors(recording: Recording) -> Iterator[Diagnostic]:
@@ -64,11 +64,11 @@ def _unknown(recording: Recording, use: FrameUse) -> Diagnostic | None:
     if not use.frame:
         if use.type and not use.type.startswith("sensor_msgs/"):
             return None
-        message, help = f"{use.topic} is stamped with no frame", "let the driver set frame_id"
-        return problem("frame-unknown", use.topic, message, help, severity=WARNING)
+        message = f"{use.topic} is stamped with no frame"
+        return problem("frame-unknown", use.topic, message, severity=WARNING)
     many = counted(use.pace.count, "message")
     message = f'{use.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
-    help = "set frame_id in the driver, or describe the frame"
+    help = ""
     if use.frame in recording.description.robot.link:
         help = "the description has this frame, but says that nobody publishes it"
     elif nearest(use.frame, known):
@@ -111,15 +111,14 @@ def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
         message += f"and no message with what is declared: {declared}"
         help = f"set frame_id in the driver, or say what it stamps: stamps: [{', '.join(frames)}]"
         severity = ERROR if recording.description.frames >= set(frames) else WARNING
-        numbers = {"frames": frames}
-        yield problem("frame-not-as-declared", names[0], message, help, severity=severity, numbers=numbers)
+        yield problem("frame-not-as-declared", names[0], message, help, severity=severity)
 
 
 def _is_explained(recording: Recording, uses: Sequence[FrameUse], sensor: Sensor) -> bool:
-    """Return True if the frames of a topic are of other nodes, have their own finding, or hang on the sensor's frame."""
-    robot, type, frames = recording.description.robot, uses[0].type, {use.frame for use in uses}
+    """Return True if the frames of a topic are of other nodes, have a finding, or are below the sensor's frame."""
+    robot, message_type, frames = recording.description.robot, uses[0].type, {use.frame for use in uses}
     declared = [one.stamps for one in robot.publishers]
-    declared += [one.stamps for one in robot.sensors if type in _MESSAGES.get(one.type, (type,))]
+    declared += [one.stamps for one in robot.sensors if message_type in _MESSAGES.get(one.type, (message_type,))]
     names = tuple(frame for stamps in declared for frame in stamps)
     for frame in frames:
         above = [frame]
@@ -148,9 +147,7 @@ def _late(recording: Recording, uses: Sequence[FrameUse]) -> Diagnostic:
         f"{share(worst.early, worst.pace.count)} messages could not be placed",
     ]
     evidence += [f"also {use.topic}: {share(use.early, use.pace.count)}" for use in uses if use is not worst]
-    help = "let whoever uses the sensor wait for its frame, or start the publisher of the frame first"
-    numbers = {"seconds": wait, "messages": worst.early}
-    return problem("frame-late", worst.topic, message, help, evidence=evidence, numbers=numbers)
+    return problem("frame-late", worst.topic, message, evidence=evidence)
 
 
 def _failing(recording: Recording, group: Sequence[tuple[FrameUse, Lookups]]) -> Diagnostic:
@@ -168,10 +165,4 @@ def _failing(recording: Recording, group: Sequence[tuple[FrameUse, Lookups]]) ->
     if use.pace.most_ahead > AHEAD:
         evidence.append(f"its own stamps are up to {seconds(use.pace.most_ahead)} ahead of the time when they came")
     evidence += [f"also {other.topic}: {share(its.failed, its.asked)}" for other, its in group if other is not use]
-    help = "ask for the latest transform where things move slowly, wait with a timeout, or publish the edge more often"
-    numbers = {
-        "share": lookups.failed / lookups.asked,
-        "lag": lookups.mean_lag,
-        "lag_most": lookups.largest_lag,
-    }
-    return problem("lookup-fails", use.topic, message, help, evidence=evidence, numbers=numbers)
+    return problem("lookup-fails", use.topic, message, evidence=evidence)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from rosorin_compile.source.diagnostics import masked
 
 from .findings import rate_text, seconds
-from .judge import Verdict
 from .recording import Recording
 from .timing import SECOND, SLICES, Pace, Times, slice_width
 
@@ -25,9 +25,8 @@ _STYLE = (  # readable on white and on black
 )
 
 
-def as_svg(verdict: Verdict) -> str:
+def as_svg(recording: Recording) -> str:
     """Return the picture of a recording. Raises ValueError if it has no times of arrival."""
-    recording = verdict.recording
     rows = _rows(recording)
     if not recording.timed or not rows or recording.start is None:
         raise ValueError("a picture needs a recording that says when messages were received")
@@ -35,7 +34,7 @@ def as_svg(verdict: Verdict) -> str:
     width = slice_width(span)
     slices = min(SLICES, int(-(-span // width)))
     height, total = _TOP + _ROW * len(rows) + 40, _LABEL + _PLOT + _RIGHT
-    title = f"{verdict.description.robot.name}: {recording.messages:,} messages in {span / SECOND:.1f} s"
+    title = f"{recording.description.robot.name}: {recording.messages:,} messages in {span / SECOND:.1f} s"
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{total}" height="{height}" viewBox="0 0 {total} {height}" '
         f'role="img" aria-label="{_escaped(title)}">',
@@ -96,7 +95,7 @@ def _gaps(counts: Times, pace: Pace, width: int, base: int) -> list[str]:
     usual, step = (pace.last - pace.first) / max(1, pace.count - 1), _PLOT / len(counts)
     edges = np.concatenate(([-1], np.flatnonzero(counts), [len(counts)]))
     parts = []
-    for before, after in zip(edges, edges[1:], strict=False):
+    for before, after in itertools.pairwise(edges):
         empty = after - before - 1
         if empty * width > max(3 * usual, _SHORT):
             x = _LABEL + (before + 1) * step

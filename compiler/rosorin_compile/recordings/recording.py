@@ -95,6 +95,11 @@ class FrameRow(NamedTuple):
         """Parent and child as text."""
         return f"{self.parent} -> {self.child}"
 
+    @property
+    def topic(self) -> str:
+        """The topic it was published on."""
+        return "/tf_static" if self.static else "/tf"
+
 
 @dataclass
 class Lookups:
@@ -179,10 +184,10 @@ class Recording:
             names, positions = [names[at] for at in order], [positions[at] for at in order]
         self.states.setdefault((tuple(names), len(positions)), Rows()).add(received, stamp, positions)
 
-    def add_header(self, received: int, stamp: int, topic: str, type: str, frame: str) -> None:
+    def add_header(self, received: int, stamp: int, topic: str, message_type: str, frame: str) -> None:
         """Add the header of a message: times in ns."""
         name = self.frame(frame)
-        self.headers.setdefault((topic, type, name), Rows()).add(received, stamp)
+        self.headers.setdefault((topic, message_type, name), Rows()).add(received, stamp)
         if frame.startswith("/"):
             self.slashed[topic, name] = self.slashed.get((topic, name), 0) + 1
 
@@ -215,9 +220,9 @@ class Recording:
                 self.dropped[key] = len(rows)
             elif not self._is_of_other_robot(key.child):
                 self._add_series(key, Samples(*converted(rows.times), rows.values[:, :3], rows.values[:, 3:]), start)
-        for (topic, type, frame), rows in self.headers.items():
+        for (topic, message_type, frame), rows in self.headers.items():
             if not self._is_of_other_robot(frame):
-                use = FrameUse(topic, type, frame, Pace(*converted(rows.times), start, self.timed))
+                use = FrameUse(topic, message_type, frame, Pace(*converted(rows.times), start, self.timed))
                 use.slashed = self.slashed.get((topic, frame), 0)
                 self.uses.append(use)
                 self._look_up_all(use)
@@ -242,6 +247,10 @@ class Recording:
     ) -> Expected | None:
         """Return the described edge that is most like a recorded one."""
         return best_edge(self.description.by_child.get(child, ()), parent, static, first)
+
+    def since_start(self, time: int) -> float:
+        """Return a time (ns) in seconds from the start of the recording."""
+        return max(0, time - (self.start or 0)) / SECOND
 
     @cached_property
     def into(self) -> Mapping[str, list[Series]]:

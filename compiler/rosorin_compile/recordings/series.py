@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rosorin_compile.model import Joint, Transform
+from rosorin_compile.model import Transform
 
 from .expected import EXACT, SIX_ANGLE, Expected
 from .joints import JointStates
@@ -71,6 +71,11 @@ class Series:
     def topic(self) -> str:
         """The topic of the edge."""
         return "/tf_static" if self.static else "/tf"
+
+    @property
+    def by_owner(self) -> str:
+        """The node that should publish it, in brackets, if it is known."""
+        return f" ({self.owner})" if self.owner else ""
 
     @property
     def comparable(self) -> bool:

@@ -77,6 +77,11 @@ class Pace:
         self.oldest = _longest(came - np.concatenate((newest[:1], newest[:-1])), came)
 
     @property
+    def largest_gap(self) -> float | None:
+        """The longest time between two messages in s, or None if times of arrival are not known."""
+        return self.gap.seconds if self.timed else None
+
+    @property
     def rate(self) -> float:
         """Messages per second; NaN for fewer than two."""
         span = self.last - self.first
@@ -154,7 +159,7 @@ def _longest(spans: Times, times: Times) -> Gap:
 
 
 def _drift(leads: Floats, start: int) -> Step | None:
-    """Return the first and last lead of a clock that runs too fast or too slow; stamps that fall behind do not drift."""
+    """Return the first and last lead of a clock that runs too fast or too slow; growing delays are not a drift."""
     if len(leads) < 2 * _SIDE:
         return None
     at = np.arange(len(leads))

@@ -26,7 +26,7 @@ from .bags import SUFFIXES, Unreadable
 from .bags import Progress as Report
 from .bags import read as read_bags
 from .expected import Description, Options
-from .judge import Verdict, judge
+from .judge import judge
 from .pasted import read_text
 from .recording import Recording
 from .results import Verified, result_of
@@ -71,10 +71,9 @@ def verify_recording(
     options = Options(known, nodes, positions, frames, since, until, namespace, prefix, stale)
     progress = partial(Progress.step, "reading messages")
     try:
-        verdict = verify(robot, compiled.artifacts, source, options, progress, standard_input)
+        return verify(robot, compiled.artifacts, source, options, progress, standard_input, case)
     except Unreadable as problem:
         return Verified(name, source, diagnostics=(error("recording-unreadable", str(problem), None, problem.help),))
-    return result_of(replace(verdict, findings=_with_places(verdict, case)), source)
 
 
 def verify(
@@ -84,8 +83,9 @@ def verify(
     options: Options,
     progress: Report = lambda done, count: None,  # noqa: ARG005
     standard_input: Callable[[], bytes] = lambda: b"",
-) -> Verdict:
-    """Compare a recording with a robot and its compiled artifacts.
+    case: Case | None = None,
+) -> Verified:
+    """Compare a recording with a robot and its compiled artifacts; ``case`` has the places of its description.
 
     ``source`` is a rosbag2 folder, one of its files, a text file, or "-" for text on standard input. Raises Unreadable.
     """
@@ -95,7 +95,8 @@ def verify(
             recording = _read_text(description, standard_input(), "standard input")
         else:
             recording = _read_path(description, Path(source), progress)
-        return Verdict(recording, description, judge(recording, artifacts))
+        findings = judge(recording, artifacts)
+        return result_of(recording, _with_places(findings, description, case) if case else findings, source)
 
 
 def _read_path(description: Description, path: Path, progress: Report) -> Recording:
@@ -164,14 +165,14 @@ def _positions(robot: Robot, name: str) -> Mapping[str, float] | None:
     return poses[name]
 
 
-def _with_places(verdict: Verdict, case: Case) -> list[Diagnostic]:
+def _with_places(findings: Sequence[Diagnostic], description: Description, case: Case) -> list[Diagnostic]:
     """Return the findings; those about an edge also point to the place that defines it."""
-    edges = {edge.name: edge for edge in verdict.description.edges}
-    findings = []
-    for finding in verdict.findings:
+    edges = {edge.name: edge for edge in description.edges}
+    placed = []
+    for finding in findings:
         if edge := edges.get(finding.of[0]):
             path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
             place = Related("described here", case.tree.locate(path, key=True).span)
             finding = replace(finding, related=(*finding.related, place))
-        findings.append(finding)
-    return findings
+        placed.append(finding)
+    return placed

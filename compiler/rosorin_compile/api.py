@@ -429,7 +429,7 @@ def frames(
         frame: Return only the path from the root to this frame.
         publisher: Return only the edges of this node; ``"nobody"``: edges without a publisher.
         modes: Modes that are on or off; by default there is a tree for each combination that differs.
-        output: A drawing to write: ``.svg``, ``.dot``, ``.gv``, ``.mmd`` or ``.md``, or a folder for one SVG per tree.
+        output: A drawing to write: an ``.svg`` file, or a folder for one file per tree.
         force: Replace a file that this tool did not write.
         trust: As in ``compile``.
 

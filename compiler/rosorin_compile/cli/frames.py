@@ -19,8 +19,8 @@ from .usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.model.frame_tree import Row
-    from rosorin_compile.viewer.drawing.situations import Situation
-    from rosorin_compile.viewer.drawing.terminal import Look
+    from rosorin_compile.viewer.frame_trees import Tree
+    from rosorin_compile.viewer.frames_text import Look
 
 
 _HOW = "rosorin-compile frames ROBOT"
@@ -41,8 +41,8 @@ _LINES = "└├│─╌"
     "-o",
     "--output",
     type=PATH,
-    metavar="FILE",
-    help="write a drawing: .svg, .dot or .gv (Graphviz), .mmd or .md (Mermaid); FOLDER/: one SVG per tree",
+    metavar="FILE.svg",
+    help="write a drawing: FILE.svg; FOLDER/: one file per tree",
 )
 @option("--force", is_flag=True, help="replace a file that this command did not write")
 @option("--ascii", is_flag=True, help="draw the tree with ASCII characters")
@@ -76,12 +76,12 @@ def run(options: Options) -> int:
     return FINE
 
 
-def _text(robot: Robot, shown: tuple[Situation, ...], options: Options) -> str:
+def _text(robot: Robot, shown: tuple[Tree, ...], options: Options) -> str:
     from rosorin_compile.model.frame_tree import publishers, rows
-    from rosorin_compile.viewer.drawing.terminal import look, table
+    from rosorin_compile.viewer.frames_text import Look, table
 
     every = rows(robot)
-    how = look(options.ascii or not _has_lines(), _coloured(), publishers(every), _width())
+    how = Look(options.ascii or not _has_lines(), publishers(every) if _coloured() else (), _width())
     if options.publisher is not None:
         found = _of_publisher(shown, options.publisher)
         return "\n".join(table(found, how)) if found else f"{options.publisher} publishes nothing here"
@@ -90,11 +90,11 @@ def _text(robot: Robot, shown: tuple[Situation, ...], options: Options) -> str:
     return "\n".join(_trees(robot, shown, how, None))
 
 
-def _of_publisher(shown: tuple[Situation, ...], name: str) -> list[Row]:
+def _of_publisher(shown: tuple[Tree, ...], name: str) -> list[Row]:
     return list(dict.fromkeys(row for one in shown for row in one.edges if row.publisher == name))
 
 
-def _answers(every: tuple[Row, ...], shown: tuple[Situation, ...], frame: str) -> list[str]:
+def _answers(every: tuple[Row, ...], shown: tuple[Tree, ...], frame: str) -> list[str]:
     """Return who publishes a frame, in a sentence for each edge into it."""
     there = {row for one in shown for row in one.edges}
     said = []
@@ -114,10 +114,10 @@ def _answers(every: tuple[Row, ...], shown: tuple[Situation, ...], frame: str) -
     return [f"nobody publishes {frame} in these modes" if lost else f"nothing is above {frame}: it is a root"]
 
 
-def _trees(robot: Robot, shown: tuple[Situation, ...], how: Look, frame: str | None) -> list[str]:
+def _trees(robot: Robot, shown: tuple[Tree, ...], how: Look, frame: str | None) -> list[str]:
     """Return the tree of each situation under its heading, or of it the way to a frame."""
     from rosorin_compile.model.frame_tree import lines, way
-    from rosorin_compile.viewer.drawing.terminal import heading, tree
+    from rosorin_compile.viewer.frames_text import heading, tree
 
     blocks: dict[tuple[str, ...], list[str]] = {}
     names = robot.frames

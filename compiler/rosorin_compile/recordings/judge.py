@@ -62,9 +62,10 @@ def _no_transform(recording: Recording) -> Diagnostic:
 
 def _no_edge(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the finding for a recording of which no edge is described."""
-    known, recorded = recording.description.by_child, [*recording.series.values(), *recording.rows]
-    described = any(one.parent == edge.parent for one in recorded for edge in known.get(one.child, ()))
-    if not described and not recording.answers:
+    recorded = [(one.parent, one.child) for one in recording.series.values()]
+    recorded += [(row.parent, row.child) for row in recording.rows]
+    described = {(edge.parent, child) for child, edges in recording.description.by_child.items() for edge in edges}
+    if not described & set(recorded) and not recording.answers:
         many = counted(len(recorded), "edge")
         message = f"none of the {many} of the recording is described: nothing could be compared"
         help = "look whether this is the recording of this robot, and its description"

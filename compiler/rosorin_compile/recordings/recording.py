@@ -45,7 +45,7 @@ class Rows:
     @property
     def times(self) -> Times:
         """Times of arrival and stamps (2, n)."""
-        return np.frombuffer(self._times, np.int64).reshape(-1, 2).T
+        return np.asarray(np.frombuffer(self._times, np.int64).reshape(-1, 2).T, np.int64)
 
     @property
     def values(self) -> Floats:

@@ -13,8 +13,8 @@ from rosorin_compile.output import OutputError, write_file, write_set
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, did_you_mean
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from .drawing import SUFFIXES, picture, suffix
-from .drawing.situations import Situation, TooMany, situations
+from .frame_trees import TooMany, Tree, frame_trees
+from .frames_picture import svg
 
 RULES = (Rule("picture-file", "A picture cannot be written.", "The message says why.", Heading.OUTPUTS),)
 
@@ -58,13 +58,13 @@ class Frames:
     files: tuple[Path, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     robot: Robot | None = field(default=None, repr=False)
-    trees: tuple[Situation, ...] = field(default=(), repr=False)
+    trees: tuple[Tree, ...] = field(default=(), repr=False)
 
 
-def trees(robot: Robot, modes: Mapping[str, bool]) -> tuple[Situation, ...]:
+def trees(robot: Robot, modes: Mapping[str, bool]) -> tuple[Tree, ...]:
     """Return the trees of a robot in modes. Raises RequestError if there are too many."""
     try:
-        return situations(robot, modes)
+        return frame_trees(robot, modes)
     except TooMany as problem:
         raise RequestError(f"{problem}; name modes: --mode NAME") from None
 
@@ -89,7 +89,7 @@ def frames(robot: Robot, modes: Mapping[str, bool], frame: str | None = None, pu
     )
 
 
-def _situation(robot: Robot, shown: Situation, frame: str | None, publisher: str | None) -> FrameSituation:
+def _situation(robot: Robot, shown: Tree, frame: str | None, publisher: str | None) -> FrameSituation:
     found = lines(shown.edges, robot.frames)
     if frame is not None:
         found = way(found, frame)
@@ -114,7 +114,7 @@ def _edge(row: Row) -> FrameEdge:
     )
 
 
-def draw_frames(robot: Robot, shown: Sequence[Situation], output: str, force: bool = False) -> Frames:
+def draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool = False) -> Frames:
     """Write a drawing of the trees, or one for each tree into a folder: an existing one, or a name that ends in "/".
 
     A file that this tool did not write is replaced with ``force`` only. Raises RequestError.
@@ -123,11 +123,11 @@ def draw_frames(robot: Robot, shown: Sequence[Situation], output: str, force: bo
     folder = output.endswith(("/", os.sep)) or target.is_dir()
     if folder:
         names = [f"frames_{one.short}.svg" if one.short else "frames.svg" for one in shown]
-        files = {target / name: picture(robot, ".svg", [one]) for name, one in zip(names, shown, strict=True)}
-    elif suffix(output):
-        files = {target: picture(robot, suffix(output), shown)}
+        files = {target / name: svg(robot, [one]) for name, one in zip(names, shown, strict=True)}
+    elif output.casefold().endswith(".svg"):
+        files = {target: svg(robot, shown)}
     else:
-        raise RequestError(f"{output} is no picture: name one that ends in {', '.join(SUFFIXES)}, or FOLDER/")
+        raise RequestError(f"{output} is no picture: name one that ends in .svg, or FOLDER/")
     existing = [path for path in files if os.path.lexists(path)]
     odd = [path for path in existing if not path.is_file()]
     if odd:

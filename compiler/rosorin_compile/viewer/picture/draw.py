@@ -17,7 +17,7 @@ from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, 
 from rosorin_compile.source.installing import is_installed, pip_install
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.viewer.drawing.situations import TooMany, situations
+from rosorin_compile.viewer.frame_trees import TooMany, frame_trees
 from rosorin_compile.viewer.page.data import mesh_names
 from rosorin_compile.viewer.showing import Shown, look
 
@@ -213,7 +213,7 @@ def _frames(robot: Robot, look: Look) -> list[str]:
 def _published(robot: Robot, modes: Mapping[str, bool]) -> set[str]:
     """Return the frames that are published in modes; all of a robot of which nobody publishes any."""
     try:
-        found = situations(robot, modes)
+        found = frame_trees(robot, modes)
         edges = found[0].edges if found else ()
     except TooMany:
         edges = robot.frame_tree()

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Pose
-from rosorin_compile.output.pipeline import Compiled
 from rosorin_compile.recordings.expected import Description, Options
 from rosorin_compile.recordings.results import Verified
 from rosorin_compile.recordings.verification import verify

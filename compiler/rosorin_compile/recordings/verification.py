@@ -11,11 +11,10 @@ from types import MappingProxyType
 
 import numpy as np
 
+from rosorin_compile.formats.compiled import emit, emit_published
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import Robot
-from rosorin_compile.output.foreign import emit_published
-from rosorin_compile.output.pipeline import emitted
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.conditions import check_modes
 from rosorin_compile.source import files
@@ -58,7 +57,7 @@ def verify_recording(
     case, path = understood.case, request.description.path
     if case is None:
         return Verified(name, source, diagnostics=_errors(understood.diagnostics))
-    compiled = emit_published(understood, path) if request.is_foreign else emitted(understood, path)
+    compiled = emit_published(understood, path) if request.is_foreign else emit(understood, path)
     if has_errors(compiled.diagnostics):
         return Verified(name, source, diagnostics=_errors(compiled.diagnostics))
     for option, value in (("since", since), ("until", until), ("stale", stale)):

@@ -107,6 +107,17 @@ def transform_message(stamp: int, parent: str, child: str, transform: Transform)
     return TYPES["geometry_msgs/msg/TransformStamped"](header(stamp, parent), child, inner)
 
 
+def stamped(message: Message, new: Callable[[int], int]) -> Message:
+    """Return a message with other stamps, in ns."""
+    content = message.content
+    parts = content.transforms if hasattr(content, "transforms") else [content] if hasattr(content, "header") else []
+    for part in parts:
+        stamp = part.header.stamp
+        at = max(0, new(stamp.sec * SECOND + stamp.nanosec))
+        stamp.sec, stamp.nanosec = at // SECOND, at % SECOND
+    return message
+
+
 def tf(received: int, transforms: list[Any], still: bool = False) -> Message:
     topic = "/tf_static" if still else "/tf"
     return Message(received, topic, "tf2_msgs/msg/TFMessage", TYPES["tf2_msgs/msg/TFMessage"](transforms))

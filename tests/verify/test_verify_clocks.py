@@ -13,7 +13,7 @@ import pytest
 from rosorin_compile.recordings.report import table
 from rosorin_compile.recordings.results import Verified
 from support import bags
-from support.bags import SECOND, START, TYPES, Message, judged, ns, time
+from support.bags import SECOND, START, TYPES, Message, judged, ns, stamped, time
 from support.paths import DATA
 
 pytestmark = pytest.mark.slow
@@ -21,17 +21,6 @@ pytestmark = pytest.mark.slow
 Change = Callable[[list[Message]], list[Message]]
 Stamp = Callable[[int], int]
 CLOCK = "rosgraph_msgs/msg/Clock"
-
-
-def stamped(message: Message, new: Stamp) -> Message:
-    """Return a message with other stamps, in ns."""
-    content = message.content
-    parts = content.transforms if hasattr(content, "transforms") else [content] if hasattr(content, "header") else []
-    for part in parts:
-        stamp = part.header.stamp
-        at = max(0, new(stamp.sec * SECOND + stamp.nanosec))
-        stamp.sec, stamp.nanosec = at // SECOND, at % SECOND
-    return message
 
 
 def of(message: Message, name: str) -> bool:

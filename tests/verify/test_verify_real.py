@@ -12,22 +12,11 @@ import pytest
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Pose
 from support import bags
-from support.bags import SECOND, START, TYPES, Message, edge, judged, ns, rules, tf, time, transform_message
+from support.bags import SECOND, START, TYPES, Message, edge, judged, ns, rules, stamped, tf, time, transform_message
 
 Change = Callable[[list[Message]], list[Message]]
 CHANCE = random.Random(5)  # noqa: S311
 STATE = "sensor_msgs/msg/JointState"
-
-
-def stamped(message: Message, new: Callable[[int], int]) -> Message:
-    """Return a message with other stamps."""
-    content = message.content
-    parts = content.transforms if hasattr(content, "transforms") else [content] if hasattr(content, "header") else []
-    for part in parts:
-        stamp = part.header.stamp
-        at = max(0, new(stamp.sec * SECOND + stamp.nanosec))
-        stamp.sec, stamp.nanosec = at // SECOND, at % SECOND
-    return message
 
 
 def stamp_of(message: Message) -> int:
@@ -236,28 +225,13 @@ HABITS: dict[str, tuple[dict[str, Any], list[str]]] = {
 }
 
 
-MESSAGES = {
-    "a bag that is played": "the stamps are of another clock than the recorder's, 86,400 s apart:"
-    " ages are told by that of the stamps",
-    "a clock that is set forward": "nothing was recorded for 30.0 s, 6.0 s into the recording",
-    "a camera with frames of its own": "6 edges below camera_link were published, but no such edges are described",
-    "four wheels that nobody described": "/joint_states names 4 joints that are not described:"
-    ' "wheel0", "wheel1", "wheel2", "wheel3"',
-    "localisation that is started by hand": "map -> odom was there only from 5.0 s into the recording on",
-    "a simulation whose localisation stops": "map -> odom went 10.3 s stale, 15.3 s into the recording",
-}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HABITS)
 def test_what_real_robots_record(tmp_path: Path, name: str) -> None:
     scene, expected = HABITS[name]
     CHANCE.seed(name)
     verdict = judged(bags.bag(tmp_path / "bag", "mcap" if len(name) % 2 else "sqlite3", **scene))
-    messages = [finding.message for finding in verdict.findings]
-    assert rules(verdict) == expected, messages
-    if name in MESSAGES:
-        assert messages[0] == MESSAGES[name]
+    assert rules(verdict) == expected, [finding.message for finding in verdict.findings]
 
 
 def test_a_slow_simulation_is_as_old_as_its_own_clock_says(tmp_path: Path) -> None:

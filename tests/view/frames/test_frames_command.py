@@ -213,11 +213,11 @@ def test_a_folder_gets_a_picture_for_each_situation(capsys: Shown, rosorin: Path
 def test_nobody_elses_file_is_overwritten(capsys: Shown, rosorin: Path) -> None:
     (rosorin / "notes.svg").write_text("my notes", "utf-8")
     assert refused(capsys, "-o", "notes.svg") == (
-        "notes.svg is there, and frames did not make it; name another file, or add --force"
+        "notes.svg exists and was not written by this tool: name another file, or add --force"
     )
     (rosorin / "pictures").mkdir()
     (rosorin / "pictures" / "frames_slam_on.svg").write_text("<svg/>", "utf-8")
-    assert "pictures/frames_slam_on.svg is there" in refused(capsys, "-o", "pictures")
+    assert "pictures/frames_slam_on.svg exists" in refused(capsys, "-o", "pictures")
     assert (rosorin / "notes.svg").read_text("utf-8") == "my notes"
     assert shown(capsys, "-o", "notes.svg", "--force") == ["rosorin: notes.svg"]
 
@@ -290,5 +290,5 @@ def test_what_is_no_file_is_not_replaced(rosorin: Path, capsys: Shown) -> None:
     (rosorin / "pipe.svg").symlink_to("pipe")
     for words in (["-o", "pipe.svg"], ["-o", "pipe.svg", "--force"]):
         assert main(["frames", *words]) == 2
-        assert "pipe.svg cannot be written: it is no regular file" in capsys.readouterr().err
+        assert "pipe.svg cannot be written: it is not a regular file" in capsys.readouterr().err
     assert (rosorin / "pipe").is_fifo()

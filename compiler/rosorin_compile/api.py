@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
-    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.recordings.results import Verified
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
     from rosorin_compile.ros.package.checking import CheckedCopies
     from rosorin_compile.ros.package.deploy import Deployed
@@ -438,7 +438,7 @@ def frames(
         frame: Return only the path from the root to this frame.
         publisher: Return only the edges of this node; ``"nobody"``: edges without a publisher.
         modes: Modes that are on or off; by default there is a tree for each combination that differs.
-        output: A drawing to write: ``.svg``, ``.dot``, ``.gv``, ``.mmd`` or ``.md``, or a folder for one SVG per tree.
+        output: A drawing to write: an ``.svg`` file, or a folder for one file per tree.
 
     Example:
         >>> import rosorin_compile

@@ -107,7 +107,7 @@ def _springs(root: Element, tree: Map) -> None:
                 value = float(element.get("value") or element.text)
             except ValueError:
                 continue
-            if key is not None and math.isfinite(value):
+            if key is not None and isinstance(joint, Map) and math.isfinite(value):
                 dynamics = joint.setdefault("dynamics", Map(element.span))
                 joint.key_spans.setdefault("dynamics", element.span)
                 joint.value_spans.setdefault("dynamics", element.span)

@@ -23,7 +23,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.check_outputs import compare_committed
+from rosorin_compile.compare.check_outputs import compare_committed, judged
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from rosorin_compile.compare.tolerance import printing_of
@@ -226,7 +226,8 @@ def write(
         done = write_artifacts(folder, files, prune, complete=not only)
     except OutputError as problem:
         return Written(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
-    more = done.diagnostics(folder)
+    changed = [artifact for artifact in artifacts if artifact.file in done.written]
+    more = [*done.diagnostics(folder), *judged(changed, folder, lambda: request.understand().case)]
     for name in () if only else done.kept:
         message = f"{folder}/{name} is no artifact of this robot; it is kept"
         more.append(Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it"))

@@ -30,8 +30,11 @@ from rosorin_compile.mujoco.mjcf import process
 from support.paths import COMPILER, TESTS
 
 MJCF = "rosorin_compile.mujoco.mjcf"
-CHILD = ("engine", "compiled_model", "compare_models", "accelerations")
-MUJOCO = ("mujoco", "numpy", *(f"{MJCF}.{name}" for name in CHILD))
+MUJOCO = (
+    "mujoco",
+    "numpy",
+    *(f"{MJCF}.{name}" for name in ("engine", "compiled_model", "compare_models", "accelerations")),
+)
 XACRO = ("xacro", "yaml", "rosorin_compile.importing.xacro.child")
 OF_MUJOCO = process._START
 OF_XACRO = expanding._CHILD

@@ -170,6 +170,7 @@ FORMAT = Format(
     article="a",
     about="the MJCF on a floor, in light, for MuJoCo's viewer",
     rank=31,
+    covers=("robot",),
     options={
         "of": {
             "type": "string",

@@ -66,12 +66,12 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
 
 
 def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) -> Refusal:
-    """Return why MuJoCo does not load an MJCF whose file is in ``folder``; empty if it does, or is not installed.
+    """Return why MuJoCo does not load an MJCF that is in ``folder``, or that it is not installed.
 
     A text of ours that is complete ``by_itself`` is loaded in this process; foreign meshes may crash it.
     """
     if not is_installed("mujoco"):
-        return Refusal()
+        return Refusal(missing="MuJoCo")
     if by_itself:
         from . import engine
 

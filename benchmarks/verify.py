@@ -19,6 +19,7 @@ from pathlib import Path
 
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from rosorin_compile.output.pipeline import compile_robot
 
 from rosorin_compile.formats import Artifact
 from rosorin_compile.formats.compiled import compile_robot

@@ -1172,12 +1172,13 @@ def extract_boxes(
 
     """
     from rosorin_compile.importing.extract import extract as extracting
+    from rosorin_compile.importing.extract.sources import MeshSource
 
     reading, wrong = _read_options(arguments, packages, trust, warn)
     if wrong:
         return extracting.ExtractedBoxes(diagnostics=tuple(wrong))
     x, y, z = scale
-    source = extracting.MeshSource(sources, reading, links, section, (x, y, z))
+    source = MeshSource(sources, reading, links, section, (x, y, z))
     file = None if output is None else Path(output)
     return extracting.extract_boxes(source, shape, stack, axis, digits, file, force)
 
@@ -1197,8 +1198,7 @@ def extract_height_map(
     origin: tuple[float, float] | None = None,
     cells: tuple[int, int] | None = None,
     size: tuple[float, float] | None = None,
-    spacing: float | None = None,
-    exact: bool = False,
+    exact: bool = True,  # noqa: ARG001 - of earlier versions
     below: float | None = None,
     map_digits: int = 4,
     step: float | None = None,
@@ -1227,8 +1227,7 @@ def extract_height_map(
         origin: The corner of the first cell (x, y) in metres; by default the corner of the mesh.
         cells: The number of cells along x and y; by default those that cover the mesh.
         size: The size of the grid (x, y) in metres, instead of ``cells``.
-        spacing: The largest distance between samples in metres; by default a third of a cell.
-        exact: Compute the highest point in each cell exactly instead of sampling.
+        exact: Ignored; heights are always exact.
         below: Ignore surfaces above this height, in metres.
         map_digits: Decimals of heights in metres, 0 to 9.
         step: Round heights of boxes to multiples of this length in metres; by default a cell.
@@ -1255,20 +1254,20 @@ def extract_height_map(
 
     """
     from rosorin_compile.importing.extract import extract as extracting
+    from rosorin_compile.importing.extract.sources import MeshSource
 
     reading, wrong = _read_options(arguments, packages, trust, warn)
     if wrong:
         return extracting.ExtractedHeightMap(diagnostics=tuple(wrong))
     x, y, z = scale
-    source = extracting.MeshSource(sources, reading, [link] if link is not None else (), section, (x, y, z))
-    grid = extracting.GridOptions(cell, origin, cells, size, spacing, exact, below, map_digits, step)
+    source = MeshSource(sources, reading, [link] if link is not None else (), section, (x, y, z))
+    grid = extracting.GridOptions(cell, origin, cells, size, below, map_digits, step, bottom)
     (x, y, z), (roll, pitch, yaw) = xyz, rpy
     return extracting.extract_height_map(
         source,
         grid,
         frame,
         Pose((x, y, z), (roll, pitch, yaw)),
-        bottom,
         None if into is None else Path(into),
         status,
         note,
@@ -1291,8 +1290,7 @@ def extract_factory(
     origin: tuple[float, float] | None = None,
     cells: tuple[int, int] | None = None,
     size: tuple[float, float] | None = None,
-    spacing: float | None = None,
-    exact: bool = False,
+    exact: bool = True,  # noqa: ARG001 - of earlier versions
     below: float | None = None,
     map_digits: int = 4,
     step: float | None = None,
@@ -1315,7 +1313,6 @@ def extract_factory(
         origin: As in ``extract_height_map``.
         cells: As in ``extract_height_map``.
         size: As in ``extract_height_map``.
-        spacing: As in ``extract_height_map``.
         exact: As in ``extract_height_map``.
         below: As in ``extract_height_map``.
         map_digits: As in ``extract_height_map``.
@@ -1340,7 +1337,7 @@ def extract_factory(
     reading, wrong = _read_options(arguments, packages, trust, warn, lenient)
     if wrong:
         return extracting.ExtractedFactory(diagnostics=tuple(wrong))
-    grid = extracting.GridOptions(cell, origin, cells, size, spacing, exact, below, map_digits, step)
+    grid = extracting.GridOptions(cell, origin, cells, size, below, map_digits, step)
     return extracting.extract_factory(
         Path(package), Path(output), reading, grid, robot, height_map_link, frame, section
     )

@@ -40,8 +40,7 @@ _grid_options = combined(
     option("--origin", metavar="X,Y", help="corner of the first cell; default: corner of the mesh"),
     option("--cells", metavar="NXxNY", help="number of cells along x and y; default: cover the mesh"),
     option("--size", metavar="X,Y", help="size of the grid, instead of --cells"),
-    option("--spacing", metavar="LENGTH", help="maximum distance between samples; default: a third of a cell"),
-    option("--exact", is_flag=True, help="compute the highest point in each cell exactly instead of sampling"),
+    option("--exact", is_flag=True, hidden=True),  # of earlier versions, which sampled by default
     option("--below", metavar="Z", help="ignore surfaces above this height"),
     option("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4"),
     option("--step", metavar="LENGTH", help="round heights of boxes to multiples of this length; default: the cell"),
@@ -137,8 +136,8 @@ def heightmap(options: Options) -> int:
 
     run = _run(options)
     if options.format != "text" and (options.into or options.bottom):
-        word = "--into edits a file; it" if options.into else "--bottom"
-        raise WrongUsage(f"{word} goes with neither {'-o' if options.into else '--into'} nor JSON")
+        word, other = ("--into edits a file; it", "-o") if options.into else ("--bottom", "--into")
+        raise WrongUsage(f"{word} excludes {other} and JSON")
     result = extract_height_map(
         run.words,
         **_given(run),
@@ -221,13 +220,12 @@ def _grid(options: Options) -> dict[str, Any]:
     """Return the grid of a height map, lengths in metres. Raises WrongUsage."""
     lengths = {name: getattr(options, name) for name in ("cell", "step")}
     pairs = {name: getattr(options, name) for name in ("origin", "size")}
-    others = {name: getattr(options, name) for name in ("spacing", "below")}
+    others = {name: getattr(options, name) for name in ("below",)}
     return {
         **{name: None if text is None else _above_zero(text, f"--{name}") for name, text in lengths.items()},
         **{name: None if text is None else _quantities(text, f"--{name}", 2) for name, text in pairs.items()},
         **{name: None if text is None else _quantity(text, f"--{name}") for name, text in others.items()},
         "cells": None if options.cells is None else _cells(options.cells),
-        "exact": options.exact,
         "map_digits": options.map_digits,
     }
 

@@ -206,7 +206,7 @@ def test_several_robots(package: Path, capsys: Said) -> None:
     said = capsys.readouterr().err
     assert said.splitlines() == [
         "error[factory-robot]: nano has 2 files of robots: urdf/nano.urdf.xacro, urdf/plain.urdf",
-        "    say which: --robot FILE",
+        "    select one with --robot FILE",
     ]
     assert not Path("numbers").exists()
     assert main(["extract", "factory", str(package), "-o", "numbers", "--robot", "urdf/plain.urdf"]) == 0

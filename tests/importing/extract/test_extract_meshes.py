@@ -17,11 +17,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.extract.meshes import bounds, too_large
 from rosorin_compile.model.mesh_triangles import ExtractProblem, load_mesh
 from rosorin_compile.source.installing import pip_install
 from support.meshes import box
 from support.paths import DATA
+
+
+def bounds(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+
 
 MESHES = DATA / "factory_package" / "meshes"
 LOWER, UPPER = (-0.02, 0.01, -0.03), (0.04, 0.05, 0.06)
@@ -77,14 +81,6 @@ def test_scale_is_a_factor_and_a_mirror_keeps_the_outside_outside(tmp_path: Path
     for factors in ((1, 1, 1), (1, -1, 1), (-1, -1, -1)):
         a, b, c = load_mesh(path, factors).triangles.transpose(1, 0, 2)
         assert np.einsum("ij,ij->", a, np.cross(b, c)) > 0
-
-
-def test_mesh_in_millimetres_is_said(tmp_path: Path) -> None:
-    mesh = load_mesh(export(tmp_path, "stl"), (1000, 1000, 1000))
-    (found,) = too_large(mesh)
-    assert (found.rule, found.severity) == ("mesh-looks-like-millimetres", "warning")
-    assert found.message == "brick.stl is 90 m long; that looks like millimetres"
-    assert too_large(load_mesh(export(tmp_path, "stl"))) == []
 
 
 def first_number(word: str, semantic: str = "POSITION") -> bytes:
@@ -206,7 +202,7 @@ def test_without_trimesh_the_way_out_is_said(
 
 def test_starting_the_command_line_imports_no_heavy_package() -> None:
     code = "import sys, rosorin_compile.cli.main, rosorin_compile.cli.extract as e;"
-    code += "import rosorin_compile.importing.extract.heightmap;"
+    code += "import rosorin_compile.importing.extract.height_map;"
     code += "print(sorted({'numpy', 'trimesh', 'scipy', 'xacro', 'mujoco'} & set(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout == "[]\n"

@@ -16,8 +16,8 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Path, Seq
 
+from .key_order import about, in_files, is_default, sorted_keys, sorted_sections
 from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
-from .order import about, in_files, is_default, sorted_keys, sorted_sections
 
 MAX_LINES = 150  # a longer description is split into files
 

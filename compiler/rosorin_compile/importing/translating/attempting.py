@@ -12,8 +12,8 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 
 from ..description import tree_of
+from ..key_order import sorted_sections
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
-from ..order import sorted_sections
 from .chosen import said_by_uses
 from .data import Data
 from .expressions import written as spelt

@@ -14,8 +14,8 @@ from copy import deepcopy
 from pathlib import PurePosixPath
 from typing import Any, TypeGuard
 
+from ..key_order import in_order
 from ..layout import Expression, Verbatim
-from ..order import in_order
 from .expressions import all_of, negated, written
 
 IF = Verbatim("if")

@@ -9,8 +9,8 @@ from typing import Any
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.yaml_text import Scalar
 
+from ..key_order import default_of_key, in_order
 from ..layout import Expression, Verbatim, cleaned, in_degrees
-from ..order import default_of_key, in_order
 from .blocks import Leaf, inserted, leaves, owner, value_at
 from .choices import Alternative, conditional, merged, node_of
 from .data import Data

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.switching import lines_to_change
+from rosorin_compile.importing.rewrite_launch import lines_to_change
 
 COLCON = os.environ.get("COLCON") or shutil.which("colcon")
 AMENT_CMAKE = Path("/usr/share/ament_cmake_pytest/cmake/ament_cmake_pytestConfig.cmake")

@@ -24,7 +24,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove, text_of
-from .switching import Line, lines_to_change
+from .rewrite_launch import Line, lines_to_change
 from .translating.uniting import with_more
 
 RULES = (

@@ -57,6 +57,9 @@ def fit_shapes(
         progress: Receives the completed fraction of the work.
 
     """
+    import numpy as np
+
+    triangles = np.round(triangles, 10)  # differences below 0.1 nm would become divisors
     hull = _hull(triangles.reshape(-1, 3))
     oriented = _oriented_box(hull, digits, progress)
     angles = list(_AXIS_ANGLES.values())

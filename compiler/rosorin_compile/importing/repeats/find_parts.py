@@ -13,15 +13,16 @@ from rosorin_compile.source.tree import Map, Path
 
 from ..description import lines_of
 from .nodes import MARKS, REFERENCES, Node, Values, add_sizes, deep_copy, flattened, mirrored, table
-from .parameters import GIVEN, MAX_PARAMETERS, Parameters, differences, free_name
+from .parameters import GIVEN, MAX_PARAMETERS, Parameter, Parameters, differences, free_name
 from .part_names import MOUNT, Split, is_left, part_name, split
+from .write_parts import part_entry, sections, use_entry
 
 MIN_SAVED = 8  # lines in total
 SAVED_BY_USE = 3  # lines that each use has to save
 MAX_SHARE = 0.8  # of the lines without the part
 MAX_NODES = 200  # links of one part
 WORK = 60  # comparisons of nodes for each node of the robot, so that the search is linear
-_VALUE_COST = 4  # signs that are as hard to read as a value
+_PARAMETER_COST = 4  # expressions that are as hard to read as a parameter, or a mirror
 
 
 @dataclass
@@ -103,7 +104,7 @@ class Finder:
             base = next((start for start in members if is_left(body.nodes[start].link)), members[0])
             apart = {start: self._apart(body, base, start) for start in members if start != base}
             near = [start for start, found in apart.items() if found[""][0] <= MAX_PARAMETERS or len(found) > 1]
-            if near and not self._try(body, self._with_mirrors(base, {start: apart[start] for start in near})):
+            if near and not self._try(body, self._with_mirrors(body, base, {start: apart[start] for start in near})):
                 least = min(min(apart[start].values()) for start in near)
                 closest = [start for start in near if min(apart[start].values()) == least]
                 if len(closest) < len(near):  # four legs may be two in front and two behind
@@ -130,21 +131,35 @@ class Finder:
                 break
         return found
 
-    def _with_mirrors(self, base: int, apart: dict[int, dict[str, tuple[int, int]]]) -> list[Instance]:
-        """Return the instances with no mirror, or with one for those of the other side, whichever differs least."""
-
-        def cost(found: tuple[int, int]) -> int:
-            return found[0] * _VALUE_COST + found[1]
-
-        choices = []
-        for mirror in ("", "y", "x"):
-            chosen = {
-                start: mirror if mirror in found and cost(found[mirror]) < cost(found[""]) else ""
-                for start, found in apart.items()
+    def _with_mirrors(self, body: Body, base: int, apart: dict[int, dict[str, tuple[int, int]]]) -> list[Instance]:
+        """Return the instances, all without a mirror or those of the other side with one, whichever reads best."""
+        choices = [dict.fromkeys(apart, "")]
+        for mirror in ("y", "x"):
+            better = {start: mirror in found and found[mirror] < found[""] for start, found in apart.items()}
+            place = ("joint", "xyz", "xyz".index(mirror))
+            across = {
+                start: body.nodes[start].values[place][0] * body.nodes[base].values[place][0] < 0 for start in apart
             }
-            total = sum(cost(apart[start][one]) for start, one in chosen.items())
-            choices.append((total, [Instance(base), *(Instance(start, one) for start, one in chosen.items())]))
-        return min(choices, key=lambda choice: choice[0])[1]
+            for flags in (better, across):
+                if all(mirror in apart[start] for start, flag in flags.items() if flag):
+                    choices.append({start: mirror if flag else "" for start, flag in flags.items()})
+        unique = {tuple(choice.values()): choice for choice in choices}.values()
+        clusters = [[Instance(base), *(Instance(start, one) for start, one in choice.items())] for choice in unique]
+        return min(clusters, key=lambda cluster: self._cost(body, cluster)) if len(clusters) > 1 else clusters[0]
+
+    def _cost(self, body: Body, cluster: list[Instance]) -> int:
+        """Return how much a part of these instances would have to express."""
+        size, width = body.nodes[cluster[0].start].size, len(body.prefixes)
+        self.budget -= len(cluster) * size
+        subtrees = [body.nodes[one.start : one.start + size] for one in cluster]
+        names = [{name: name for node in nodes for name in node.names} for nodes in subtrees]
+        parameters = Parameters(
+            [""] * (len(cluster) * width), [], [bool(one.mirror) for one in cluster for _ in range(width)]
+        )
+        for node in _template(cluster, subtrees, names):
+            parameters.replace(_compared(node.values, node.up < 0), {}, "", node.kind, {})
+        has_mirror = any(one.mirror for one in cluster)
+        return _PARAMETER_COST * (len(parameters.given) + has_mirror) + parameters.count
 
     def _try(self, body: Body, cluster: list[Instance]) -> bool:
         """Make a part of instances if it can be expressed and is worth it."""
@@ -171,6 +186,9 @@ class Finder:
             return []
         name = free_name(part_name(parted.uses, parted.rests), self.names)
         self.names.add(name)
+        if parted.first:
+            order = sorted(range(len(cluster)), key=lambda index: cluster[index].start)
+            parted = parted._replace(uses=[f"{name}_{order.index(index) + 1}" for index in range(len(order))])
         taken = {use.name for use in body.uses}
         if taken.intersection(parted.uses):
             parted = parted._replace(uses=[f"{use}_{name}" for use in parted.uses])
@@ -185,6 +203,11 @@ class Finder:
             self.find(inner)
         flags = [bool(one.mirror) for one in cluster for _ in range(width)]
         parameters = Parameters([use for use in parted.uses for _ in range(width)], prefixes, flags)
+        if parted.first:
+            first = Parameter("integer", [number for number in parted.first for _ in range(width)], ["first"])
+            first.name = "first"
+            parameters.all.append(first)
+            parameters.uses = [""] * len(flags)
         left = [node for index, node in enumerate(nodes) if index not in inner.covered]
         for node in left:
             by_owner: dict[str, Values] = {"link": {}, "joint": {}}
@@ -209,8 +232,6 @@ class Finder:
 
     def _is_worth(self, body: Body, cluster: list[Instance], uses: list[Use]) -> bool:
         """Return True if a part and its uses are shorter than the subtrees by enough, and the part is not trivial."""
-        from .write_parts import part_entry, sections, use_entry
-
         base = cluster[0].start
         links, joints = sections(body.nodes[base : base + body.nodes[base].size], self.span)
         once = lines_of(table(self.span, {"links": links, "joints": joints}))

@@ -56,7 +56,7 @@ def with_named_values(tree: Map) -> Map:
             is_only = sum(other[0].key == places[0].key for other in worth) == 1
             name = free_name(_name(places, is_only), taken)
             taken.add(name)
-            named[name] = _in_degrees(places[0].value, places[0].key) if places[0].is_rotating else places[0].value
+            named[name] = _shown(places[0].value, places[0].key, places[0].is_rotating)
             for place in places:
                 place.entry[place.key] = Expression(f"${{{name}}}")
     if not named:
@@ -107,19 +107,20 @@ def _name(places: list[_Place], is_only: bool) -> str:
     if material.isascii() and material[:1].isalpha():
         return identifier(material)
     owners = sorted({place.owner for place in places})
-    return identifier(word if is_only else f"{part_name(owners, owners[:1])}_{word}")
+    owner = part_name(owners, owners[:1])
+    return identifier(word if is_only or owner == "piece" else f"{owner}_{word}")
 
 
-def _in_degrees(value: Any, key: str) -> Any:
-    """Return a table of a rotating joint with angles in degrees where those are short, without default values."""
+def _shown(value: Any, key: str, is_rotating: bool) -> Any:
+    """Return a table without default values, angles of a rotating joint in degrees where those are short."""
     if not isinstance(value, Map):
         return value
     made = Map(value.span)
     for inner, item in value.items():
         if has_default(inner, item):
             continue
-        unit = joint_unit(key, inner)
+        unit = joint_unit(key, inner) if is_rotating else ""
         text = in_degrees(item, unit) if unit and isinstance(item, float) and item else ""
-        shown = Quantity.parse(text) if text else _in_degrees(item, inner)
+        shown = Quantity.parse(text) if text else _shown(item, inner, is_rotating)
         made.put(inner, shown, value.key_spans[inner], value.value_spans[inner])
     return made

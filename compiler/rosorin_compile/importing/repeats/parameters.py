@@ -37,7 +37,7 @@ _SLIDING = {"lower": "length", "upper": "length", "effort": "force", "velocity":
 _DEGREES = {"angle": "deg", "angular_speed": "deg/s"}
 _HINTS = {"lower": "lower_limit", "upper": "upper_limit", "file": "mesh", "rgba": "colour", "material": "look"}
 _AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
-_RESERVED = ("name", "mirrored", "prefix", "mesh_scale", "meshes")
+_RESERVED = ("name", "mirrored", "prefix", "first", "mesh_scale", "meshes")
 
 
 class Parameter:
@@ -69,6 +69,7 @@ class Parameters:
     def __init__(self, uses: Sequence[str], prefixes: Sequence[str], mirrored: Sequence[bool]) -> None:
         self.uses, self.prefixes, self.mirrored = uses, prefixes, mirrored
         self.all: list[Parameter] = []
+        self.count = 0  # of values that became expressions
         self._pending: list[tuple[dict[Path, Any], Path, str, list[Parameter], str]] = []
         self._index: dict[Any, Parameter] = {}
         self._signs: dict[tuple[int, ...], Parameter] = {}
@@ -91,6 +92,7 @@ class Parameters:
         whole: dict[Path, list[Path]] = {}
         for path in differing:
             whole.setdefault(_changed_unit(path, values, counts), []).append(path)
+        self.count += len(whole)
         for unit, paths in whole.items():
             name = _type_of(unit, kind, types)
             if unit != paths[0]:
@@ -128,7 +130,7 @@ class Parameters:
             self._pending.append((terms, path, "{}", [self._known(kind, values, path, owner)], ""))
 
     def _replace_text(self, texts: Sequence[str], terms: dict[Path, Any], path: Path, owner: str) -> None:
-        if not any("${" in text or "$(" in text for text in texts):
+        if all(self.uses) and not any("${" in text or "$(" in text for text in texts):
             for word, names in (("name", self.uses), ("prefix", self.prefixes)):
                 around = r"{}" if word == "prefix" else r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"
                 rows = {
@@ -179,7 +181,9 @@ class Parameters:
         count = Counter(one.hints[0] for one in self.all)
         taken: set[str] = set()
         for one in self.all:
-            one.name = free_name(identifier(one.hints[-1] if count[one.hints[0]] > 1 else one.hints[0]), taken)
+            one.name = one.name or free_name(
+                identifier(one.hints[-1] if count[one.hints[0]] > 1 else one.hints[0]), taken
+            )
             taken.add(one.name)
         for terms, path, shape, factors, number in self._pending:
             names = [factor.name for factor in factors]

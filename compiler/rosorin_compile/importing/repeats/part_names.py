@@ -1,7 +1,9 @@
 """Split the names of equal structures into the name of a use and names inside the part, and choose a part's name.
 
 A part has short names, and a use puts its own before them: ``left`` and ``wheel`` make ``left_wheel``. Where the
-differing word is elsewhere (``hip_FL_joint``), names in the part contain ``${name}``, and the use has no prefix.
+differing word is elsewhere (``hip_FL_joint``), names in the part contain ``${name}``, and the use has no prefix. Names
+that are numbered consecutively (``link_0``, ``link_4``) contain ``${first + 1}``.
+Names that are numbered consecutively (``link_0``, ``link_4``) contain ``${first + 1}``.
 """
 
 from __future__ import annotations
@@ -35,11 +37,15 @@ _PART_OF = {word: whole for whole, words in _WHOLES.items() for word in words.sp
 
 
 class Split(NamedTuple):
-    """The names and prefixes of the uses, by instance, and the names inside the part (``rests``)."""
+    """The names and prefixes of the uses, by instance, and the names inside the part (``rests``).
+
+    Where names are numbered consecutively, ``first`` has the first number of each instance.
+    """
 
     uses: list[str]
     prefixes: list[str]
     rests: list[str]
+    first: list[int] | None = None
 
 
 def split(names: Sequence[Sequence[str]]) -> Split | None:
@@ -51,6 +57,8 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
     Split(uses=['left', 'right'], prefixes=['left_', 'right_'], rests=['wheel', 'axle'])
     >>> split([["hip_FL", "hip_FR"], ["thigh_FL", "thigh_FR"]]).rests
     ['hip_${name}', 'thigh_${name}']
+    >>> split([["link_0", "link_2"], ["link_1", "link_3"]]).rests
+    ['link_${first}', 'link_${first + 1}']
     """
     if any("$" in name for row in names for name in row):
         return None
@@ -91,7 +99,7 @@ def _is_word_end(name: str, end: int) -> bool:
 def _by_word(names: Sequence[Sequence[str]]) -> Split | None:
     """Split at the one word that differs between instances, wherever it is; it grows over equal words before it."""
     rests: list[tuple[list[str], str]] = []
-    uses: list[str] = []
+    rows: list[list[str]] = []
     for row in names:
         pieces = [_WORD.findall(name) for name in row]
         if len(set(map(len, pieces))) != 1:
@@ -101,11 +109,13 @@ def _by_word(names: Sequence[Sequence[str]]) -> Split | None:
             return None
         first, last = differing[0], differing[-1] + 1
         middles = ["".join(some[first:last]) for some in pieces]
-        if (uses and middles != uses) or len(set(middles)) < len(middles):
+        if len(set(middles)) < len(middles):
             return None
-        uses = middles
+        rows.append(middles)
         rests.append((pieces[0][:first], "".join(pieces[0][last:])))
-    grown: list[str] = []
+    uses, grown = rows[0], list[str]()
+    if any(row != uses for row in rows):
+        return _by_count(rows, rests)
     while all(head for head, _ in rests) and len({head[-1] for head, _ in rests}) == 1:
         grown = [rests[0][0][-1], *grown]
         rests = [(head[:-1], tail) for head, tail in rests]
@@ -114,6 +124,21 @@ def _by_word(names: Sequence[Sequence[str]]) -> Split | None:
         separators += grown.pop(0)
     composed: list[str] = [Expression(f"{''.join(head)}{separators}${{name}}{tail}") for head, tail in rests]
     return Split(["".join(grown) + use for use in uses], [""] * len(uses), composed)
+
+
+def _by_count(rows: list[list[str]], rests: list[tuple[list[str], str]]) -> Split | None:
+    """Split at numbers that are higher by the same amount in all instances."""
+    if not all(number.isdigit() and str(int(number)) == number for row in rows for number in row):
+        return None
+    first = [min(map(int, column)) for column in zip(*rows, strict=True)]
+    composed: list[str] = []
+    for row, (head, tail) in zip(rows, rests, strict=True):
+        steps = {int(number) - lowest for number, lowest in zip(row, first, strict=True)}
+        if len(steps) > 1:
+            return None
+        step = steps.pop()
+        composed.append(Expression(f"{''.join(head)}${{first{f' + {step}' if step else ''}}}{tail}"))
+    return Split([""] * len(first), [""] * len(first), composed, first)
 
 
 def words(name: str) -> list[str]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.imported import Comment, Imported
 from rosorin_compile.source.diagnostics import Span
@@ -13,7 +14,9 @@ from rosorin_compile.source.units import Quantity
 
 from ..key_order import default_of_key
 from ..layout import ROTATING, Expression, Verbatim, in_degrees, joint_unit
-from .find_parts import Part, Use
+
+if TYPE_CHECKING:
+    from .find_parts import Part, Use
 from .nodes import Node, is_number, steps, table
 from .parameters import GIVEN, Parameter
 from .part_names import MOUNT
@@ -150,29 +153,34 @@ def with_uses(imported: Imported, tree: Map, uses: Sequence[Use]) -> Imported:
 
 
 def _moved(comments: Sequence[Comment], tree: Map, uses: Sequence[Use]) -> list[Comment]:
-    """Move comments about the first instance into the part, and others above their use unless they are equal."""
+    """Move comments about repeated links and joints.
+
+    Those of all instances, and those inside the first one, move into the part; others move above the use.
+    """
     order = {name: number for number, name in enumerate(tree["links"])}
-    homes: dict[tuple[Any, ...], tuple[Path, Path, bool]] = {}
+    homes: dict[tuple[Any, ...], tuple[Path, Path, bool, bool]] = {}
     for part in {id(use.part): use.part for use in uses}.values():
-        for inner in part.all():
-            for node in inner.nodes:
-                first = min(range(len(node.origins)), key=lambda index: order[node.origins[index][0]])
-                for index, (link, joint) in enumerate(node.origins):
-                    use: Path = ("use", part.split.uses[index * len(part.split.uses) // len(node.origins)])
-                    homes["links", link] = ("parts", inner.name, "links", node.link), use, index == first
-                    homes["joints", joint] = ("parts", inner.name, "joints", node.joint), use, index == first
+        for inner, node in [(some, node) for some in part.all() for node in some.nodes]:
+            first = min(range(len(node.origins)), key=lambda index: order[node.origins[index][0]])
+            is_top = inner is part and node.carrier == MOUNT
+            for index, names in enumerate(node.origins):
+                use: Path = ("use", part.split.uses[index * len(part.split.uses) // len(node.origins)])
+                for section, name, own in zip(("links", "joints"), names, (node.link, node.joint), strict=True):
+                    home = ("parts", inner.name, section, own)
+                    homes[section, name] = home, use, index == first, is_top
+    in_part = Counter(
+        (comment.text, (*home[0], *comment.path[2:])) for comment in comments if (home := homes.get(comment.path[:2]))
+    )
     moved: list[Comment] = []
-    in_parts: set[tuple[str, Path]] = set()
-    for is_first in (True, False):
-        for comment in comments:
-            home = homes.get(comment.path[:2])
-            if home is None:
-                moved += [comment] if is_first else []
-            elif home[2] == is_first:
-                path = (*home[0], *comment.path[2:])
-                if is_first:
-                    moved.append(replace(comment, path=path))
-                    in_parts.add((comment.text, path))
-                elif (comment.text, path) not in in_parts:
-                    moved.append(replace(comment, path=home[1], where=Comment.BEFORE))
+    for comment in comments:
+        home = homes.get(comment.path[:2])
+        path = (*home[0], *comment.path[2:]) if home else comment.path
+        is_about_entry = len(comment.path) == 2 and comment.where != Comment.INSIDE
+        if home and in_part[comment.text, path] > 1:
+            if not any(one.text == comment.text and one.path == path for one in moved):
+                moved.append(replace(comment, path=path))
+        elif home and not (home[2] and not (home[3] and is_about_entry)):
+            moved.append(replace(comment, path=home[1], where=Comment.BEFORE))
+        else:
+            moved.append(replace(comment, path=path))
     return moved

@@ -143,7 +143,7 @@ def extract_boxes(
         fitted = []
         for index, part in enumerate(parts):
             progress = Progress.part("fitting", index, len(parts))
-            fits = fit_shapes(part.triangles, digits, stack, axis, lambda share, tell=progress: tell(_FITTING * share))
+            fits = fit_shapes(part.triangles, digits, stack, axis)
             progress(_FITTING)
             gauge = FitGauge(part.triangles)
             fitted.append(results.FittedPart(part, fits, {kind: gauge.measure(fit) for kind, fit in fits.items()}))

@@ -56,7 +56,8 @@ class MapEntry:
 
     def grid(self) -> tuple[float, tuple[float, float], tuple[int, int]]:
         """Return cell, origin and number of cells. Raises ExtractProblem if they are written as expressions."""
-        origin, rows = self.height_map.get("origin"), self.height_map.get("heights")
+        origin: Any = self.height_map.get("origin")
+        rows: Any = self.height_map.get("heights")
         values = [self.height_map.get("cell"), *(origin if isinstance(origin, Seq) else ())]
         has_rows = isinstance(rows, Seq) and rows and all(isinstance(one, Seq) and one for one in rows)
         if len(values) != 3 or not all(isinstance(value, int | float) for value in values) or not has_rows:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 
 Vector = tuple[float, float, float]
 Point = tuple[float, float]
-Report = Callable[[float], None]
 
 KINDS = ("box", "oriented_box", "cylinder", "capsule", "stack")
 AXES = ("x", "y", "z")
@@ -44,9 +42,7 @@ class Fit:
         return sum(map(_volume, self.pieces))
 
 
-def fit_shapes(
-    triangles: Floats, digits: int, stack: int, axis: str = "auto", progress: Report = lambda _share: None
-) -> dict[str, Fit]:
+def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict[str, Fit]:
     """Fit a shape of each kind around a mesh.
 
     Args:
@@ -54,14 +50,13 @@ def fit_shapes(
         digits: Decimals of the lengths in metres.
         stack: The number of boxes in the stack.
         axis: The axis of the stack: x, y, z, or auto for the axis with the least volume.
-        progress: Receives the completed fraction of the work.
 
     """
     import numpy as np
 
     triangles = np.round(triangles, 10)  # differences below 0.1 nm would become divisors
     hull = _hull(triangles.reshape(-1, 3))
-    oriented = _oriented_box(hull, digits, progress)
+    oriented = _oriented_box(hull, digits)
     angles = list(_AXIS_ANGLES.values())
     if oriented.pose.rpy != (0, 0, 0):
         rows = oriented.pose.transform().rows
@@ -142,15 +137,14 @@ def _hull(points: Floats) -> Floats:
         return np.unique(points, axis=0)
 
 
-def _oriented_box(hull: Floats, digits: int, progress: Report) -> Shape:
+def _oriented_box(hull: Floats, digits: int) -> Shape:
     """Return the smallest box: axis-aligned, rotated about one axis, or aligned with a face of the hull."""
     import numpy as np
     from scipy.spatial import QhullError  # type: ignore[import-untyped,unused-ignore]
     from trimesh.bounds import oriented_bounds, oriented_bounds_2D
 
     best = _rotated_box(hull, (0.0, 0.0, 0.0), digits)
-    for number, axis in enumerate((2, 0, 1, None)):
-        progress(number / 4)
+    for axis in (2, 0, 1, None):
         axes, others = np.eye(3), [index for index in range(3) if index != axis]
         try:
             with np.errstate(all="ignore"):

@@ -49,8 +49,8 @@ def with_named_values(tree: Map) -> Map:
     for keys in (_TABLES, ("inertia",), tuple(_NUMBERS)):
         groups: dict[Any, list[_Place]] = defaultdict(list)
         for place in _places(tree, keys):
-            same = repr(sorted(map(repr, flattened(place.value)))), place.is_rotating
-            groups[(_NUMBERS.get(place.key, place.key), *same)].append(place)
+            kind, text = _NUMBERS.get(place.key, place.key), repr(sorted(map(repr, flattened(place.value))))
+            groups[kind, text, place.is_rotating].append(place)
         worth = [places for places in groups.values() if _is_worth(places)]
         for places in worth:
             is_only = sum(other[0].key == places[0].key for other in worth) == 1
@@ -83,7 +83,7 @@ def _places(tree: Map, keys: tuple[str, ...]) -> Iterator[_Place]:
 
 def _is_plain(entry: Map, key: str) -> bool:
     """Return True if a value can be named: a table without expressions, or a number with many digits."""
-    value = entry.get(key)
+    value: Any = entry.get(key)
     if key in _NUMBERS:
         is_float = isinstance(value, float) and not isinstance(value, Quantity)
         return is_float and len(exact(abs(value)).partition("e")[0].replace(".", "").strip("0")) >= _MIN_DIGITS

@@ -204,7 +204,7 @@ def is_number(value: Any) -> bool:
 def negative(value: float) -> float:
     """Return the number with the other sign; a quantity keeps its unit, and zero its sign."""
     if isinstance(value, Quantity) and value.text and value:
-        return Quantity.parse(value.text[1:] if value.text.startswith("-") else f"-{value.text}")
+        return Quantity.parse(value.text[1:] if value.text.startswith("-") else f"-{value.text}") or -value
     return -value if value else value
 
 

@@ -166,15 +166,14 @@ def _moved(comments: Sequence[Comment], tree: Map, uses: Sequence[Use]) -> list[
             for index, names in enumerate(node.origins):
                 use: Path = ("use", part.split.uses[index * len(part.split.uses) // len(node.origins)])
                 for section, name, own in zip(("links", "joints"), names, (node.link, node.joint), strict=True):
-                    home = ("parts", inner.name, section, own)
-                    homes[section, name] = home, use, index == first, is_top
+                    homes[section, name] = ("parts", inner.name, section, own), use, index == first, is_top
     in_part = Counter(
         (comment.text, (*home[0], *comment.path[2:])) for comment in comments if (home := homes.get(comment.path[:2]))
     )
     moved: list[Comment] = []
     for comment in comments:
         home = homes.get(comment.path[:2])
-        path = (*home[0], *comment.path[2:]) if home else comment.path
+        path: Path = (*home[0], *comment.path[2:]) if home else tuple(comment.path)
         is_about_entry = len(comment.path) == 2 and comment.where != Comment.INSIDE
         if home and in_part[comment.text, path] > 1:
             if not any(one.text == comment.text and one.path == path for one in moved):

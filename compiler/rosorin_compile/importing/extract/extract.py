@@ -242,6 +242,7 @@ def extract_factory(
     """Write the joints, boxes and a height map of a ROS description package to a folder. Raises RequestError."""
     if frame and not map_link:
         raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
+    path = None
     try:
         TriangleMesh.needed()
         path = factory.find_robot_file(package, robot)
@@ -250,7 +251,8 @@ def extract_factory(
         request = factory.FactoryRequest(map_link, frame, grid.request(), section)
         taken = factory.take_numbers(RobotSource.read(str(path), reading), name, request)
     except ExtractProblem as problem:
-        return ExtractedFactory(diagnostics=tuple(_diagnostics(problem)))
+        choice = [] if path is None else factory.choice_of(path)
+        return ExtractedFactory(diagnostics=(*_diagnostics(problem), *choice))
     diagnostics = arrange(taken.diagnostics)
     try:
         write_set(output, taken.files, judge=lambda _, old, __: "replace" if results.is_made(old) else "refuse")

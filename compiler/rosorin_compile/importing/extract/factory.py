@@ -13,7 +13,7 @@ from typing import Any
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, listed
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, did_you_mean, listed
 from rosorin_compile.source.files import is_file, is_folder, read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -42,12 +42,16 @@ _KEYS = (
 )
 _NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not taken
 _DIGITS = 5
+_MAX_BYTES = 5_000_000  # of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
-_CONDITION = re.compile(r"<xacro:(?:if|unless)\b[^>]*?\svalue\s*=\s*(\"[^\"]*\"|'[^']*')", re.DOTALL)
+_CONDITION = re.compile(
+    r"<xacro:(if|unless)\b[^>]*?\svalue\s*=\s*(\"[^\"]*\"|'[^']*')[^>]*>(.*?)</xacro:\1>", re.DOTALL
+)
 _PROPERTY = re.compile(r"<xacro:property\b[^>]*?\sname\s*=\s*[\"'](\w+)[\"'][^>]*?\svalue\s*=\s*[\"']([^\"']*)[\"']")
 _SOURCE = re.compile(r"\$\((env|optenv|arg)\s+(\w+)")
-_TEXT = re.compile(r"""(\$\([^()]*\)|\b\w+\b)\s*['"]?\s*[!=]=\s*['"]([^'"]*)['"]""")
+_WORD = re.compile(r"\w+")
+_COMPARISON = re.compile(r"""(\$\([^()]*\)|\b\w+\b)\s*['"]?\s*[!=]=\s*['"]([^'"]*)['"]""")
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,7 @@ def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
     formats = [one for one in FORMATS.values() if published.name in (one.name, one.reading.becomes)]
     endings = {ending for one in formats for ending in one.endings}
     texts = {
-        path: read_bytes(path, 5_000_000).decode("utf-8", "replace")
+        path: read_bytes(path, _MAX_BYTES).decode("utf-8", "replace")
         for path in sorted(package.glob("**/*"))
         if path.suffix.lower() in endings and is_file(path)
     }
@@ -129,27 +133,33 @@ def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
 
 def _choice(text: str) -> str:
     """Return by which variables a file with includes chooses, and the values it compares them with."""
-    if not _INCLUDES.search(text):
-        return ""
-    origin = {name: found for name, value in _PROPERTY.findall(text) if (found := _SOURCE.search(value))}
+    includes = _INCLUDES.findall(text)
+    conditions = [value[1:-1] for _, value, content in _CONDITION.findall(text) if "<xacro:include" in content]
+    conditions += [name for name in includes if "$" in name]
+    origins = {name: source for name, value in _PROPERTY.findall(text) if (source := _SOURCE.search(value))}
     values: dict[str, list[str]] = {}
-    conditions = [quoted[1:-1] for quoted in _CONDITION.findall(text)]
-    for condition in conditions:
-        for operand, value in _TEXT.findall(condition):
-            source = _SOURCE.search(operand) or origin.get(operand)
+    for condition in conditions if includes else ():
+        sources = [
+            *_SOURCE.finditer(condition),
+            *(origins[word] for word in _WORD.findall(condition) if word in origins),
+        ]
+        for source in sources:
+            kind = "argument" if source[1] == "arg" else "environment variable"
+            values.setdefault(f"{kind} {source[2]}", [])
+        for operand, value in _COMPARISON.findall(condition):
+            source = _SOURCE.search(operand) or origins.get(operand)
             if source:
-                word = "argument" if source[1] == "arg" else "environment variable"
-                values.setdefault(f"{word} {source[2]}", []).append(value)
-    for name in _INCLUDES.findall(text):
-        for operand in re.findall(r"\$\{\s*(\w+)\s*\}|(\$\([^()]*\))", name):
-            source = origin.get(operand[0]) or _SOURCE.search(operand[1])
-            if source:
-                word = "argument" if source[1] == "arg" else "environment variable"
-                values.setdefault(f"{word} {source[2]}", [])
-    chosen = [
-        f"the {name}" + (f" ({', '.join(dict.fromkeys(found))})" if found else "") for name, found in values.items()
-    ]
+                kind = "argument" if source[1] == "arg" else "environment variable"
+                values[f"{kind} {source[2]}"].append(value)
+    chosen = [f"the {name}" + (f" ({', '.join(dict.fromkeys(some))})" if some else "") for name, some in values.items()]
     return f"chooses by {listed(chosen)}" if chosen else ""
+
+
+def choice_of(path: Path) -> list[Diagnostic]:
+    """Return a note about the variables by which a robot file chooses, if it does."""
+    choice = _choice(read_bytes(path, _MAX_BYTES).decode("utf-8", "replace"))
+    help = "set the environment variable, or give the argument as NAME:=VALUE"
+    return [Diagnostic("factory-robot", NOTE, f"{path} {choice}", None, (), help)] if choice else []
 
 
 def take_numbers(source: RobotSource, package: str, request: FactoryRequest) -> FactoryNumbers:

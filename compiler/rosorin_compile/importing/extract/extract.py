@@ -269,7 +269,8 @@ def extract_factory(
 
 def _first_line(source: MeshSource, command: str) -> str:
     """Return the first line of a file that is made from these meshes."""
-    words = [*source.names, *(f"{name}:={value}" for name, value in source.reading.arguments.items())]
+    names = [Path(name).name if Path(name).is_absolute() else name for name in source.names]
+    words = [*names, *(f"{name}:={value}" for name, value in source.reading.arguments.items())]
     return masked(f"{results.MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
 
 

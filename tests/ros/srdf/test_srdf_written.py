@@ -9,7 +9,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS, Fact, Value
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.diagnostics import has_errors
 from support.commands import Shown, ask
 from support.paths import ROSORIN

@@ -12,7 +12,7 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.output.pipeline import read
+from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, did_you_mean
 from rosorin_compile.source.packages import Packages
@@ -140,7 +140,7 @@ class RobotSource:
             except NoDescription as problem:
                 raise NotThere.of("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
             path = description.path
-            compiled = read(path, options.arguments, options.packages, tell=options.tell)
+            compiled = Request.of(path, options.arguments, options.packages, warn=options.tell).read()
             robot, tree, diagnostics, messages = compiled.robot, compiled.tree, compiled.diagnostics, []
         else:
             imported = read_robot(path, options)

@@ -37,7 +37,7 @@ def block(element: Element, robot: Robot, humble: bool) -> dict[str, Any]:
     hardware = _single(element, "hardware")
     _check_children(hardware, "plugin", "param", "group")
     groups = [_text(child) for child in hardware if child.tag == "group"]
-    entry = {
+    entry: dict[str, Any] = {
         "type": kind if kind != "system" else None,
         "plugin": _text(_single(hardware, "plugin")),
         "group": groups[-1] if groups else None,

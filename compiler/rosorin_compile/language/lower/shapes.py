@@ -238,7 +238,8 @@ def lower_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]],
         solids += [inertial_of([shape], density=1.0) for shape in shapes if not isinstance(shape.geometry, Mesh)]
         whole = together([(solid, Transform()) for solid in solids])
         factor = float(entry[key]) / (whole.mass if key == "mass" else 1.0)
-        moments = {name: factor * getattr(whole, name) for name in ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
+        names = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        moments: dict[str, Any] = {name: factor * getattr(whole, name) for name in names}
         return replace(whole, **moments)
     except ValueError as problem:
         raise ShapeProblem(

@@ -11,9 +11,9 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Path
 
-from ..description import lines_of
+from ..description import free_name, lines_of
 from .nodes import MARKS, REFERENCES, Node, Values, add_sizes, deep_copy, flattened, mirrored, table
-from .parameters import GIVEN, MAX_PARAMETERS, Parameter, Parameters, differences, free_name
+from .parameters import GIVEN, MAX_PARAMETERS, Parameter, Parameters, differences
 from .part_names import MOUNT, Split, is_left, part_name, split
 from .write_parts import part_entry, sections, use_entry
 

@@ -14,9 +14,10 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.units import Quantity
 
+from ..description import free_name, identifier
 from ..layout import ROTATING, Expression, in_degrees, joint_unit
 from .nodes import flattened, table
-from .parameters import free_name, identifier
+from .parameters import RESERVED
 from .part_names import part_name
 from .write_parts import has_default
 
@@ -54,7 +55,7 @@ def with_named_values(tree: Map) -> Map:
         worth = [places for places in groups.values() if _is_worth(places)]
         for places in worth:
             is_only = sum(other[0].key == places[0].key for other in worth) == 1
-            name = free_name(_name(places, is_only), taken)
+            name = free_name(_name(places, is_only), {*taken, *RESERVED})
             taken.add(name)
             named[name] = _shown(places[0].value, places[0].key, places[0].is_rotating)
             for place in places:

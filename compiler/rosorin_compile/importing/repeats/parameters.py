@@ -10,14 +10,13 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from keyword import iskeyword
 from typing import Any
 
-from rosorin_compile.language.expression.functions import expression_names
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 
+from ..description import free_name, identifier
 from ..layout import ROTATING, Expression, escaped, in_degrees
 from .nodes import Values, is_number, negative
 from .part_names import sign_name
@@ -37,7 +36,7 @@ _SLIDING = {"lower": "length", "upper": "length", "effort": "force", "velocity":
 _DEGREES = {"angle": "deg", "angular_speed": "deg/s"}
 _HINTS = {"lower": "lower_limit", "upper": "upper_limit", "file": "mesh", "rgba": "colour", "material": "look"}
 _AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
-_RESERVED = ("name", "mirrored", "prefix", "first", "mesh_scale", "meshes")
+RESERVED = ("name", "mirrored", "prefix", "first", "meshes")
 
 
 class Parameter:
@@ -253,20 +252,3 @@ def _spelt(value: float, unit: str) -> str:
     if isinstance(value, Quantity) and value.text:
         return value.text
     return (unit and in_degrees(value, unit)) or exact(value)
-
-
-def identifier(text: str) -> str:
-    """Return a name for expressions that resembles a text."""
-    name = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_").lower()
-    return name if name and not name[0].isdigit() else f"n_{name}".strip("_")
-
-
-def free_name(wanted: str, taken: set[str]) -> str:
-    """Return a name that is not taken and has no meaning in expressions, with a number if necessary."""
-    known = expression_names()
-    reserved = {*known.units, *known.functions, *known.constants, *_RESERVED, *taken}
-    name, number = wanted, 1
-    while name in reserved or iskeyword(name):
-        number += 1
-        name = f"{wanted}_{number}"
-    return name

@@ -22,7 +22,7 @@ from rosorin_compile.source.xml.markup import Document
 
 from .blocks import Unsayable, block
 from .drives import Driven, driven
-from .sensors import Seen, entry, gazebo_of, overlay, seen
+from .sensors import Seen, entry, gazebo_of, overlay, seen, without_collisions
 from .taking import CONTROL, SENSORS, Candidate, candidates, moved, put, trees, without
 
 _FORMATS = ("urdf", "sdf")
@@ -257,7 +257,8 @@ def _never_written(texts: Seq) -> dict[str, str]:
 
 def _difference(one: Candidate, texts: Sequence[str], rules: Any) -> str:
     """Return why an element that is written again differs from its source, or ""."""
-    wrong = Proof.of([one.alone], texts, rules).texts
+    alone, *written = without_collisions([one.alone, *texts])
+    wrong = Proof.of([alone], written, rules).texts
     if not wrong:
         return ""
     if not texts:

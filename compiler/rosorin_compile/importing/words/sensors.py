@@ -141,6 +141,12 @@ def entry(one: Seen, robot: Robot, asked: str) -> dict[str, Any]:
     kind = _kind(one)
     horizontal, vertical = (_inner(_lidar(one), "scan", axis) for axis in ("horizontal", "vertical"))
     frame = _frame(one, robot, kind)
+    if kind == "contact":
+        own = {frame, *(shape.name for shape in robot.link[frame].collision)}
+        for name in collisions_of(one):
+            base = re.sub(r"_collision(_\d+)?$", "", name.rpartition("_fixed_joint_lump__")[2])
+            if base not in own and name not in own:
+                raise Unsayable(f'it responds to the collision "{name}", which is not one of link "{frame}"')
     made: dict[str, Any] = {"type": kind, "frame": frame}
     rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
     words: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
@@ -158,9 +164,7 @@ def entry(one: Seen, robot: Robot, asked: str) -> dict[str, Any]:
     if kind in IMAGES:
         optical = _optical(one, robot, frame)
         made["optical"] = {"frame": optical} if optical else False
-        if any(one.pose):
-            made["mjcf"] = []
-    elif kind in LIDAR_TYPES and not _in_mujoco(one, words, horizontal, vertical):
+    elif kind in LIDAR_TYPES and not _in_mujoco(words, horizontal, vertical):
         made["mjcf"] = []
     stamp = _stamp(one)
     if stamp in robot.link and stamp not in (frame, made["optical"]["frame"] if made.get("optical") else frame):
@@ -245,9 +249,9 @@ def _field_of_view(word: str, axis: Mapping[str, Any], widest: float, rays: int)
     return {word: 2 * high if abs(low + high) <= Tolerance.NUMBER else span} if 0 < span <= widest else {}
 
 
-def _in_mujoco(one: Seen, words: Mapping[str, Any], horizontal: Mapping[str, Any], vertical: Mapping[str, Any]) -> bool:
-    """Return True if MuJoCo can simulate a lidar: its rays are symmetric about its frame, and not too many."""
-    if int(words.get("rays", 1)) * int(words.get("layers", 1)) > MAX_RAYS or any(one.pose):
+def _in_mujoco(words: Mapping[str, Any], horizontal: Mapping[str, Any], vertical: Mapping[str, Any]) -> bool:
+    """Return True if MuJoCo can simulate a lidar: its rays are symmetric, and not too many."""
+    if int(words.get("rays", 1)) * int(words.get("layers", 1)) > MAX_RAYS:
         return False
     for axis, word in ((horizontal, "fov"), (vertical, "vertical_fov")):
         low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)
@@ -282,6 +286,17 @@ def _imu_words(imu: Mapping[str, Any], asked: str) -> dict[str, Any]:
         x, y, z = (_inner(imu, what, axis, "noise") for axis in "xyz")
         made |= _noise(word, x) if x and x == y == z else {}
     return made
+
+
+def collisions_of(one: Seen) -> list[str]:
+    """Return the names of the collisions that a contact sensor responds to."""
+    names = _inner(one.elements, "contact").get("collision", [])
+    return [str(name) for name in (names if isinstance(names, list) else [names])]
+
+
+def without_collisions(texts: Sequence[str]) -> list[str]:
+    """Return elements without the names of the collisions of contact sensors: they follow from the shapes of a link."""
+    return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
 
 
 def _stamp(one: Seen) -> str:

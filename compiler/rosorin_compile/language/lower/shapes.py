@@ -239,8 +239,8 @@ def lower_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]],
         whole = together([(solid, Transform()) for solid in solids])
         factor = float(entry[key]) / (whole.mass if key == "mass" else 1.0)
         names = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        moments: dict[str, Any] = {name: factor * getattr(whole, name) for name in names}
-        return replace(whole, **moments)
+        scaled: dict[str, Any] = {name: factor * getattr(whole, name) for name in names}
+        return replace(whole, **scaled)
     except ValueError as problem:
         raise ShapeProblem(
             "shape-size", str(problem), ("of",), "correct the sizes; bare numbers are in metres"

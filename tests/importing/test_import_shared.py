@@ -258,13 +258,13 @@ def test_a_file_that_was_changed_while_a_robot_was_imported_stays(
 
     robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
     brought(package, "two")
-    whole = into._taken
+    whole = into._has_files
 
     def meanwhile(*words):  # type: ignore[no-untyped-def]
         (package / COMMON).write_text((package / COMMON).read_text() + "# mine\n")
         return whole(*words)
 
-    monkeypatch.setattr(into, "_taken", meanwhile)
+    monkeypatch.setattr(into, "_has_files", meanwhile)
     run(package / "urdf" / "four.urdf.xacro", "--into", package, "--trust")
     assert (package / COMMON).read_text().endswith("# mine\n")
     assert f"{COMMON} is there with changes of its own" in capsys.readouterr().out

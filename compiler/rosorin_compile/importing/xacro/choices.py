@@ -11,8 +11,8 @@ import re
 from pathlib import PurePosixPath
 from typing import Any
 
+from ..key_order import in_order
 from ..layout import Expression, Verbatim
-from ..order import in_order
 from .expressions import all_of, negated, written
 
 IF = Verbatim("if")

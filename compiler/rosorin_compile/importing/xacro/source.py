@@ -27,7 +27,7 @@ def flat_entries(trees: Sequence[Map], place: Place) -> list[Flat]:
     """Return what an element makes, from the first robot that has anything of it."""
     for tree in trees:
         document = _Document(tree)
-        document.named = document.named._replace(folders={}, scale=None)
+        document.folders = {}
         found: list[Flat] = []
         for section in ("materials", "links", "joints"):
             entries: Any = tree.get(section)

@@ -19,8 +19,8 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, Remark
 from rosorin_compile.source.yaml_text import Scalar
 
+from ..key_order import default_of_key, in_order
 from ..layout import Expression, Verbatim, cleaned, in_degrees
-from ..order import default_of_key, in_order
 from .build import GiveUp, Program
 from .choices import conditional, merged, node_of
 from .elements import ORIGIN_LEVELS

@@ -219,7 +219,7 @@ def _comments(rest: Any, path: tuple[str | int, ...]) -> tuple[str, ...]:
 
 def _document(tree: Map) -> _Document:
     made = _Document(tree)
-    made.named = made.named._replace(folders={}, scale=None)
+    made.folders = {}
     return made
 
 

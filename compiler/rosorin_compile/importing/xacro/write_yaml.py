@@ -19,8 +19,8 @@ from rosorin_compile.source.xml.markup import Element
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..description import _Document, _written, tree_of
+from ..key_order import sorted_sections
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
-from ..order import sorted_sections
 from .build import GiveUp, Program
 from .choices import conditional, merged
 from .expressions import all_of, written

@@ -7,7 +7,6 @@ name of the model before them. What the language has no word for is kept as it s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from rosorin_compile.formats.checked import accept
@@ -23,7 +22,7 @@ from rosorin_compile.source.xml.markup import Document, Element
 
 from .read_joints import Joints
 from .read_links import Entries, Links
-from .reading import Said, changed, cleaned, converted, entry_of, others
+from .reading import Said, changed, converted, entry_of, others
 from .scopes import FRAME, Models, Node, Scope
 from .trees import Tree, is_near, named_twice
 from .verbatim import keep, text_of, wrapped
@@ -132,10 +131,6 @@ class _Robot:
         if root:
             made["root"] = root
         self._kept()
-        for joint in tree.loops:
-            if joint.parent is not None:
-                at = tree.pose(joint.parent).inverse().then(tree.pose(joint.node)).xyz
-                self._connect(joint.node.element, [joint.parent.called, joint.child.called], at)
         if self.constraints:
             made["constraints"] = self.constraints
         if self.elements:
@@ -248,18 +243,13 @@ class _Robot:
         links = [node.called for node in ends if node is not None and node.kind == "link"]
         if len(links) != len(("A", "B")) or point is None:
             return False
-        self._connect(element, links, [float(one.value) for one in point])
-        return True
-
-    def _connect(self, element: Element, links: list[str], at: Sequence[float]) -> None:
-        """Add a constraint that closes a loop."""
         name = element.get("name") or "loop"
         while name in self.constraints:
             name += "_"
-        numbers = [Placed(cleaned(value), element.span) for value in at]
-        entry = {"type": "connect", "links": links, "at": Placed(numbers, element.span)}
+        entry = {"type": "connect", "links": links, "at": Placed(point, words["p_AP"].span)}
         self.constraints[name] = Placed(entry, element.span)
         self.reading.paths[id(element)] = ("constraints", name)
+        return True
 
 
 def _brought(node: Node) -> Element:

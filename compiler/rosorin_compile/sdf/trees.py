@@ -66,14 +66,7 @@ class Tree:
         self.world = _world(models, top)
         self.body = {id(node): self._body(node) for node in self.members}
         joints = [joint for node in nodes if node.kind == JOINT and (joint := self._joined(node)) is not None]
-        moved = {id(self.body_of(joint.child)) for joint in joints if joint.kind != "ball"}
-        # A ball joint to a body that another joint moves closes a loop.
-        self.loops = [
-            joint
-            for joint in joints
-            if joint.kind == "ball" and joint.parent is not None and id(self.body_of(joint.child)) in moved
-        ]
-        self.joints = list(self._each_once(joint for joint in joints if joint not in self.loops))
+        self.joints = list(self._each_once(joints))
         self.tops = self._tops()
 
     def pose(self, node: Node | None) -> Transform:

@@ -101,7 +101,9 @@ def _springs(root: Element, tree: Map) -> None:
     """Give joints the springs that <gazebo> elements have for them, which other simulators know as well."""
     for block in root.children if "joints" in tree else ():
         joint = tree["joints"].get(block.get("reference")) if block.tag == "gazebo" else None
-        for element in block.children if isinstance(joint, Map) else ():
+        if not isinstance(joint, Map):
+            continue
+        for element in block.children:
             key = _SPRING.get(element.tag)
             try:
                 value = float(element.get("value") or element.text)

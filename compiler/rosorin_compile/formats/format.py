@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .facts import Deviations
     from .imported import Imported, LeftOut, ReadOptions
     from .templating import Templates
+    from .unsupported import Unsupported
 
 
 ANGLES = ("roll", "pitch", "yaw")
@@ -54,13 +55,15 @@ class Artifact:
 
 
 class Refusal(NamedTuple):
-    """Why an engine does not load an artifact; empty if it does, or is not installed.
+    """Why an engine does not load an artifact; empty if it does.
 
-    ``outdated`` says that the engine is too old for it, which says nothing of the artifact.
+    ``outdated``: the engine is too old for it, which says nothing about the artifact. ``missing``: the name of an
+    engine that is not installed, so that nothing was loaded.
     """
 
     reason: str = ""
     outdated: bool = False
+    missing: str = ""
 
 
 class About(NamedTuple):
@@ -388,6 +391,8 @@ class Format:
     What it does:
 
     - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
+    - ``covers``: the keys of the language that it is about, such as ``joints.axis``, with all below them; () for all.
+    - ``unsupported``: of these keys those that an output has no word for, with the reason (see ``unsupported``).
     - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
       ``imported.converted``).
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
@@ -410,6 +415,8 @@ class Format:
     roots: tuple[str, ...] = ()
     recognises: Callable[[Document, Path], bool] | None = None
     write: Writer | None = None
+    covers: tuple[str, ...] = ()
+    unsupported: Mapping[str, Unsupported] | Callable[[Output], Mapping[str, Unsupported]] = field(default_factory=dict)
     read: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     facts: Callable[[str], Facts] | None = None
     reading: Importing = Importing()

@@ -18,6 +18,7 @@ from rosorin_compile.source.wording import first_of, listed
 
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Proving, Value, row_name
 from .static_tf import describe
+from .unsupported import PLACES
 
 if TYPE_CHECKING:
     from .expectation import Expectation
@@ -336,6 +337,12 @@ FORMAT = Format(
     article="a",
     about="every frame, where it sits and who publishes it",
     rank=70,
+    covers=(
+        *PLACES,
+        *("robot", "joints.type", "joints.publisher", "sensors.type", "sensors.publisher", "sensors.optical.publisher"),
+        *("edges", "publishers", "poses.positions", "poses.pulses", "servos.flipped", "servos.rad_per_pulse"),
+        "servos.zero_pulse",
+    ),
     options={"number_format": NUMBER_FORMAT},
     file="frames.md",
     write=write,

@@ -25,6 +25,7 @@ from rosorin_compile.source.wording import masked
 
 from . import format
 from .format import Fact, Facts, Format, InRos, Proving, Value, Writing
+from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
     import ast
@@ -371,6 +372,7 @@ FORMAT = Format(
     article="a",
     about="the launch file of the static transforms",
     rank=40,
+    covers=("robot", *PLACES, *NODES),
     options={"number_format": NUMBER_FORMAT},
     check=check_numbers,
     file="static_tf.launch.py",

@@ -15,6 +15,7 @@ from rosorin_compile.source.diagnostics import Diagnostic
 
 from .format import Facts, Format, InRos, Proving
 from .static_tf import NUMBER_FORMAT, check_numbers, frames, node_facts, static_transforms
+from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -81,6 +82,7 @@ FORMAT = Format(
     article="a",
     about="the arguments of the static transforms, for launch files of your own",
     rank=50,
+    covers=("robot", *PLACES, *NODES),
     options={"number_format": NUMBER_FORMAT},
     check=check_numbers,
     file="static_tf.json",

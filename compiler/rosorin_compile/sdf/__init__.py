@@ -5,8 +5,7 @@ for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
 
 Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
 name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
-``verbatim`` (what stays as it stands). ``words`` is what both sides know, ``grammar`` what both readers know. ``proof``
-holds what comes of a file against it in Drake (``engine``).
+``verbatim`` (what stays as it stands). ``words`` is what both sides know, ``grammar`` what both readers know.
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
+from rosorin_compile.formats.unsupported import OF_MUJOCO, OF_PUBLISHERS, Unsupported
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.proof import Proof
     from rosorin_compile.formats.expectation import Expectation
     from rosorin_compile.formats.facts import Deviations
     from rosorin_compile.formats.format import Facts, Opened
@@ -56,7 +55,7 @@ def _syntax(text: str) -> object:
 
 def _frames(robot: Robot) -> Sequence[str]:
     """Return what hangs on something: not what is free in the world, which is no link of an SDF."""
-    from .names import world_of
+    from .words import world_of
 
     world = world_of(robot)
     return [one.child for one in robot.joints if one.parent != world or one.type not in ("floating", "planar")]
@@ -82,7 +81,7 @@ def _cannot_say(robot: Robot, fact: Fact) -> bool:
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .names import check
+    from .words import check
 
     return check(case, output)
 
@@ -111,10 +110,15 @@ def _against(text: str, known: Expectation) -> Deviations:
     return against(text, known)
 
 
-def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
-    from .proof import prove
-
-    return prove(imported, text, files)
+_UNSUPPORTED = {
+    **OF_MUJOCO,
+    **OF_PUBLISHERS,
+    "sensors.*.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
+    "sensors.*.optical.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
+    "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
+    "joints.*.calibration": Unsupported("no calibration of joints"),
+    "joints.*.safety_controller": Unsupported("no soft limits"),
+}
 
 
 FORMAT = Format(
@@ -123,6 +127,18 @@ FORMAT = Format(
     article="an",
     about="the model for Gazebo and Drake",
     rank=22,
+    covers=(
+        "robot",
+        "links",
+        "joints",
+        "materials",
+        "sensors",
+        "root",
+        "actuators",
+        "disabled_contacts",
+        "urdf_elements",
+    ),
+    unsupported=_UNSUPPORTED,
     options={
         "number_format": NUMBER_FORMAT,
         "version": {
@@ -165,7 +181,6 @@ FORMAT = Format(
     proving=Proving(
         against=_against,
         syntax=_syntax,
-        prove=_prove,
         frames=_frames,
         joint_names=_joint_names,
         solids=_solids,

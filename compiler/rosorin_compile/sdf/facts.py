@@ -21,7 +21,7 @@ from rosorin_compile.model import Transform
 from rosorin_compile.model.geometry import rotation_of_rpy
 from rosorin_compile.source.xml.elements import canonical
 
-from .grammar import INERTIA, MOTION, PARTS_OF_LINK, SOLIDS
+from .words import INERTIA, MOTION, PARTS_OF_LINK, SOLIDS
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

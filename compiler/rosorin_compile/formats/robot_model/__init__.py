@@ -21,6 +21,7 @@ from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from ..format import Facts, Format, Importing, InRos, Opened, Proving, Value, Writing
+from ..unsupported import PLACES
 
 if TYPE_CHECKING:
     from ..expectation import Expectation
@@ -368,6 +369,11 @@ FORMAT = Format(
     files="the JSON of a driver",
     about="the model for drivers",
     rank=60,
+    covers=(
+        *PLACES,
+        *("joints.type", "joints.limit.lower", "joints.limit.upper", "links.collision.box.size", "sensors.joint"),
+        *("sensors.optical.joint", "servos.flipped", "servos.rad_per_pulse", "servos.zero_pulse"),
+    ),
     options={
         "joints": {
             "type": "array",

@@ -42,7 +42,7 @@ def main(pairs: int) -> None:
         for case, first, second, goal in (
             ("reading and height map / trimesh.load", partial(timed, partial(whole, path)), load, 2.0),
             ("height map / trimesh.load(process=False)", ours, bare, 1.0),
-            ("triangles of up to 1 cm / trimesh.load", partial(timed, partial(surface_heights, large, GRID)), load, 1.0),
+            ("small triangles / trimesh.load", partial(timed, partial(surface_heights, large, GRID)), load, 1.0),
             ("whole processes", partial(wall_time, command(path)), partial(wall_time, loading(path)), 2.0),
         ):
             print(row(case, compare(first, second, pairs), goal))

@@ -139,7 +139,7 @@ def test_dry_run_writes_nothing(project: Path, capsys: pytest.CaptureFixture[str
     edit(project, "arm.yaml", "0.08513]", "0.08613]")
     before = (project / "outputs" / "rosorin" / "rosorin.urdf").read_bytes()
     assert main(["all", "--dry-run"]) == 1
-    assert "outputs/rosorin/rosorin.urdf was edited" in capsys.readouterr().out
+    assert "link3 moved" in capsys.readouterr().out
     assert (project / "outputs" / "rosorin" / "rosorin.urdf").read_bytes() == before
 
 

@@ -44,8 +44,7 @@ PROJECT = {
 import os, random, shutil, signal, sys, time
 from pathlib import Path
 from rosorin_compile.cli.main import main
-from rosorin_compile.output import pipeline
-from rosorin_compile.compare.proof import facts
+from rosorin_compile.formats import compiled
 
 def sweep(over, out, *words):
     return main(["sweep", "mast", "--over", over, "-o", out, "-q", *words])

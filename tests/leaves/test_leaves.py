@@ -113,9 +113,8 @@ class Case:
     def unexplained(self, key: str) -> set[str]:
         """Return the formats that give no reason for not carrying a key, and no note."""
         steps = key.split(".")
-        if {"collision_matrix", "collisions"} & {*steps} and any(
-            rule == "collisions-stale" for rule, _ in self.base.remarks
-        ):
+        is_stale = any(rule == "collisions-stale" for rule, _ in self.base.remarks)
+        if is_stale and {"collision_matrix", "collisions"} & {*steps}:
             return set()  # a mirrored robot is another one
         listed = [f"{'.'.join(steps[: count + 1])} (" for count in range(len(steps))]
         if any(

@@ -258,9 +258,7 @@ controllers: {"arm": {type: position_group, hardware: "h  h"}}
 outputs:
   urdf: {file: r.urdf, control: jazzy}
   controllers: {file: c.yaml, distribution: jazzy}
-  dot: {backend: frames_picture, file: f.dot}
-  mermaid: {backend: frames_picture, file: f.mmd}
-  text: {backend: frames_picture, file: f.md}
+  picture: {backend: frames_picture, file: f.svg}
 """.replace("{LINK}", "{inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]}")
 
 

@@ -55,6 +55,9 @@ NODES = tuple(
 )
 UNPUBLISHED = tuple(f"{publisher}.none" for publisher in _PUBLISHER)
 
+# The keys that each format of a whole robot covers.
+MODEL_KEYS = ("robot", "links", "joints", "materials", "sensors", "root", "actuators", "disabled_contacts")
+
 _GEOMETRY = (
     *("box", "cylinder", "capsule", "sphere", "ellipsoid", "mesh.file", "mesh.scale", "height_map.origin"),
     *("height_map.cell", "height_map.heights", "height_map.bottom", "xyz", "rpy"),

@@ -15,10 +15,11 @@ from functools import partial
 from itertools import count
 from typing import NamedTuple
 
+from .bounds import along
 from .geometry import Transform, Vector, dot
+from .rest_pose import Clouds, no_clouds
 from .robot import Robot
 from .shape import MERGED, Box, Mesh, Shape
-from .standing import Clouds, along, unknown
 
 Point = tuple[float, float]
 
@@ -71,7 +72,7 @@ class Placed(NamedTuple):
 
 
 def solids(
-    robot: Robot, base: str, positions: Mapping[str, float], clouds: Clouds = unknown
+    robot: Robot, base: str, positions: Mapping[str, float], clouds: Clouds = no_clouds
 ) -> tuple[list[Placed], list[str]]:
     """Return the collision shapes in a base frame at joint positions (rad or m).
 
@@ -89,10 +90,10 @@ def solids(
                     found.append(Placed(name, along(shape, there), _corners(shape, there)))
                 continue
             cloud = clouds(shape.geometry)
-            if cloud is None or not cloud.points:
+            if not cloud:
                 meshes.append(name)
             else:
-                points = _outermost(shape, there, shape.geometry, cloud.points)
+                points = _outermost(shape, there, shape.geometry, cloud)
                 found.append(Placed(name, partial(_farthest, points), points))
     return found, list(dict.fromkeys(meshes))
 
@@ -126,7 +127,7 @@ def footprint(
     base: str,
     positions: Mapping[str, float],
     corners: int = CORNERS,
-    clouds: Clouds = unknown,
+    clouds: Clouds = no_clouds,
     margin: float = 0.0,
 ) -> Footprint | None:
     """Return the footprint of a robot in the plane of its base frame; None of one without collision shapes.

@@ -14,6 +14,7 @@ from .shape import Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere
 
 _NOWHERE = (math.inf, -math.inf)
 _EVERYWHERE = (-math.inf, math.inf)
+_PARALLEL = 1e-12  # rounding of a direction, and of a line in a face, which is outside (m)
 
 
 class Way(NamedTuple):
@@ -58,8 +59,8 @@ def _slabs(at: Vector, along: Vector, size: Vector) -> tuple[float, float]:
 def _slab(start: float, step: float, side: float) -> tuple[float, float]:
     """Return the part of a line between two planes across an axis, each half a side away."""
     half = abs(side) / 2
-    if step == 0.0:
-        return _EVERYWHERE if abs(start) < half else _NOWHERE
+    if abs(step) < _PARALLEL:
+        return _EVERYWHERE if abs(start) < half - _PARALLEL else _NOWHERE
     one, other = (-half - start) / step, (half - start) / step
     return (one, other) if one < other else (other, one)
 

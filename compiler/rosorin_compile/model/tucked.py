@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from .footprint import Placed, solids
 from .joint import Joint
+from .rest_pose import Clouds
 from .robot import Robot
-from .standing import Clouds
 
 _WAYS = tuple((math.cos(math.tau * i / 16), math.sin(math.tau * i / 16), 0.0) for i in range(16))
 _STEPS = 8  # from one limit of a joint to the other

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence, Set
 
 from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Transform, Vector
+from rosorin_compile.model.bounds import along
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, norm, pose_of
 from rosorin_compile.model.motion import plane_axes
 from rosorin_compile.model.shape import ROWS, plain
-from rosorin_compile.model.standing import along
 
 _LAST = ("what the last set of frames leaves out",)
 _DIRECTIONS = 360  # around an axle, beside that of the middle of a shape: 40 um are missing at 1 m

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from rosorin_compile.model.simulated import GazeboSensor, SdfElement
+from rosorin_compile.model.simulation import GazeboSensor, SdfElement
 from rosorin_compile.source.numbers import NumberFormat
 from rosorin_compile.source.xml.escaping import escape
 

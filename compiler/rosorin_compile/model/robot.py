@@ -16,22 +16,20 @@ from .mass import together
 from .motion import motion
 from .sections import NO_SECTIONS, Sections
 from .shape import ROWS, Material, Rgba, Shape
-from .simulated import GazeboSensor, Simulated
-from .simulation import AT_ORIGIN, Root, Values
+from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from .control import Block
-    from .controllers import Controller
+    from rosorin_compile.ros.sections.control.hardware import Block
+
     from .drive import Drive
     from .driving import Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
-    from .moveit import Moveit
+    from .ros import Controller, Moveit
     from .servos import ServoGroup
-    from .simulation import Actuator
-    from .simulator import ContactPair, Entry, Tendon
+    from .simulation import Actuator, ContactPair, Entry, Tendon
 
     Named = TypeVar("Named")
 

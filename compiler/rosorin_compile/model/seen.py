@@ -11,7 +11,7 @@ from typing import Any
 
 from .geometry import IDENTITY, Pose, pose_of
 from .robot import Sensor
-from .simulated import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, Simulated
+from .simulation import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, Simulated
 
 Data = dict[str, "Any"]
 

@@ -14,7 +14,7 @@ from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.motion import plane_axes
 from rosorin_compile.model.rest_pose import HOME, home_of
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.model.simulated import Attribute
+from rosorin_compile.model.simulation import Attribute
 from rosorin_compile.source.numbers import NumberFormat, numbers, vector
 from rosorin_compile.source.xml.escaping import Markup
 

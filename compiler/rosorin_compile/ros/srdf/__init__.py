@@ -53,7 +53,7 @@ def _asked(tree: Map, _: str, name: str) -> Asked | None:
 def _facts(text: str) -> Facts:
     """Return what an SRDF says. Raises ValueError for a damaged one."""
     from rosorin_compile.formats.facts import FactSheet
-    from rosorin_compile.model.moveit import USER
+    from rosorin_compile.model.ros import USER
 
     sheet = FactSheet(text, "robot")
     readers = {

@@ -15,7 +15,7 @@ from rosorin_compile.formats.urdf.reading import Reading, correction, named
 from rosorin_compile.formats.urdf.values import ANGLES, LENGTHS, PLAIN, number_of, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot, Transform
-from rosorin_compile.model.moveit import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
+from rosorin_compile.model.ros import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.source.diagnostics import Span, has_errors, nearest, quoted
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.xml.markup import Element

@@ -1,13 +1,10 @@
-"""What MoveIt has to know of a robot beside its URDF: groups of joints, end effectors, pairs that need no check.
-
-Which joints a group has is a question about one URDF: the format ``srdf`` answers it (``planning``).
-"""
+"""Values that only ROS reads: controllers of ros2_control, and planning groups and disabled collisions for MoveIt."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from .geometry import Vector
 from .link import NO_SOURCE, Source
@@ -22,6 +19,23 @@ VIRTUAL_JOINT = "virtual_joint"  # its name, where none is given
 TRIALS, SEED, ALWAYS_SHARE, CLEARANCE = 10_000, 1, 0.95, 0.001
 
 Pair = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A controller: ``type`` as the description has it, ``params`` by their full keys (``a.b.c``).
+
+    ``hardware`` is the block whose joints it moves, ``sensor`` the one that it speaks for; empty if not said.
+    ``inactive``: it is configured when the robot starts, and somebody switches to it later.
+    """
+
+    name: str
+    type: str
+    params: Mapping[str, Any] = field(default_factory=dict)
+    hardware: str = ""
+    sensor: str = ""
+    inactive: bool = False
+    source: Source = NO_SOURCE
 
 
 @dataclass(frozen=True)
@@ -178,33 +192,3 @@ class Moveit:
             joint_properties={joint(name): said for name, said in self.joint_properties.items()},
             matrix=self.matrix and self.matrix.renamed(link, joint),
         )
-
-
-def said_of(moveit: Moveit | None) -> dict[str, str]:
-    """Return what is said for MoveIt, each thing in words; nothing of how the matrix is computed."""
-    if moveit is None:
-        return {}
-    said: dict[str, str] = {}
-    for group in moveit.groups:
-        chain = [f"{group.chain[0]} to {group.chain[1]}"] if group.chain else []
-        said[f"group {group.name}"] = ", ".join([*chain, *group.joints, *group.links, *group.groups])
-        if group.states is not None:
-            said[f"states of {group.name}"] = ", ".join(f"{name} ({pose})" for name, pose in group.states.items())
-    for one in moveit.end_effectors:
-        by = f" by {one.parent_group}" if one.parent_group else ""
-        said[f"end effector {one.name}"] = f"{one.group} on {one.parent}{by}"
-    virtual = moveit.virtual_joint
-    kind = f"{virtual.type or 'as the base is'} {virtual.parent}".strip() if virtual else ""
-    said["virtual joint"] = f"{virtual.name}: {kind}" if virtual else ""
-    said["passive joints"] = ", ".join(sorted(moveit.passive_joints))
-    said["links that are not checked"] = ", ".join(sorted(moveit.unchecked_links))
-    for pair in moveit.checked:
-        said[f"collision of {' and '.join(sorted(pair))}"] = "checked"
-    for off in (*moveit.disabled, *(moveit.matrix.pairs if moveit.matrix else ())):
-        said[f"collision of {' and '.join(sorted(off.links))}"] = f"off ({off.reason})"
-    for link, balls in moveit.spheres.items():
-        numbers = (" ".join(f"{number:g}" for number in (*ball.xyz, ball.radius)) for ball in balls)
-        said[f"spheres of {link}"] = ", ".join(numbers) or "none at all"
-    for joint, properties in moveit.joint_properties.items():
-        said[f"properties of {joint}"] = ", ".join(f"{name} {value}" for name, value in properties.items())
-    return {name: text for name, text in said.items() if text}

@@ -24,7 +24,7 @@ from rosorin_compile.model import (
     Sphere,
     Vector,
 )
-from rosorin_compile.model.footprint import Footprint, footprint, padded
+from rosorin_compile.ros.nav2.footprint import Footprint, footprint, padded
 from support.robots import compiled
 
 FLOAT32 = 2e-7  # m; a costmap has 32 bits

@@ -1,7 +1,6 @@
 """The model of a robot: frozen dataclasses in SI units. Code of this package imports from their modules."""
 
-from .drive import Drive
-from .driving import Twist
+from .drive import Drive, Twist
 from .geometry import Pose, Transform, Vector
 from .joint import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Limit, Publisher
 from .link import Inertial, Link

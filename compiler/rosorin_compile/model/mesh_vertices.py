@@ -10,12 +10,12 @@ import math
 import re
 import struct
 from array import array
+from collections.abc import Callable, Sequence
 from sys import byteorder
 
 from rosorin_compile.source import files
 
 from .geometry import Vector
-from .rest_pose import Clouds
 from .robot import Robot
 from .shape import Mesh
 
@@ -27,6 +27,14 @@ _MSH_HEADER = struct.Struct("<4i")  # numbers of vertices, normals, texture coor
 _LFS_POINTER = b"version https://git-lfs"
 _OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
 _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
+
+
+# A function that returns the vertices of a mesh in the units of its file, or None if they are unknown.
+Clouds = Callable[[Mesh], Sequence[Vector] | None]
+
+
+def no_clouds(mesh: Mesh) -> None:
+    """Return None: the vertices of no mesh are known."""
 
 
 class UnreadableMesh(Exception):

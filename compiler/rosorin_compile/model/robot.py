@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
     from rosorin_compile.ros.sections.control.hardware import Block
 
-    from .drive import Drive
-    from .driving import Driving
+    from .drive import Drive, Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
     from .ros import Controller, Moveit
@@ -377,7 +376,7 @@ class Robot:
     @property
     def driving(self) -> Driving:
         """What its wheels turn at for a velocity of the base, and back. Raises ValueError where there is no drive."""
-        from .driving import driving_of
+        from .drive import driving_of
 
         return driving_of(self)
 

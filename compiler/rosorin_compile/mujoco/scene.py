@@ -112,7 +112,7 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     """
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.mesh_vertices import clouds_of
-    from rosorin_compile.model.rest_pose import home_of, reach, stands_at
+    from rosorin_compile.mujoco.rest_pose import home_of, reach, stands_at
 
     home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
     at = stands_at(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose

@@ -29,8 +29,8 @@ from rosorin_compile.model import Joint, Link, Mesh, Robot, Transform, Vector
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.motion import motion, plane_axes
-from rosorin_compile.model.proximity import NEAR, Solid, Touching, solid_of
 from rosorin_compile.model.shape import MERGED
+from rosorin_compile.mujoco.mjcf.proximity import NEAR, Solid, Touching, solid_of
 
 from .bodies import body_name, weld_groups
 from .height_fields import solids

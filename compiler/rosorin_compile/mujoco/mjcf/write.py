@@ -58,9 +58,9 @@ from rosorin_compile.model import (
 from rosorin_compile.model.looks import colours_of
 from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.model.mesh_vertices import clouds_of
-from rosorin_compile.model.rest_pose import home_of, stands_at
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Attribute
+from rosorin_compile.mujoco.rest_pose import home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector

@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
-from .bounds import Bounds, along
-from .geometry import IDENTITY, Pose, Vector
-from .robot import JointPose, Robot
-from .shape import Mesh
+from rosorin_compile.model.bounds import Bounds, along
+from rosorin_compile.model.geometry import IDENTITY, Pose, Vector
+from rosorin_compile.model.mesh_vertices import Clouds, no_clouds
+from rosorin_compile.model.robot import JointPose, Robot
+from rosorin_compile.model.shape import Mesh
 
 HOME = "home"
 _DIGITS = 9  # of a height in metres: removes rounding only
 _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _BACK: tuple[Vector, ...] = ((-1.0, -0.0, -0.0), (-0.0, -1.0, -0.0), (-0.0, -0.0, -1.0))
-
-# A function that returns the vertices of a mesh in the units of its file, or None if they are unknown.
-Clouds = Callable[[Mesh], Sequence[Vector] | None]
-
-
-def no_clouds(mesh: Mesh) -> None:
-    """Return None: the vertices of no mesh are known."""
 
 
 class Reach(NamedTuple):

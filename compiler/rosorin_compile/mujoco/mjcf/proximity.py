@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from functools import cached_property
 from itertools import combinations
 
-from .bounds import ball_of
-from .geometry import Transform, Vector, cross, dot, minus
-from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
+from rosorin_compile.model.bounds import ball_of
+from rosorin_compile.model.geometry import Transform, Vector, cross, dot, minus
+from rosorin_compile.model.shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
 
 # Faces that lie on each other touch, whatever the rounding of their poses (m).
 NEAR = 1e-6

@@ -3,9 +3,8 @@
 from .drive import Drive, Twist
 from .geometry import Pose, Transform, Vector
 from .joint import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Limit, Publisher
-from .link import Inertial, Link
-from .robot import Edge, Output, Robot, Sensor
-from .ros import Controller, DisabledCollision
+from .link import DisabledCollision, Inertial, Link
+from .robot import Controller, Edge, Output, Robot, Sensor
 from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 __all__ = [

@@ -21,12 +21,12 @@ from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from rosorin_compile.ros.moveit import Moveit
     from rosorin_compile.ros.sections.control.hardware import Block
 
     from .drive import Drive, Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
-    from .ros import Controller, Moveit
     from .servos import ServoGroup
     from .simulation import Actuator, ContactPair, Entry, Tendon
 
@@ -133,6 +133,23 @@ class JointPose:
     base: Pose | None = None
     controls: Mapping[str, float] = field(default_factory=dict)
     mjcf: Values = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A controller: ``type`` as the description has it, ``params`` by their full keys (``a.b.c``).
+
+    ``hardware`` is the block whose joints it moves, ``sensor`` the one that it speaks for; empty if not said.
+    ``inactive``: it is configured when the robot starts, and somebody switches to it later.
+    """
+
+    name: str
+    type: str
+    params: Mapping[str, Any] = field(default_factory=dict)
+    hardware: str = ""
+    sensor: str = ""
+    inactive: bool = False
+    source: Source = NO_SOURCE
 
 
 @dataclass(frozen=True)

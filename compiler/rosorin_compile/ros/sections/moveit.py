@@ -10,7 +10,8 @@ from rosorin_compile.compare.pairing import Pairing
 from rosorin_compile.compare.values import changed_entry
 from rosorin_compile.language.lower.entries import Problem
 from rosorin_compile.language.lower.plainly import record_of, vector_of
-from rosorin_compile.model.ros import (
+from rosorin_compile.model.sections import Section
+from rosorin_compile.ros.moveit import (
     Ball,
     CollisionMatrix,
     CollisionSearch,
@@ -20,7 +21,6 @@ from rosorin_compile.model.ros import (
     Moveit,
     VirtualJoint,
 )
-from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import exact

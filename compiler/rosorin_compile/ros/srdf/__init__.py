@@ -53,7 +53,7 @@ def _asked(tree: Map, _: str, name: str) -> Asked | None:
 def _facts(text: str) -> Facts:
     """Return what an SRDF says. Raises ValueError for a damaged one."""
     from rosorin_compile.formats.facts import FactSheet
-    from rosorin_compile.model.ros import USER
+    from rosorin_compile.model import DisabledCollision
 
     sheet = FactSheet(text, "robot")
     readers = {
@@ -71,7 +71,9 @@ def _facts(text: str) -> Facts:
             joint, name = sheet.text(element, "joint_name"), sheet.text(element, "property_name")
             sheet.add(Fact("joint", joint, f"property {name}"), sheet.text(element, "value"))
         elif element.tag == "disable_collisions":
-            _pair_fact(sheet, element, "disabled collision with {} " + f"({element.get('reason', USER)})")
+            _pair_fact(
+                sheet, element, "disabled collision with {} " + f"({element.get('reason', DisabledCollision.reason)})"
+            )
         elif element.tag == "enable_collisions":
             _pair_fact(sheet, element, "checked collision with {}")
         elif element.tag == "disable_default_collisions":

@@ -1,41 +1,16 @@
-"""Values that only ROS reads: controllers of ros2_control, and planning groups and disabled collisions for MoveIt."""
+"""The value of the section ``moveit``: planning groups, end effectors, and pairs of links that need no check."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar
 
-from .geometry import Vector
-from .link import NO_SOURCE, Source
-
-ADJACENT, DEFAULT, ALWAYS, NEVER, USER = "Adjacent", "Default", "Always", "Never", "User"
-REASONS = (ADJACENT, DEFAULT, ALWAYS, NEVER, USER)
-"""The words that MoveIt has for why a pair of links is not checked; any other is read as User."""
+from rosorin_compile.model import DisabledCollision, Vector
+from rosorin_compile.model.link import NO_SOURCE, Source
 
 FIXED, PLANAR, FLOATING = "fixed", "planar", "floating"
-VIRTUAL_JOINT = "virtual_joint"  # its name, where none is given
-
-TRIALS, SEED, ALWAYS_SHARE, CLEARANCE = 10_000, 1, 0.95, 0.001
 
 Pair = tuple[str, str]
-
-
-@dataclass(frozen=True)
-class Controller:
-    """A controller: ``type`` as the description has it, ``params`` by their full keys (``a.b.c``).
-
-    ``hardware`` is the block whose joints it moves, ``sensor`` the one that it speaks for; empty if not said.
-    ``inactive``: it is configured when the robot starts, and somebody switches to it later.
-    """
-
-    name: str
-    type: str
-    params: Mapping[str, Any] = field(default_factory=dict)
-    hardware: str = ""
-    sensor: str = ""
-    inactive: bool = False
-    source: Source = NO_SOURCE
 
 
 @dataclass(frozen=True)
@@ -71,7 +46,7 @@ class VirtualJoint:
 
     type: str = ""
     parent: str = ""
-    name: str = VIRTUAL_JOINT
+    name: str = "virtual_joint"
 
 
 @dataclass(frozen=True)
@@ -83,36 +58,16 @@ class Ball:
 
 
 @dataclass(frozen=True)
-class DisabledCollision:
-    """A pair of links that is not checked, and why: ``reason`` is one of ``REASONS``, the words of MoveIt.
-
-    ``nearest`` is the smallest distance that was seen (m, below zero inside each other), ``beyond`` one that was never
-    reached; None where nobody looked.
-    """
-
-    ADJACENT: ClassVar[str] = ADJACENT
-    DEFAULT: ClassVar[str] = DEFAULT
-    ALWAYS: ClassVar[str] = ALWAYS
-    NEVER: ClassVar[str] = NEVER
-    REASONS: ClassVar[tuple[str, ...]] = REASONS
-
-    links: Pair
-    reason: str = USER
-    nearest: float | None = None
-    beyond: float | None = None
-
-
-@dataclass(frozen=True)
 class CollisionSearch:
     """How a matrix is computed: how many states are tried, where they begin, and the share that counts as always.
 
     ``clearance`` is how near (m) a pair may come that is called Never.
     """
 
-    trials: int = TRIALS
-    seed: int = SEED
-    always: float = ALWAYS_SHARE
-    clearance: float = CLEARANCE
+    trials: int = 10_000
+    seed: int = 1
+    always: float = 0.95
+    clearance: float = 0.001
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Joint, Pose, Transform
-from rosorin_compile.model.motion import plane_axes
+from rosorin_compile.model.joint import plane_axes
 from support.robots import compiled_text, sound
 
 mujoco = pytest.importorskip("mujoco", minversion="4")

@@ -14,7 +14,7 @@ from functools import cached_property
 
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.geometry import norm
-from rosorin_compile.model.motion import motion
+from rosorin_compile.model.joint import motion
 
 from .proof import Proof
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, Printing

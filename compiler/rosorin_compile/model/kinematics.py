@@ -12,8 +12,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from .geometry import Pose, Transform, unit
-from .joint import UNPUBLISHED, Joint, Publisher
-from .motion import plane_axes
+from .joint import UNPUBLISHED, Joint, Publisher, plane_axes
 
 if TYPE_CHECKING:
     import numpy as np

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
 
 from .cached import of_robot
 from .geometry import Pose, Transform
-from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
+from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher, motion
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
-from .motion import motion
 from .sections import NO_SECTIONS, Sections
 from .shape import ROWS, Material, Rgba, Shape
 from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values

@@ -13,8 +13,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from .geometry import Quaternion, Rows, Transform, Vector, plus
+from .joint import motion
 from .kinematics import Graph, Move, Positions, Step, position_of
-from .motion import motion
 
 
 class Answer(NamedTuple):

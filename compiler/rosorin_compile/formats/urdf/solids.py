@@ -9,7 +9,7 @@ from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Ro
 from rosorin_compile.model.bounds import along
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, norm, pose_of
-from rosorin_compile.model.motion import plane_axes
+from rosorin_compile.model.joint import plane_axes
 from rosorin_compile.model.shape import ROWS, plain
 
 _LAST = ("what the last set of frames leaves out",)

@@ -56,7 +56,6 @@ from rosorin_compile.model import (
     Vector,
 )
 from rosorin_compile.model.looks import colours_of
-from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.model.mesh_vertices import clouds_of
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Attribute
@@ -335,7 +334,7 @@ class _Printer:
         pos, mass, six = vector(inertial.pose.xyz, self.number), self.number(inertial.mass), along_link_of(inertial)
         if not any(six[3:]):
             return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed(self.number, six)[:3]))
-        if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not has_products(inertial):
+        if inertial.principal_moments[0] < LEAST_EIGENVALUE and not has_products(inertial):
             own = " ".join(inertial.printed(self.number)[:3])
             return attributes(**{"pos": pos, **self.place(inertial.pose), "mass": mass, "diaginertia": own})
         return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed(self.number, six)))

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from .cached import of_robot
 from .geometry import Pose, Transform
@@ -72,33 +71,6 @@ class Sensor:
     simulated: tuple[Simulated, ...] = ()
     stamps: tuple[str, ...] = ()
     gazebo: tuple[GazeboSensor, ...] = ()
-
-    # What SDF takes where nothing is said, by the end of a path
-    # (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
-    SDF_DEFAULTS: ClassVar[Mapping[tuple[str, ...], str]] = MappingProxyType(
-        {
-            ("sensor", "always_on"): "false",
-            ("sensor", "visualize"): "false",
-            ("sensor", "update_rate"): "0",
-            ("sensor", "pose"): "0 0 0 0 0 0",
-            ("horizontal", "resolution"): "1",
-            ("vertical", "resolution"): "1",
-            ("range", "resolution"): "0",
-            ("camera", "horizontal_fov"): "1.047",
-            ("image", "width"): "320",
-            ("image", "height"): "240",
-            ("clip", "near"): "0.1",
-            ("clip", "far"): "100",
-            ("imu", "enable_orientation"): "true",
-            ("noise", "mean"): "0",
-            ("noise", "bias_mean"): "0",
-            ("noise", "bias_stddev"): "0",
-        }
-    )
-    SDF_FLAGS: ClassVar[tuple[str, ...]] = ("always_on", "visualize", "enable_orientation", "enable_metrics")
-    SDF_TRUTH: ClassVar[Mapping[str, str]] = MappingProxyType(
-        {"1": "true", "0": "false", "True": "true", "False": "false"}
-    )
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from .geometry import Pose, Transform, unit
 from .joint import UNPUBLISHED, Joint, Publisher, plane_axes
@@ -77,6 +77,14 @@ class Step(NamedTuple):
         senders = [(self.joint.publisher, "")] if self.joint is not None else []
         senders += [(edge.publisher, edge.when) for edge in self.edges]
         return tuple(sender for sender in senders if sender[0].kind != UNPUBLISHED)
+
+    def transform(self, robot: Robot, positions: Positions) -> Transform:
+        """Return the child in the parent at joint positions (rad or m). Raises ValueError without numbers."""
+        if self.joint is not None:
+            return self.joint.transform(position_of(robot, self.joint, positions))
+        if self.pose is None:
+            raise ValueError(f"the description does not know {self.parent} -> {self.child}")
+        return self.pose.transform()
 
 
 class Move(NamedTuple):
@@ -230,22 +238,17 @@ class Kinematics:
             raise ValueError(f"different numbers of positions: {lengths}")
         return next(iter(counts), 1), states
 
-    def _step(self, move: Move, states: Mapping[str, Array]) -> Array:
+    def _step(self, move: Move, states: Mapping[str, Array]) -> Any:
         """Return the end of a move in its start, (1 or n, 4, 4)."""
-        joint = move.step.joint
-        pose = move.step.pose if joint is None else joint.origin
-        assert pose is not None  # noqa: S101 - the graph leaves out steps without numbers
-        step = self._matrix(pose.transform())
-        if joint is not None and not joint.is_fixed:
-            leader = joint
-            while leader.mimic is not None:
-                leader = self.robot.joint[leader.mimic.joint]
-            state = states.get(leader.name)
-            if joint.mimic is not None:
-                leading = 0.0 if state is None else state
-                state = self.np.atleast_2d(self.robot.position(joint, {leader.name: leading}))  # type: ignore[dict-item]
-            if state is not None:
-                step = step @ self._motion(joint, state)
+        np = self.np
+        leader = joint = move.step.joint
+        while leader is not None and leader.mimic is not None:
+            leader = self.robot.joint[leader.mimic.joint]
+        if joint is None or joint.is_fixed or leader is None or leader.name not in states:
+            step = self._matrix(move.step.transform(self.robot, {}))
+        else:
+            state = self.robot.position(joint, states) if joint.mimic is not None else states[joint.name]  # type: ignore[arg-type]
+            step = np.matmul(self._matrix(joint.origin.transform()), self._motion(joint, state))
         if not move.up:
             return step
         back = step.transpose(0, 2, 1).copy()
@@ -253,13 +256,13 @@ class Kinematics:
         back[:, :3, 3] = -(back[:, :3, :3] @ step[:, :3, 3, None])[:, :, 0]
         return back
 
-    def _matrix(self, transform: Transform) -> Array:
+    def _matrix(self, transform: Transform) -> Any:
         matrix = self.np.eye(4)[None]
         matrix[0, :3, :3], matrix[0, :3, 3] = transform.rows, transform.xyz
         return matrix
 
-    def _motion(self, joint: Joint, state: Array) -> Array:
-        """Return the child in the frame of the joint, (n, 4, 4); the vectorized form of ``motion.motion``."""
+    def _motion(self, joint: Joint, state: Any) -> Any:
+        """Return the child in the frame of the joint, (n, 4, 4); the vectorized form of ``joint.motion``."""
         np = self.np
         pose = np.tile(np.eye(4), (len(state), 1, 1))
         if joint.is_axleless:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Set
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.formats.gazebo_sensors import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
-from rosorin_compile.model import Pose, Sensor
+from rosorin_compile.model import Pose
 from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.imu import with_noise
 

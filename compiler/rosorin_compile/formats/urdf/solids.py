@@ -67,7 +67,7 @@ def _lost_of(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tup
 def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[Shape, Transform]]]:
     """Return the shapes, no meshes, of what is not carried and turns on a wheel that is, by wheel, placed in it."""
     found: dict[str, list[tuple[Shape, Transform]]] = {}
-    for name, (carrier, place) in robot.carriers(carried).items():
+    for name, (carrier, place) in robot.carriers(frozenset(carried)).items():
         solids = robot.link[name].collision if name not in carried else ()
         joint = robot.joint_to.get(carrier)
         if solids and joint is not None and joint.type == "continuous" and robot.moves_between(name, carrier):

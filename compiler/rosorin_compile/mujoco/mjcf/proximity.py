@@ -122,7 +122,8 @@ class Touching:
 
     def _are_close(self, fixed: Solid, moved: Solid, way: Transform) -> bool:
         there, limit = way.then(moved.origin), self.near + fixed.margin + moved.margin
-        nearest, simplex = minus(fixed.origin.xyz, there.xyz), []
+        nearest = minus(fixed.origin.xyz, there.xyz)
+        simplex: list[Vector] = []
         for _ in range(_STEPS):
             length = math.hypot(*nearest)
             if length <= limit:
@@ -168,7 +169,7 @@ def _foot(face: Simplex) -> Vector | None:
         along = minus(b, a)
         square = dot(along, along)
         share = -dot(a, along) / square if square > 0 else 0.0
-        shares = (1 - share, share)
+        shares = [1 - share, share]
     else:
         # The share of a corner is the area of the triangle of the foot and the other two corners.
         a, b, c = face
@@ -176,7 +177,7 @@ def _foot(face: Simplex) -> Vector | None:
         square = dot(normal, normal)
         if square == 0:
             return None
-        shares = tuple(dot(cross(p, q), normal) / square for p, q in ((b, c), (c, a), (a, b)))
+        shares = [dot(cross(p, q), normal) / square for p, q in ((b, c), (c, a), (a, b))]
     if min(shares) <= 0:
         return None
     x, y, z = (sum(share * corner[k] for share, corner in zip(shares, face, strict=True)) for k in range(3))

@@ -10,12 +10,12 @@ from rosorin_compile.compare.pairing import Pairing
 from rosorin_compile.compare.values import changed_entry
 from rosorin_compile.language.lower.entries import Problem
 from rosorin_compile.language.lower.plainly import record_of, vector_of
+from rosorin_compile.model import DisabledCollision
 from rosorin_compile.model.sections import Section
 from rosorin_compile.ros.moveit import (
     Ball,
     CollisionMatrix,
     CollisionSearch,
-    DisabledCollision,
     EndEffector,
     Group,
     Moveit,

@@ -19,6 +19,7 @@ from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Tendon
     from rosorin_compile.ros.moveit import Moveit
     from rosorin_compile.ros.sections.control.hardware import Block
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from .frame_tree import Row
     from .kinematics import Kinematics
     from .servos import ServoGroup
-    from .simulation import Actuator, ContactPair, Entry, Tendon
+    from .simulation import Actuator, Entry
 
     Named = TypeVar("Named")
 

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from rosorin_compile.formats.templating import attributes
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.shape import Material
-from rosorin_compile.model.simulation import Attribute, Contact, ContactPair, Entry, Marked, Tendon, Values
+from rosorin_compile.model.simulation import Attribute, Contact, Entry, Marked, Values
+from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Tendon
 from rosorin_compile.source.numbers import NumberFormat
 from rosorin_compile.source.xml.escaping import Markup
 

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from rosorin_compile.compare.simulation import words_of
 from rosorin_compile.compare.values import Said
 from rosorin_compile.model.sections import Section
-from rosorin_compile.model.simulation import Actuator, ContactPair, Entry, Tendon
+from rosorin_compile.model.simulation import Actuator, Entry
+from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Tendon
 from rosorin_compile.source.rule_registry import checks_of
 
 from .lowering import (

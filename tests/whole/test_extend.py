@@ -278,7 +278,7 @@ def read(opened):
 
 
 TAKES = Importing(takes_arguments=True)
-FORMAT = Format(name="toy", word="Lego", roots=("lego",), endings=(".lego",), read=read, reading=TAKES)
+FORMAT = Format(name="toy", word="Lego", roots=("lego",), endings=(".lego",), load=read, reading=TAKES)
 """
 
 
@@ -345,7 +345,7 @@ RECORDS = {
     "endings=('.Toy',)": "what is read ends like .toy, in small letters, not .Toy",
     "word=3": "word of its format is '3'",
     "name='Toy'": '"Toy" cannot be the name of a format',
-    "read=None, write=None": "toy is neither written nor read",
+    "load=None, write=None": "toy is neither written nor loaded",
     "becomes='lego'": 'becomes is "lego", which is no format',
     "schema='lego'": 'schema is "lego", which is none of those that ship with the tool',
     "lacks=('mass',)": "lacks of its format is",
@@ -453,7 +453,7 @@ def test_two_packages_with_one_ending(machine: Machine):
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: other-toy\nVersion: 2\n", "utf-8")
     (other / "entry_points.txt").write_text("[rosorin_compile.formats]\nother = other_toy:FORMAT\n", "utf-8")
     code = "from rosorin_compile.extend import Format\n"
-    code += "FORMAT = Format(name='other', word='Other', endings=('.toy',), read=print)\n"
+    code += "FORMAT = Format(name='other', word='Other', endings=('.toy',), load=print)\n"
     (machine.packages / "other_toy.py").write_text(code, "utf-8")
     printed = machine.run("all", "plain", code=1)
     assert (

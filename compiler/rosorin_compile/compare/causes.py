@@ -17,7 +17,7 @@ from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.shape import GROUNDED, MERGED, ROWS
 
 from .entities import Change, Pair, joints_by_child
-from .solids import remainder, same_bodies, same_set, shape_of, solid_from
+from .solids_old import remainder, same_bodies, same_set, shape_of, solid_from
 from .view import View, transform_of
 
 # A damaged height beyond this (m) is not cut into steps.

@@ -14,7 +14,7 @@ from rosorin_compile.model import Pose, Robot, Vector
 from .causes import LOOK, causes
 from .entities import Change, Entities, Entry, Numbers, Pair
 from .shape_wording import NO_WORD, shapes_change
-from .solids import CAPSULE, Delta, as_cylinder, delta, same_set
+from .solids_old import CAPSULE, Delta, as_cylinder, delta, same_set
 from .tolerance import NOISE, Turn, joined, same_angles, same_turn, same_value, wrapped
 from .view import View
 from .wording import (

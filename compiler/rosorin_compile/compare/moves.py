@@ -13,7 +13,7 @@ from rosorin_compile.model import Pose, Robot, Shape
 from rosorin_compile.model.geometry import pose_of
 
 from .bodies import Bodies, states_of
-from .solids import Piece, match, pieces_of, seen
+from .solids_old import Piece, match, pieces_of, seen
 from .tolerance import EXACT, Placed, Printing, gap
 
 # What became of a link. One that was carried hangs on one that moved.

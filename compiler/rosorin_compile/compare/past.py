@@ -18,7 +18,7 @@ from rosorin_compile.model.joint import MOVING_TYPES, SEVERAL_COORDINATES, Mimic
 from rosorin_compile.model.shape import MERGED, ROWS
 
 from .entities import Pair, joints_by_child
-from .solids import delta, match, shape_of, solid_from
+from .solids_old import delta, match, shape_of, solid_from
 from .tolerance import same_angles, same_value
 from .view import View
 
@@ -45,7 +45,7 @@ class _Told:
 
     def __init__(self, pair: Pair) -> None:
         self.old, self.new = pair.old, pair.new
-        self.carries_links = FORMATS[pair.backend].read is not None
+        self.carries_links = FORMATS[pair.backend].load is not None
         self.complete = FORMATS[pair.backend].proving.complete
         self.joints = joints_by_child(pair.old), joints_by_child(pair.new)
 

@@ -16,7 +16,7 @@ from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.wording import counted
 
-from .solids import Delta, largest_step, turned_by
+from .solids_old import Delta, largest_step, turned_by
 from .tolerance import NOISE, joined
 from .wording import (
     Row,

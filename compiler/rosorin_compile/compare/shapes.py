@@ -20,7 +20,7 @@ from .joints import changed
 from .not_compared import CAPSULE, ONE_BOX
 from .pairing import Pairing
 from .shape_wording import FEW, likened, numbers_change, shapes_change, words_change
-from .solids import Delta, Piece, largest_step, match, pieces_of, same_space, seen
+from .solids_old import Delta, Piece, largest_step, match, pieces_of, same_space, seen
 from .tolerance import joined
 from .wording import cells_change, colour_change, row, row_pair, several
 
@@ -46,7 +46,7 @@ class Purpose(NamedTuple):
     def says_no_colour(self) -> bool:
         """Whether a visual without a colour means the same on both sides: a description has the words of a URDF."""
         return self.formats[0] is self.formats[1] or all(
-            format is FORMATS.published() or not format.read for format in self.formats
+            format is FORMATS.published() or not format.load for format in self.formats
         )
 
 

@@ -18,7 +18,7 @@ from rosorin_compile.model import Robot, Transform
 from rosorin_compile.model.geometry import rotation_of_rpy
 from rosorin_compile.source.memo import remembered
 
-from .solids import solid_of
+from .solids_old import solid_of
 from .tolerance import Turn
 
 # Patterns are made where something may fit: most quantities are told apart by a word.

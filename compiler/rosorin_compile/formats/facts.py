@@ -20,7 +20,7 @@ import re
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from rosorin_compile.model import Box, Inertial, Pose, Transform, Vector
+from rosorin_compile.model import Box, Edge, Inertial, Pose, Transform, Vector
 from rosorin_compile.model.geometry import Rows, dot
 from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.numbers import SHORT, off_by_short, off_by_six, six
@@ -516,3 +516,13 @@ def mass_of(inertial: Inertial) -> tuple[float, Vector, Six]:
     """Return mass (kg), centre of mass (m) and inertia (kg*m^2; xx yy zz xy xz yz along the axes of the link)."""
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
     return inertial.mass, inertial.pose.xyz, along_link(six, inertial.pose.transform())
+
+
+def facts_of(edges: Iterable[Edge]) -> Facts:
+    """Return the facts of transforms."""
+    facts: Facts = {}
+    for edge in edges:
+        if edge.pose is not None:
+            facts |= frame_facts(edge.child, edge.parent, edge.pose, (5e-8,) * 3, (5e-9,) * 3)
+        facts[Fact("frame", edge.child, "publisher")] = Value(edge.publisher.name)
+    return facts

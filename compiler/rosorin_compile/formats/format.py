@@ -387,8 +387,15 @@ class Format:
 
     What it does:
 
+    - ``view``: Robot and Output to what the artifact is meant to contain: a reduced ``Robot`` (SDF, URDF, MJCF), or a
+      small frozen dataclass of the format, built from the dataclasses of the model.
     - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
-    - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
+    - ``read``: the text of an artifact back to such a value, the inverse of ``write``. Raises ValueError for a damaged
+      text. Before anything is written, ``view`` is compared with ``read`` of the text (``compare.walk``), and the
+      golden check compares it with ``read`` of the committed text. Without it artifacts are compared as text.
+    - ``unsupported``: what the format has no word for: leaves of the language or prefixes of them ("joint.spring"),
+      each with the reason; it may depend on the options of an output.
+    - ``load``: a foreign file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
       ``imported.converted``).
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
       ValueError for a damaged text. Without it artifacts are compared as text.
@@ -410,7 +417,10 @@ class Format:
     roots: tuple[str, ...] = ()
     recognises: Callable[[Document, Path], bool] | None = None
     write: Writer | None = None
-    read: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
+    view: Callable[[Robot, Output], Any] | None = None
+    read: Callable[[str], Any] | None = None
+    unsupported: Callable[[Output], Mapping[str, str]] | None = None
+    load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     facts: Callable[[str], Facts] | None = None
     reading: Importing = Importing()
     writing: Writing = Writing()

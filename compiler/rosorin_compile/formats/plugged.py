@@ -55,19 +55,19 @@ def _marks(built_in: Collection[str], format: Format) -> list[str]:
     _check_types(format)
     if not (format.name.isidentifier() and format.name == format.name.lower()):
         raise ValueError(f'"{format.name}" cannot be the name of a format: small letters, digits and _')
-    if format.write is None and format.read is None:
-        raise ValueError(f"{format.name} is neither written nor read")
+    if format.write is None and format.load is None:
+        raise ValueError(f"{format.name} is neither written nor loaded")
     if format.reading.becomes and format.reading.becomes not in built_in:
         raise ValueError(f'becomes is "{format.reading.becomes}", which is no format')
     if format.proving.schema and not exists(data_folder("schemas") / f"{format.proving.schema}.schema.json"):
         raise ValueError(f'schema is "{format.proving.schema}", which is none of those that ship with the tool')
     _check_options(format)
     files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
-    if format.read is not None and not all(_ENDING.fullmatch(ending) for ending in format.endings):
+    if format.load is not None and not all(_ENDING.fullmatch(ending) for ending in format.endings):
         raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
     for rule in format.rules:
         check_texts(rule)
-    return [format.name, *(files if format.read else ()), *(rule.id for rule in format.rules)]
+    return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
 
 
 # The fields of a record that hold many things, and what each of them is; the others say it by their default.
@@ -121,7 +121,7 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
     facts = _to_value_error(plugin, format.facts, _facts)
     write = _written(plugin, format.write, facts)
     check = _telling(plugin, format.check)
-    return replace(format, facts=facts, check=check, write=write, read=_read(plugin, format.read), **groups)
+    return replace(format, facts=facts, check=check, write=write, load=_read(plugin, format.load), **groups)
 
 
 def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[..., Any] | None) -> Any:

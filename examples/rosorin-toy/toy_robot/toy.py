@@ -122,7 +122,7 @@ FORMAT = Format(
     file="{}.toy",
     endings=(".toy",),
     write=write,
-    read=read,
+    load=read,
     facts=facts,
     proving=Proving(frames=lambda robot: [joint.child for joint in robot.joints]),
     writing=Writing(lacks=frozenset({"visual", "pose", "sensor", "publisher", "edge", "servo", "actuator", "contact"})),

@@ -15,7 +15,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import WRITING, Rule
 
-from ..solids import remainder, same_set, solid_from, straight
+from ..solids_old import remainder, same_set, solid_from, straight
 from ..tolerance import NOISE, same_turn, same_value
 from ..view import View, called, joints_called, named_as, turn_of, view_of
 from . import Found, Proof, Tolerance

@@ -10,19 +10,15 @@ from rosorin_compile.cli.command import Check, Command, Options, argument, check
 from rosorin_compile.cli.options import check_options, robot_argument, robot_options, robots_argument
 from rosorin_compile.cli.run import Run, for_each
 from rosorin_compile.cli.usage import FINE, PROBLEMS
-from rosorin_compile.formats.facts import frame_facts
 from rosorin_compile.formats.format import (
     Artifact,
     Asked,
-    Fact,
-    Facts,
     Format,
     Importing,
     InRos,
     Opened,
     Proving,
     Refusal,
-    Value,
     Writing,
 )
 from rosorin_compile.formats.templating import Templates
@@ -58,8 +54,6 @@ __all__ = [
     "Command",
     "Description",
     "Diagnostic",
-    "Fact",
-    "Facts",
     "Format",
     "Heading",
     "Importing",
@@ -77,7 +71,6 @@ __all__ = [
     "Source",
     "Span",
     "Templates",
-    "Value",
     "Writing",
     "argument",
     "check",
@@ -86,7 +79,6 @@ __all__ = [
     "did_you_mean",
     "error",
     "for_each",
-    "frame_facts",
     "function",
     "give_result",
     "option",

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.proof.facts import agreement
+from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.output.pipeline import compile_robot
 
 QUARTER = math.pi / 2

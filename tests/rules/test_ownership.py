@@ -12,7 +12,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.proof.facts import agreement
+from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import frames
 from rosorin_compile.formats.launching import condition, in_frontends, in_python
 from rosorin_compile.language.lower import lower

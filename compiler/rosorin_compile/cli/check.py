@@ -129,7 +129,7 @@ def _differ(run: Run, committed: Committed) -> None:
     told = error("outputs-differ", "\n".join(said), None, "rosorin-compile all writes them anew")
 
     def blocks() -> list[Block]:
-        from rosorin_compile.compare.tables import blocks
+        from rosorin_compile.compare.text_report import blocks
 
         comparison = committed.comparison
         return blocks(comparison.changes, comparison.texts, committed.meshes) if comparison is not None else []

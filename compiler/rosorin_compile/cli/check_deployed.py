@@ -6,7 +6,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from rosorin_compile.compare.tables import blocks
+from rosorin_compile.compare.text_report import blocks
 from rosorin_compile.source.diagnostics import error, has_errors
 from rosorin_compile.source.project import Description
 

@@ -44,6 +44,11 @@ def exact(key: str, *values: float) -> float:  # noqa: ARG001
     return 0.0
 
 
+def rounded(by: float) -> Precision:
+    """Return the precision of numbers that are off by no more than ``by`` (m, rad)."""
+    return lambda key, *values: by  # noqa: ARG005
+
+
 def printed(text: str) -> Precision:
     """Return the precision of the numbers of an artifact, by the digits that it was printed with."""
     off_by = off_by_six if _is_six(text) else off_by_short

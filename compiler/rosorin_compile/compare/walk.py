@@ -16,6 +16,7 @@ from rosorin_compile.model import Edge, HeightMap, Inertial, Joint, Link, Pose, 
 from rosorin_compile.model.geometry import IDENTITY, rotation_of_rpy
 from rosorin_compile.model.joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
 from rosorin_compile.model.mass import along_link
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.source.xml.elements import values_of
 
 from .precision import NOISE, TURNS, Precision, exact, joined
@@ -54,12 +55,9 @@ _KINDS = {
     "disabled_contacts": "contacts",
 }
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-# Quantities of a part of a joint that are named without the part.
-_BARE_PARTS = ("dynamics", "actuator")
 # Lengths and angles: near zero they are known no better than elsewhere.
 _ABSOLUTE = frozenset(
-    {"xyz", "rpy", "axis", "lower", "upper", "offset", "rising", "falling", "reference_position", "spring_reference"}
-    | {"soft_lower_limit", "soft_upper_limit", "position"}
+    {"xyz", "rpy", "axis", "lower", "upper", "offset", "rising", "falling", "reference", "position", "limit"}
 )
 
 
@@ -112,39 +110,54 @@ class _Comparison:
             return not rest.old and not rest.new
         key = "position" if kind == "pose" else quantity.rpartition(" ")[2]
         if _is_number(old) and _is_number(new):
-            return self._near(key, (old,), (new,), 0.0)
+            return self._near(key, (old,), (new,))
         if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
             if quantity == "inertia":
-                return self._near("ixx", old, new, TURNS)
+                least = known_inertia(old, new, self.precisions, self.tolerance)
+                return all(abs(a - b) <= least for a, b in zip(old, new, strict=True))
             return len(old) == len(new) and self._same_items(kind, key, old, new)
         return bool(old == new)
 
     def _same_items(self, kind: str, key: str, old: Sequence[Any], new: Sequence[Any]) -> bool:
         if all(map(_is_number, (*old, *new))):
-            return self._near(key, old, new, 0.0)
+            return self._near(key, old, new)
         return all(self.same(kind, key, *both) for both in zip(old, new, strict=True))
 
-    def _near(self, key: str, old: Sequence[float], new: Sequence[float], turns: float) -> bool:
-        """Return True if numbers that were written together are the same; ``turns`` allows for turned axes."""
+    def _near(self, key: str, old: Sequence[float], new: Sequence[float]) -> bool:
+        """Return True if numbers that were written together are the same."""
         largest = max(map(abs, (*old, *new)), default=0.0)
         known = joined(self.precisions[0](key, *old), self.precisions[1](key, *new)) if old != new else 0.0
-        if turns:
-            known = turns * known + largest * joined(*(p("rpy", 1.0) for p in self.precisions))
         floor = max(1.0, largest) if key in _ABSOLUTE else largest if len(old) > 1 else 0.0
         return all(
             abs(a - b) <= known + self.tolerance * max(floor, abs(a), abs(b)) for a, b in zip(old, new, strict=True)
         )
 
     def _same_pose(self, old: Pose, new: Pose) -> bool:
-        return self._near("xyz", old.xyz, new.xyz, 0.0) and self.same_turn(old.rpy, new.rpy)
+        near = self._near("xyz", old.xyz, new.xyz)
+        return near and same_turn(old.rpy, new.rpy, self.precisions, self.tolerance)
 
-    def same_turn(self, old: Vector, new: Vector) -> bool:
-        """Return True if two triples of angles (rad) mean the same rotation."""
-        if old == new:
-            return True
-        known = TURNS * joined(self.precisions[0]("rpy", *old), self.precisions[1]("rpy", *new)) + self.tolerance
-        rows = zip(rotation_of_rpy(old), rotation_of_rpy(new), strict=True)
-        return all(abs(a - b) <= known for pair in rows for a, b in zip(*pair, strict=True))
+
+def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision], tolerance: float) -> bool:
+    """Return True if two triples of angles (rad) mean the same rotation."""
+    if old == new:
+        return True
+    known = TURNS * joined(precisions[0]("rpy", *old), precisions[1]("rpy", *new)) + tolerance
+    rows = zip(rotation_of_rpy(old), rotation_of_rpy(new), strict=True)
+    return all(abs(a - b) <= known for pair in rows for a, b in zip(*pair, strict=True))
+
+
+def known_inertia(
+    old: Sequence[float], new: Sequence[float], precisions: tuple[Precision, Precision], tolerance: float
+) -> float:
+    """Return how far entries of two inertias (kg*m^2) may be apart that mean the same, turned axes included."""
+    largest = max(map(abs, (*old, *new)), default=0.0)
+    numbers, turns = (
+        joined(*values)
+        for values in zip(
+            *((p("ixx", *six), p("rpy", 1.0)) for p, six in zip(precisions, (old, new), strict=True)), strict=True
+        )
+    )
+    return TURNS * numbers + largest * (turns + tolerance)
 
 
 def _is_number(value: Any) -> bool:
@@ -177,9 +190,11 @@ def leaves(value: Any) -> Leaves:
                 _flatten(entry, "", found.setdefault((kind, str(name)), {}))
         elif isinstance(content, tuple) and content and isinstance(content[0], Edge):
             _edges(content, found)
+        elif isinstance(content, tuple) and content and isinstance(content[0], JointPose):
+            _poses(content, found)
         elif isinstance(content, tuple) and content and is_dataclass(content[0]):
             _entries(_KINDS.get(field.name, kind), content, found)
-        elif content is not None and content != ():
+        elif content is not None and content not in ((), frozenset()):
             found.setdefault((kind, kind), {})[""] = content
     return found
 
@@ -196,10 +211,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
     for joint in robot.joints:
         _joint(joint, found)
     _edges(robot.edges, found)
-    for pose in robot.poses:
-        entry = found.setdefault(("pose", pose.name), {})
-        entry.update(pose.positions)
-        _flatten({"base": pose.base, "controls": pose.controls, "mjcf": pose.mjcf}, "", entry)
+    _poses(robot.poses, found)
     if robot.disabled_contacts:
         pairs = frozenset(" - ".join(sorted(pair)) for pair in robot.disabled_contacts)
         found["contacts", "disabled contacts"] = {"": pairs}
@@ -233,6 +245,13 @@ _SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors", "contact_la
 _APART = ("links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs", "urdf_elements")
 
 
+def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
+    for pose in poses:
+        entry = found.setdefault(("pose", pose.name), {})
+        entry.update(pose.positions)
+        _flatten({"base": pose.base, "controls": pose.controls, "mjcf": pose.mjcf}, "", entry)
+
+
 def _link(link: Link, found: Leaves) -> None:
     entry = found.setdefault(("link", link.name), {})
     if link.inertial is not None:
@@ -251,7 +270,7 @@ def _link(link: Link, found: Leaves) -> None:
     _elements(link.urdf_elements, entry)
     for mark in link.marked:
         _flatten(mark, "", found.setdefault((mark.tag, mark.name), {"link": link.name}))
-    _flatten({"gravity_compensation": link.gravity_compensation or None, **link.mjcf}, "", entry)
+    _flatten({"gravity compensation": link.gravity_compensation or None, **link.mjcf}, "", entry)
     _elements(link.mjcf_elements, entry, "mjcf element")
 
 
@@ -266,6 +285,8 @@ def _inertial(inertial: Inertial, entry: dict[str, Any]) -> None:
 def _joint(joint: Joint, found: Leaves) -> None:
     frame = found.setdefault(("frame", joint.child), {})
     frame |= {"parent": joint.parent, "origin": joint.origin} | _publisher(joint.publisher)
+    if not joint.name:
+        return
     entry = found.setdefault(("joint", joint.name), {})
     entry |= {"type": joint.type, "child": joint.child}
     if joint.moves or joint.type == "planar":
@@ -273,7 +294,10 @@ def _joint(joint: Joint, found: Leaves) -> None:
     if joint.mimic is not None:
         entry |= {f"mimic {name}": getattr(joint.mimic, name) for name in ("joint", "multiplier", "offset")}
     for part in ("limit", "dynamics", "calibration", "safety", "actuator"):
-        _flatten(getattr(joint, part), "" if part in _BARE_PARTS else part, entry)
+        _flatten(getattr(joint, part), "" if part == "dynamics" else part, entry)
+    for gain in ("kp", "kv"):
+        if f"actuator {gain}" in entry:
+            entry[gain] = entry.pop(f"actuator {gain}")
     _elements(joint.urdf_elements, entry)
     _flatten(joint.mjcf, "", entry)
 
@@ -281,7 +305,9 @@ def _joint(joint: Joint, found: Leaves) -> None:
 def _publisher(publisher: Publisher) -> dict[str, Any]:
     if publisher.simulated:
         return {"publisher": "simulations"}
-    return {"publisher": "nobody" if publisher.kind == UNPUBLISHED else publisher.name}
+    if publisher.kind != UNPUBLISHED:
+        return {"publisher": publisher.name}
+    return {"publisher": f"nobody: {' '.join(publisher.about.split())}" if publisher.about else "nobody"}
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:
@@ -327,7 +353,7 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
         for name, default in _fields(type(value)):
             inner = getattr(value, name)
             if inner != default:
-                _flatten(inner, _below(path, name), entry)
+                _flatten(inner, _below(path, name.replace("_", " ")), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
             _flatten(inner, _below(path, getattr(inner, "name", "") or number), entry)
@@ -341,7 +367,7 @@ def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
 
 
 def _below(path: str, key: object) -> str:
-    return f"{path} {str(key).replace('_', ' ')}".strip()
+    return f"{path} {key}".strip()
 
 
 def frames_of(found: Leaves) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -27,7 +27,6 @@ from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.elements import number_of
 
 from . import format
-from .facts import facts_of
 from .format import Format, InRos, Proving, Writing
 
 if TYPE_CHECKING:
@@ -74,6 +73,7 @@ class Numbers(NamedTuple):
 # As people write them into launch files; and to the last digit, for number_format exact.
 ROUNDED = Numbers(partial(fixed, digits=METRE_DIGITS), partial(fixed, digits=RADIAN_DIGITS))
 EXACT = Numbers(decimal, decimal)
+ROUNDING = 0.5 * 10.0**-METRE_DIGITS
 
 
 class StaticTransform(NamedTuple):
@@ -388,13 +388,12 @@ FORMAT = Format(
     write=write,
     view=view,
     read=read,
-    facts=lambda text: facts_of(read(text).frames),
+    rounding=ROUNDING,
     writing=Writing(
         located=True,
     ),
     proving=Proving(
         syntax=_syntax,
-        frames=frames,
     ),
     ros=InRos(
         feeds=(STATIC_TRANSFORM_PUBLISHER,),

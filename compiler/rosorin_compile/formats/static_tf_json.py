@@ -14,13 +14,12 @@ from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Diagnostic
 
-from .facts import facts_of
 from .format import Format, InRos, Proving
 from .static_tf import (
     NUMBER_FORMAT,
+    ROUNDING,
     Transforms,
     check_numbers,
-    frames,
     read_arguments,
     static_transforms,
     transforms_of,
@@ -95,11 +94,10 @@ FORMAT = Format(
     write=write,
     view=view,
     read=read,
-    facts=lambda text: facts_of(read(text).frames),
+    rounding=ROUNDING,
     proving=Proving(
         syntax=json_of,
         schema="static_tf",
-        frames=frames,
     ),
     ros=InRos(
         feeds=(STATIC_TRANSFORM_PUBLISHER,),

@@ -105,7 +105,7 @@ class Compiled:
 
     def proven(self) -> Compiled:
         """Read the artifacts back; if one contradicts the robot, return the result without them and with the reason."""
-        from rosorin_compile.compare.proof.facts import agreement
+        from rosorin_compile.compare.agreement import agreement
 
         wrong = agreement(self.robot, self.artifacts) if self.robot is not None else []
         return replace(self, artifacts=(), diagnostics=[*self.diagnostics, *wrong]) if wrong else self

@@ -11,7 +11,7 @@ holds what comes of a file against it in Drake (``engine``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import (
@@ -19,7 +19,6 @@ from rosorin_compile.formats.format import (
     FORMS_OF_BOXES,
     NUMBER_FORMAT,
     Asked,
-    Fact,
     Format,
     Importing,
     InRos,
@@ -29,12 +28,10 @@ from rosorin_compile.formats.format import (
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.proof import Proof
-    from rosorin_compile.formats.expectation import Expectation
-    from rosorin_compile.formats.facts import Deviations
-    from rosorin_compile.formats.format import Facts, Opened
+    from rosorin_compile.formats.format import Opened
     from rosorin_compile.formats.imported import Imported
     from rosorin_compile.formats.templating import Templates
-    from rosorin_compile.model import Output, Robot, Shape
+    from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.tree import Map
@@ -54,31 +51,10 @@ def _syntax(text: str) -> object:
     return canonical(tree_of(text))
 
 
-def _frames(robot: Robot) -> Sequence[str]:
-    """Return what hangs on something: not what is free in the world, which is no link of an SDF."""
-    from .names import world_of
+def _view(robot: Robot, output: Output) -> Robot:
+    from .robot import view
 
-    world = world_of(robot)
-    return [one.child for one in robot.joints if one.parent != world or one.type not in ("floating", "planar")]
-
-
-def _joint_names(robot: Robot) -> Mapping[str, str]:
-    """Return the names of the joints that are called otherwise, by what they are called."""
-    from .write import joint_names
-
-    return {other: name for name, other in joint_names(robot).items() if other != name}
-
-
-def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:  # noqa: ARG001
-    form = str(output.options.get("height_maps", "rows"))
-    return [solid for shape in robot.link[link].collision for solid in shape.solids(form)]
-
-
-def _cannot_say(robot: Robot, fact: Fact) -> bool:
-    """Say whether a fact is of a link whose inertial says no mass: the least stands for it."""
-    from .bodies import has_mass
-
-    return fact.kind == "link" and fact.name in robot.link and not has_mass(robot.link[fact.name].inertial)
+    return view(robot, output)
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -99,16 +75,10 @@ def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, lis
     return write(robot, output, templates)
 
 
-def _facts(text: str) -> Facts:
-    from .facts import read
+def _read_back(text: str) -> Robot:
+    from .robot import read
 
     return read(text)
-
-
-def _against(text: str, known: Expectation) -> Deviations:
-    from .facts import against
-
-    return against(text, known)
 
 
 def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
@@ -151,7 +121,9 @@ FORMAT = Format(
     check=_check,
     write=_write,
     load=_read,
-    facts=_facts,
+    view=_view,
+    partial=True,
+    read=_read_back,
     reading=Importing(
         asked=_asked,
     ),
@@ -163,15 +135,8 @@ FORMAT = Format(
         meshes=True,
     ),
     proving=Proving(
-        against=_against,
         syntax=_syntax,
         prove=_prove,
-        frames=_frames,
-        joint_names=_joint_names,
-        solids=_solids,
-        all_solids=True,
-        cannot_say=_cannot_say,
-        complete=True,
     ),
     ros=InRos(
         folder="sdf",

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats.format import Asked, Facts, Format, Importing, Proving
+from rosorin_compile.formats.format import Asked, Format, Importing, Proving
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, error
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .drawing import SUFFIXES, picture, suffix
-from .drawing import read as shown_in
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.templating import Templates
     from rosorin_compile.rules.case import Case
 
-    from .drawing.shown import Shown
     from .drawing.situations import Situation
 
 RULES = (
@@ -61,40 +59,6 @@ def _asked(robot: Robot, output: Output) -> tuple[Situation, ...]:
     return situations(robot, fixed)
 
 
-def read(text: str) -> Facts:
-    """Return what a picture says about frames. Raises ValueError if it is damaged."""
-    from .drawing.shown import facts
-
-    return facts(shown_in(text))
-
-
-def disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
-    """Yield what a picture shows otherwise than the model has it. Raises ValueError if it is damaged."""
-    shown = shown_in(text)
-    meant = _asked(robot, output)
-    if [one.label for one in shown] != [one.label for one in meant]:
-        yield "it does not show the situations that it should"
-        return
-    for drawn, situation in zip(shown, meant, strict=True):
-        edges = situation.edges
-        if _kind(output) != ".svg":
-            edges = tuple(row._replace(joint="", kind="") for row in edges)
-        yield from _differences(robot, drawn, situation._replace(edges=edges))
-
-
-def _differences(robot: Robot, drawn: Shown, situation: Situation) -> Iterator[str]:
-    """Yield what is wrong with the tree of one situation."""
-    where = f" when {situation.label}" if situation.label else ""
-    edges = situation.edges
-    frames = {*robot.frames} | {name for row in edges for name in (row.parent, row.child)}
-    for frame in sorted(frames.symmetric_difference(drawn.frames)):
-        yield f"it should {'' if frame in frames else 'not '}show the frame {frame}{where}"
-    for row in sorted(set(edges).symmetric_difference(drawn.edges)):
-        joint = f", joint {row.joint} ({row.kind})" if row.joint else ""
-        edge = f"{row.parent} -> {row.child}, published by {row.who} on {row.topic}{joint}"
-        yield f"it should {'' if row in edges else 'not '}show {edge}{where}"
-
-
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find a kind of picture that there is not, and modes that do not exist."""
     path: tuple[str, ...] = ("outputs", output.name)
@@ -133,13 +97,11 @@ FORMAT = Format(
     endings=tuple(SUFFIXES),
     check=check,
     write=write,
-    facts=read,
     reading=Importing(
         asked=lambda *source: Asked({"file": "frames.svg"}),  # noqa: ARG005
     ),
     proving=Proving(
         syntax=_syntax,
         shown=False,
-        disagreements=disagreements,
     ),
 )

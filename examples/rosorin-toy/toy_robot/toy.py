@@ -8,19 +8,14 @@ from typing import Any
 
 from rosorin_compile.extend import (
     Diagnostic,
-    Fact,
-    Facts,
     Format,
     InRos,
     Opened,
-    Proving,
     Rule,
     Templates,
-    Value,
     Writing,
-    frame_facts,
 )
-from rosorin_compile.model import Link, Output, Pose, Robot, Sphere
+from rosorin_compile.model import Inertial, Joint, Link, Output, Pose, Robot, Sphere
 
 CANNOT_SAY = Rule("toy-cannot-say", "A warning: the format toy cannot express a link that is not a ball.")
 
@@ -49,31 +44,48 @@ def ball(link: Link) -> Sphere | None:
     return shapes[0] if alone else None
 
 
-def facts(text: str) -> Facts:
-    """Return the facts in an artifact. Raises ValueError if it is damaged."""
-    made: Facts = {}
+def view(robot: Robot, output: Output) -> Robot:
+    """Return what the artifact is meant to contain, with the digits that it prints."""
+    digits = output.options.get("digits", 6)
+    degrees = output.options.get("angles") == "deg"
+
+    def printed(value: float, is_angle: bool = False) -> float:
+        turned = is_angle and degrees
+        number = round(math.degrees(value) if turned else value, digits)
+        return math.radians(number) if turned else number
+
+    links = [Link(link.name, weight(printed(link.inertial.mass)) if ball(link) else None) for link in robot.links]
+    joints = []
+    for joint in robot.joints:
+        pose = Pose(tuple(map(printed, joint.origin.xyz)), tuple(printed(angle, True) for angle in joint.origin.rpy))
+        joints.append(Joint(joint.name, joint.type, joint.parent, joint.child, pose))
+    return Robot(robot.name, tuple(links), tuple(joints))
+
+
+def weight(mass: float) -> Inertial:
+    """Return an inertial that has nothing but a mass."""
+    return Inertial(mass, Pose(), 0.0, 0.0, 0.0)
+
+
+def read(text: str) -> Robot:
+    """Return what an artifact contains. Raises ValueError if it is damaged."""
+    name, links, joints = "", [], []
     to_radians = float
     for words in map(str.split, text.splitlines()):
-        if words[:1] == ["angles"]:
+        if words[:1] == ["robot"]:
+            name = words[1]
+        elif words[:1] == ["angles"]:
             to_radians = math.radians if words[1] == "deg" else float
-        elif words[:1] == ["link"] and len(words) > 2:
-            made[Fact("link", words[1], "mass")] = Value(float(words[2]), "kg", printed(words[2]))
+        elif words[:1] == ["link"]:
+            links.append(Link(words[1], weight(float(words[2])) if len(words) > 2 else None))
         elif words[:1] == ["joint"]:
-            _, name, kind, parent, child, *numbers = words
+            _, joint, kind, parent, child, *numbers = words
             x, y, z, *rpy = map(float, numbers)
-            metres = tuple(map(printed, numbers[:3]))
-            radians = tuple(to_radians(printed(number)) for number in numbers[3:])
-            made |= frame_facts(child, parent, Pose((x, y, z), tuple(map(to_radians, rpy))), metres, radians)
-            made[Fact("joint", name, "type")] = Value(kind)
-    return made
+            joints.append(Joint(joint, kind, parent, child, Pose((x, y, z), tuple(map(to_radians, rpy)))))
+    return Robot(name, tuple(links), tuple(joints))
 
 
-def printed(number: str) -> float:
-    """Return half a unit of the last printed digit of a number."""
-    return 0.5 * 10.0 ** -len(number.partition(".")[2])
-
-
-def read(opened: Opened) -> dict[str, Any]:
+def load(opened: Opened) -> dict[str, Any]:
     """Return the description that a file contains, as plain YAML values."""
     robot: dict[str, Any] = {"links": {}, "joints": {}}
     angle = "rad"
@@ -122,9 +134,9 @@ FORMAT = Format(
     file="{}.toy",
     endings=(".toy",),
     write=write,
-    load=read,
-    facts=facts,
-    proving=Proving(frames=lambda robot: [joint.child for joint in robot.joints]),
+    view=view,
+    read=read,
+    load=load,
     writing=Writing(lacks=frozenset({"visual", "pose", "sensor", "publisher", "edge", "servo", "actuator", "contact"})),
     ros=InRos(folder="toy", deploys=True),
 )

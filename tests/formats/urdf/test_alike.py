@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-
-from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats.expectation import Expectation
+
+from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats.urdf import facts
 from rosorin_compile.output.pipeline import Compiled
 from support.robots import CHAIN, compiled_text

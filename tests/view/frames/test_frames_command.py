@@ -12,9 +12,9 @@ import pytest
 
 from rosorin_compile.cli import frames as command
 from rosorin_compile.cli.main import main
-from rosorin_compile.viewer.drawing import read
 from support.paths import ROOT
 from support.robots import compiled, copy_of_rosorin
+from support.shown import read
 
 Shown = pytest.CaptureFixture[str]
 ON, OFF = "slam is on", "slam is off"

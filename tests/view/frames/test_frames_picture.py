@@ -17,8 +17,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.compare.committed import compare, lines
-from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats import Artifact, Facts, frames
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expression import evaluate
@@ -27,11 +27,11 @@ from rosorin_compile.model.frame_tree import Row
 from rosorin_compile.model.frame_tree import lines as tree_lines
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
-from rosorin_compile.viewer.drawing import read
 from rosorin_compile.viewer.drawing.situations import situations
 from support.paths import OUTPUTS, ROOT
 from support.pictures import FILES, NOBODY, ODD, drawn, output, robots
 from support.robots import compiled, copy_of_rosorin, texts
+from support.shown import read
 
 
 def listed(robot: Robot) -> Facts:

@@ -12,13 +12,15 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, has_errors
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot
+from rosorin_compile.model.link import NO_SOURCE
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Related, Source, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import COMMENT, Document, Element, Remark
+from rosorin_compile.source.xml.markup import COMMENT, Document, Element, MarkupError, Remark, parse
 
 from ..checked import accept
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
@@ -39,6 +41,7 @@ RULES = (
 )
 
 
+_PUBLISHER = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 _NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
 _VERSIONS = ("1", "1.0", "1.1", "1.2")
 
@@ -60,6 +63,40 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
         return Imported(None, diagnostics, (), files, left_out, version)
     comments = without_banner(comments_of(document, reading.paths))
     return Imported(accepted, diagnostics, comments, files, left_out, version)
+
+
+def read(text: str) -> Robot:
+    """Return the robot that a URDF of ours contains. Raises ValueError if it is damaged."""
+    from rosorin_compile.language.lower import lower
+
+    try:
+        document = parse(Source("the URDF", text))
+        if document.root.tag != "robot":
+            raise ValueError(f"the root element is {document.root.tag}, not robot")
+        reading = Reading(ReadOptions(), spelling=False)
+        tree = _tree(document.root, Path("robot.urdf"), reading)
+    except MarkupError as problem:
+        raise ValueError(problem.diagnostic.message) from None
+    wrong = [one for one in reading.diagnostics if one.severity == ERROR]
+    lowered = lower(tree) if not wrong else None
+    if lowered is not None:
+        wrong = [one for one in lowered.diagnostics if one.severity == ERROR]
+    if wrong or lowered is None or lowered.robot is None:
+        raise ValueError(wrong[0].message if wrong else "it contains no robot")
+    return plain(lowered.robot)
+
+
+def plain(robot: Robot) -> Robot:
+    """Return a robot without what no URDF and no SDF says: where it is from, and who publishes its joints.
+
+    Raises ValueError if a joint has an end that is no link.
+    """
+    for joint in robot.joints:
+        for end in ("parent", "child"):
+            if getattr(joint, end) not in robot.link:
+                raise ValueError(f'the {end} of the joint "{joint.name}" is no link: "{getattr(joint, end)}"')
+    joints = tuple(replace(joint, publisher=_PUBLISHER) for joint in robot.joints)
+    return replace(robot, source=NO_SOURCE, joints=joints, outputs=())
 
 
 def _with_way_out(diagnostic: Diagnostic) -> Diagnostic:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 
-from ..parameters import DISTRIBUTION, facts, syntax
+from ..parameters import DISTRIBUTION, read, syntax
 from .described import check
-from .filled import write
+from .filled import view, write
 
 __all__ = ["FORMAT"]
 
@@ -41,7 +41,8 @@ FORMAT = Format(
     file="controllers.yaml",
     check=check,
     write=write,
-    facts=facts,
+    view=view,
+    read=read,
     writing=Writing(
         names_robot=False,
     ),

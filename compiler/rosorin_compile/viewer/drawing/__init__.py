@@ -1,13 +1,11 @@
 """Drawing: the tree of frames as text and as pictures.
 
 To be read in this order: ``situations`` (which trees there are to show), ``terminal`` (one as text), ``svg`` and
-``graphs`` (them as pictures), ``reading`` (what a picture shows, for comparison). ``letters`` has widths and colours
-for all.
+``graphs`` (them as pictures). ``letters`` has widths and colours for all.
 """
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -15,7 +13,6 @@ if TYPE_CHECKING:
 
     from rosorin_compile.model import Robot
 
-    from .shown import Shown
     from .situations import Situation
 
 # The ends of the file names of pictures.
@@ -39,12 +36,3 @@ def picture(robot: Robot, kind: str, shown: Sequence[Situation]) -> str:
     names = robot.frames
     panels = [Panel(situation.label, lines(situation.edges, names)) for situation in shown]
     return writers[kind](robot.name, panels, colours(publishers(rows(robot))))
-
-
-# A picture is asked twice: for its facts, and for what only a picture can say wrongly.
-@lru_cache(maxsize=1)
-def read(text: str) -> Sequence[Shown]:
-    """Return what a picture of any kind shows. Raises ValueError if it is damaged."""
-    from .shown import read_graph, read_svg
-
-    return read_svg(text) if text.lstrip().startswith("<") else read_graph(text)

@@ -1,4 +1,4 @@
-"""Shown: what a picture of frames shows, for comparison by meaning, in the terms of the list of frames."""
+"""Read what a picture of frames shows, in the terms of the list of frames."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rosorin_compile.formats.format import Fact, Facts, Value
 from rosorin_compile.model.frame_tree import NO_TOPIC, NOBODY, Row
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.xml.elements import tree_of
@@ -27,18 +26,9 @@ class Shown(NamedTuple):
     edges: tuple[Row, ...]
 
 
-def facts(shown: Sequence[Shown]) -> Facts:
-    """Return what a picture says, all situations together; of joints their child and type."""
-    made: Facts = {}
-    for row in (row for one in shown for row in one.edges):
-        which = "" if row.first == row.parent else f" below {row.parent}"
-        which += f" when {row.when}" if row.when else ""
-        for quantity, value in (("parent", row.parent), ("publisher", row.who), ("topic", row.topic)):
-            made[Fact("frame", row.child, quantity + which)] = Value(value)
-        if row.joint:
-            made[Fact("joint", row.joint, "child")] = Value(row.child)
-            made[Fact("joint", row.joint, "type")] = Value(row.kind)
-    return made
+def read(text: str) -> Sequence[Shown]:
+    """Return what a picture of any kind shows. Raises ValueError if it is damaged."""
+    return read_svg(text) if text.lstrip().startswith("<") else read_graph(text)
 
 
 def read_svg(text: str) -> list[Shown]:

@@ -19,7 +19,7 @@ from rosorin_compile.compare.committed import compare
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side, as_json, lines
 from rosorin_compile.compare.renaming import renamed
-from rosorin_compile.compare.tables import blocks
+from rosorin_compile.compare.text_report import blocks
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot

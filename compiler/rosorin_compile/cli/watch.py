@@ -147,15 +147,16 @@ class _Robot:
 
     def _write(self, compiled: Compiled) -> None:
         from rosorin_compile.compare.committed import compare
+        from rosorin_compile.formats.templating import Templates
         from rosorin_compile.output import OutputError, read_set, write_artifacts
 
         if compiled.robot is None:
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
-        meshes = compiled.mesh_files
+        meshes, path = compiled.mesh_files, self.description.path
         try:
             before = read_set(self.description.outputs)
-            comparison = compare(compiled.robot, compiled.artifacts, before)
+            comparison = compare(compiled.robot, compiled.artifacts, before, Templates(path.parent, first=path))
             done = write_artifacts(self.description.outputs, {**meshes, **files})
         except OutputError as problem:
             self.console.show([problem.diagnostic])

@@ -15,7 +15,7 @@ from rosorin_compile.source.rule_registry import WRITING, Rule
 
 from .change import Describer
 from .pairs import output_of
-from .precision import NOISE, POSE_NOISE, printed, rounded
+from .precision import NOISE, POSE_NOISE, Precision, printed, rounded
 from .shape_sentences import shapes_change
 from .solids import delta
 from .walk import Difference, Leaves, Shapes, compare_leaves, leaves
@@ -60,10 +60,12 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
     meant = leaves(format.view(robot, output_of(robot, artifact)))
     if format.partial:
         found = {thing: _part(found[thing], entry) for thing, entry in meant.items() if thing in found}
-    sides, precisions = (meant, found), (rounded(format.rounding), printed(artifact.text))
+    sides, precisions = (meant, found), (rounded(*format.rounding), printed(artifact.text))
     differences = compare_leaves(*sides, precisions, POSE_NOISE if format.partial else NOISE)
     for one in differences:
-        yield from (f"{artifact.file} is not as it is meant to be: {text}" for text in _told(robot, one, sides))
+        yield from (
+            f"{artifact.file} is not as it is meant to be: {text}" for text in _told(robot, one, sides, precisions)
+        )
 
 
 def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
@@ -75,11 +77,14 @@ def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
     return part
 
 
-def _told(robot: Robot, one: Difference, sides: tuple[Leaves, Leaves]) -> Iterator[str]:
+def _told(
+    robot: Robot, one: Difference, sides: tuple[Leaves, Leaves], precisions: tuple[Precision, Precision]
+) -> Iterator[str]:
     if isinstance(one.old, Shapes) or isinstance(one.new, Shapes):
-        old, new = (side.solids() if isinstance(side, Shapes) else [] for side in (one.old, one.new))
+        pairs = zip((one.old, one.new), precisions, strict=True)
+        old, new = (side.solids(precision) if isinstance(side, Shapes) else [] for side, precision in pairs)
         _, link, purpose = one.address
         told = shapes_change(link, purpose, (len(old), len(new)), delta(old, new))
         yield from map(str, [*told.numbers, *told.words])
     else:
-        yield str(Describer(robot, sides).sentence(one))
+        yield str(Describer(robot, sides, precisions).sentence(one))

@@ -33,7 +33,8 @@ from .walk import Address, Difference, Leaves, known_inertia, same_turn
 MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
 # The order of the lines about one thing.
 _QUANTITIES = (
-    *("", "parent", "publisher", "topic", "type", "child", "origin", "axis", "limit", "damping", "friction"),
+    *("", "parent", "publisher", "topic", "type", "child", "origin", "axis", "limit lower", "limit upper", "limit"),
+    *("damping", "friction"),
     *("armature", "mimic", "kp", "kv", "ctrl", "heights", "cell", "base", "mass", "centre", "inertia", "collision"),
     *("visual", "site", "contact"),
 )
@@ -49,8 +50,8 @@ _UNITS = {
     "kv": ("N*m*s/rad", "N*s/m"),
     "effort": ("N*m", "N"),
     "velocity": ("rad/s", "m/s"),
-    "k_position": ("1/s", "1/s"),
-    "k_velocity": ("N*m*s/rad", "N*s/m"),
+    "k position": ("1/s", "1/s"),
+    "k velocity": ("N*m*s/rad", "N*s/m"),
     **dict.fromkeys(("lower", "upper", "offset", "rising", "falling", "spring reference"), _POSITION),
     **dict.fromkeys(("reference position", "soft lower limit", "soft upper limit"), _POSITION),
 }
@@ -246,7 +247,7 @@ def order_of(robot: Robot) -> Mapping[str, int]:
 def sort_key(robot: Robot, place: Mapping[str, int], change: Change) -> tuple[object, ...]:
     """Return the key to sort changes by: the link from the root on, then what it is about."""
     link = robot.joint[change.name].child if change.kind == "joint" and change.name in robot.joint else change.name
-    word = change.quantity.split(" ")[0]
+    word = change.quantity if change.quantity in _QUANTITIES else change.quantity.split(" ")[0]
     quantity = _QUANTITIES.index(word) if word in _QUANTITIES else len(_QUANTITIES)
     where = place.get(link.split(" ")[0], len(place))
     return (_KINDS.get(change.kind, 3), where, link, quantity, change.quantity, change.text, change.artifacts)

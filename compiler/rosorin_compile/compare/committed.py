@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS, Artifact, Format
+from rosorin_compile.formats.templating import TemplateProblem, Templates
 from rosorin_compile.model import Robot
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import printable
@@ -64,8 +65,13 @@ class Comparison(NamedTuple):
         return brief(change.text for change in self.changes)
 
 
-def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
-    """Return how the committed files (bytes by name, see ``output.read_set``) differ from what was just compiled."""
+def compare(
+    robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes], templates: Templates | None = None
+) -> Comparison:
+    """Return how the committed files (bytes by name, see ``output.read_set``) differ from what was just compiled.
+
+    ``templates`` are those of the description: without them, changes of outputs with some are not explained.
+    """
     arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
     texts: list[tuple[TextDifference, Artifact | None, str]] = []
     pairs: list[Pair] = []
@@ -88,7 +94,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     pairs = with_new_names(pairs)
     extra = sorted(committed.keys() - {artifact.file for artifact in artifacts})
     texts += [(TextDifference(file, EXTRA, _EXTRA), None, "") for file in extra]
-    changes = tuple(_Changes(robot, pairs).found()) if pairs else ()
+    changes = tuple(_Changes(robot, pairs, templates).found()) if pairs else ()
     told = {output for change in changes for output in change.artifacts}
     remarked = sorted(_remarked(text, artifact, old, told) for text, artifact, old in texts)
     return Comparison(changes, tuple(remarked), not remarked, tuple(pairs))
@@ -156,8 +162,9 @@ class _Own:
 class _Changes:
     """Finds the changes of all pairs, each once, with the outputs that show it."""
 
-    def __init__(self, robot: Robot, pairs: Sequence[Pair]) -> None:
+    def __init__(self, robot: Robot, pairs: Sequence[Pair], templates: Templates | None) -> None:
         self.robot = robot
+        self.templates = templates
         self.pairs = pairs
         self.changes: list[Change] = []
         self.order = {pair.name: index for index, pair in enumerate(pairs)}
@@ -236,8 +243,8 @@ class _Changes:
 
     def _contents(self, robot: Robot, pair: Pair) -> Leaves | None:
         try:
-            return contents(robot, pair.output)
-        except (ValueError, KeyError, TypeError, StopIteration):  # what is undone may be no robot
+            return contents(robot, pair.output, self.templates)
+        except (ValueError, KeyError, TypeError, StopIteration, TemplateProblem):  # what is undone may be no robot
             return None
 
     def _follows(self, pair: Pair, link: str, differences: Sequence[Difference], before: Leaves) -> bool:
@@ -373,7 +380,7 @@ def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[D
         if kind == "link" and not quantity and name in (before & after):
             yield from _entries(one)
             continue
-        if kind == "pose" and quantity in joints:
+        if kind == "pose" and (quantity in joints or quantity in retyped):
             continue
         if isinstance(one.old, frozenset) or isinstance(one.new, frozenset):
             sets = [frozenset(m for m in side or () if came.isdisjoint(_members(m))) for side in (one.old, one.new)]

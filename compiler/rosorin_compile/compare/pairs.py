@@ -58,24 +58,27 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
         old = under_names(format, output, leaves(format.read(committed)))
     except (ValueError, TypeError, OverflowError, RecursionError) as problem:
         raise ValueError(str(problem)) from None
-    before = _at_least(printed(committed), format.rounding)
+    before = _at_least(printed(committed), rounded(*format.rounding))
     if format.view is not None and not format.partial:
-        return Pair(output, old, contents(robot, output), (before, rounded(format.rounding)))
+        return Pair(output, old, contents(robot, output), (before, rounded(*format.rounding)))
     new = under_names(format, output, leaves(format.read(artifact.text)))
     return Pair(output, old, new, (before, printed(artifact.text)))
 
 
-def _at_least(precision: Precision, by: float) -> Precision:
-    return (lambda key, *values: max(by, precision(key, *values))) if by else precision
+def _at_least(precision: Precision, least: Precision) -> Precision:
+    return lambda key, *values: max(least(key, *values), precision(key, *values))
 
 
-def contents(robot: Robot, output: Output) -> Leaves:
-    """Return the leaves that an output of a robot is meant to contain, under the names of the robot."""
+def contents(robot: Robot, output: Output, templates: Templates | None = None) -> Leaves:
+    """Return the leaves that an output of a robot is meant to contain, under the names of the robot.
+
+    ``templates`` are those of the description. Raises TemplateProblem if one is missing.
+    """
     format = FORMATS[output.backend]
     if format.view is not None and not format.partial:
         value = format.view(robot, output)
     else:
-        value = format.read(format.written(robot, output, Templates())[0])  # type: ignore[misc]
+        value = format.read(format.written(robot, output, templates or Templates())[0])  # type: ignore[misc]
     return under_names(format, output, leaves(value))
 
 

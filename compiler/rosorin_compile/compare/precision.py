@@ -44,9 +44,9 @@ def exact(key: str, *values: float) -> float:  # noqa: ARG001
     return 0.0
 
 
-def rounded(by: float) -> Precision:
-    """Return the precision of numbers that are off by no more than ``by`` (m, rad)."""
-    return lambda key, *values: by  # noqa: ARG005
+def rounded(length: float, angle: float) -> Precision:
+    """Return the precision of numbers that are off by no more than a length (m), angles (rad)."""
+    return lambda key, *values: angle if key == "rpy" else length  # noqa: ARG005
 
 
 def printed(text: str) -> Precision:

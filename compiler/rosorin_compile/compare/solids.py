@@ -88,16 +88,12 @@ def solids_of(shapes: Iterable[Shape], precision: Precision = exact, form: str =
 
 def solid_of(shape: Shape, precision: Precision = exact) -> Solid:
     """Return a shape other than a height map as a solid."""
-    geometry, pose = shape.geometry, shape.pose
+    placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
+    geometry, origin = placed.geometry, placed.origin()
     sizes: tuple[float, ...] = ()
     key = "size"
-    if pose.rpy != (0.0, 0.0, 0.0):
-        moved = shape.in_link
-        geometry, pose = moved.geometry, moved.origin()
-    centre = pose.xyz
     if isinstance(geometry, Box):
-        sizes, key = geometry.size, "size"
-        centre = plus(pose.xyz, geometry.centre) if pose.rpy == (0.0, 0.0, 0.0) else centre
+        sizes = geometry.size
     elif isinstance(geometry, (Cylinder, Capsule)):
         sizes, key = (geometry.radius, geometry.length), "length"
     elif isinstance(geometry, Sphere):
@@ -111,7 +107,7 @@ def solid_of(shape: Shape, precision: Precision = exact) -> Solid:
     rgba = shape.rgba
     tint = precision("rgba", *rgba) if rgba else 0.0
     kind = type(geometry).__name__.lower()
-    return Solid(kind, sizes, centre, rotation_of_rpy(pose.rpy), _words(shape), rgba, length, turn, tint)
+    return Solid(kind, sizes, origin.xyz, rotation_of_rpy(origin.rpy), _words(shape), rgba, length, turn, tint)
 
 
 def _words(shape: Shape) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.markdown import Block, Cell, Code, Diff, Table
+from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.wording import and_more, counted, printable
 from rosorin_compile.source.xml.elements import values_of
 
@@ -87,11 +88,9 @@ def shorten(lines: Sequence[str]) -> list[str]:
 
 def _beginning(lines: Sequence[str], index: int) -> int:
     """Return where a line of a diff begins to differ from the line that takes its place; 0 if none does."""
-    start = index
-    while start and lines[start - 1][:1] == lines[index][:1]:
-        start -= 1
-    signs = "".join(line[:1] for line in lines)
-    block = re.compile(r"(-+)(\++)").search(signs, max(0, signs.rfind(" ", 0, index + 1)))
+    signs = "".join(line[:1] or " " for line in lines)
+    before = max(signs.rfind(sign, 0, index) for sign in " @")
+    block = re.compile(r"(-+)(\++)").search(signs, before + 1)
     if lines[index][:1] not in ("-", "+") or block is None or not block.start() <= index < block.end():
         return 0
     removed, added = block.start(1), block.start(2)
@@ -113,6 +112,8 @@ def differing_values(old: str, new: str) -> str:
     if old[:1] not in ("<", "{", "[") and len(before) != len(after):
         return ""
     places = [place for place in {**before, **after} if before.get(place) != after.get(place)]
+    within = " ".join(places)
+    places = [place for place in places if (before.get(place) or after.get(place)) or f"{place} " not in within]
     found = [_value_change(place, before.get(place), after.get(place)) for place in places[:_MOST_VALUES]]
     if len(places) > _MOST_VALUES:
         found.append(f"and {len(places) - _MOST_VALUES} more")
@@ -122,7 +123,7 @@ def differing_values(old: str, new: str) -> str:
 def _value_change(place: str, old: Any, new: Any) -> str:
     if old is None or new is None:
         return f"{printable(place)}: {'new' if old is None else 'removed'}"
-    old, new = str(old), str(new)
+    old, new = (exact(value) if isinstance(value, float) else str(value) for value in (old, new))
     if place.startswith("line "):
         place += f" {next(iter(_WORD.findall(new)), '')}".rstrip()
         before, after = old.split(), new.split()

@@ -11,7 +11,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Pose, Robot, Shape
-from rosorin_compile.model.joint import Mimic
+from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Mimic
 from rosorin_compile.model.link import Inertial
 from rosorin_compile.model.shape import MERGED, ROWS
 
@@ -31,7 +31,7 @@ def undo(robot: Robot, differences: Sequence[tuple[Difference, Leaves]]) -> Robo
     Of several differences at one address the first counts. What no model has at its address is passed over. Where no
     tree is left, the robot is returned as it is.
     """
-    work = _Undo(robot)
+    work = _Undo(robot, [old for _, old in differences])
     done: set[Address] = set()
     for one, old in differences:
         if one.address not in done:
@@ -41,11 +41,18 @@ def undo(robot: Robot, differences: Sequence[tuple[Difference, Leaves]]) -> Robo
 
 
 class _Undo:
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, sides: Sequence[Leaves]) -> None:
         self.start = robot
         self.links = {link.name: link for link in robot.links}
         self.joints = {joint.child: joint for joint in robot.joints}
         self.materials = {material.name: material for material in robot.materials}
+        # Not every format has the names of all joints.
+        self.names = {
+            str(of["child"]): name
+            for side in {id(side): side for side in sides}.values()
+            for (kind, name), of in side.items()
+            if kind == "joint" and "child" in of
+        }
 
     def robot(self) -> Robot:
         links, joints = tuple(self.links.values()), tuple(self.joints.values())
@@ -81,7 +88,9 @@ class _Undo:
             self.joints[joint.child] = replace(joint, origin=old)
         elif quantity == "publisher" and isinstance(old, str):
             same = (other.publisher for other in self.joints.values() if other.publisher.name == old)
-            publisher = next(same, replace(joint.publisher, name=old))
+            usual = {ROBOT_STATE_PUBLISHER: ROBOT_STATE_PUBLISHER, "nobody": UNPUBLISHED}
+            kind = usual.get(old.partition(":")[0], STATIC_TRANSFORM_PUBLISHER)
+            publisher = next(same, replace(joint.publisher, name=old, kind=kind))
             self.joints[joint.child] = replace(joint, publisher=publisher)
 
     def _add(self, name: str, old: Leaves) -> None:
@@ -92,8 +101,7 @@ class _Undo:
             self.links[name] = Link(name, **shapes)
         frame = old.get(("frame", name), {})
         if name not in self.joints and isinstance(frame.get("origin"), Pose) and frame.get("parent"):
-            placing = (key[1] for key, of in old.items() if key[0] == "joint" and of.get("child") == name)
-            joint = Joint(next(placing, name), "fixed", frame["parent"], name, frame["origin"])
+            joint = Joint(self.names.get(name, name), "fixed", frame["parent"], name, frame["origin"])
             for quantity, value in old.get(("joint", joint.name), {}).items():
                 joint = _joint(joint, quantity, value, old.get(("joint", joint.name), {}))
             self.joints[name] = joint

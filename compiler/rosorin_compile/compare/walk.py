@@ -202,7 +202,8 @@ def leaves(value: Any) -> Leaves:
 def _robot(robot: Robot, found: Leaves) -> None:
     """Add the leaves of a robot."""
     _own = found.setdefault(("robot", "robot"), {})
-    _own["name"] = robot.name
+    if robot.name:
+        _own["name"] = robot.name
     if robot.source.note:
         _own["source"] = robot.source.note
     _elements(robot.urdf_elements, _own)

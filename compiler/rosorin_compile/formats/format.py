@@ -395,7 +395,7 @@ class Format:
     write: Writer | None = None
     view: Callable[[Robot, Output], Any] | None = None
     read: Callable[[str], Any] | None = None
-    rounding: float = 0.0
+    rounding: tuple[float, float] = (0.0, 0.0)
     partial: bool = False
     unsupported: Callable[[Output], Mapping[str, str]] | None = None
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None

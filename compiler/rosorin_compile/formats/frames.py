@@ -234,7 +234,8 @@ def view(robot: Robot, output: Output) -> FrameTable:  # noqa: ARG001
     edges = []
     for frame in _frames(robot):
         who, topic, when = _publishing(frame)
-        edges.append(_edge(frame.parent, frame.child, " ".join(who.split()), topic, when, frame.pose))
+        who = " ".join(map(str.strip, who.splitlines()))
+        edges.append(_edge(frame.parent, frame.child, who, topic, when, frame.pose))
     return FrameTable(tuple(edges), tuple(JointPose(one.name, one.positions) for one in robot.poses if one.positions))
 
 

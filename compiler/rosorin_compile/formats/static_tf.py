@@ -73,7 +73,7 @@ class Numbers(NamedTuple):
 # As people write them into launch files; and to the last digit, for number_format exact.
 ROUNDED = Numbers(partial(fixed, digits=METRE_DIGITS), partial(fixed, digits=RADIAN_DIGITS))
 EXACT = Numbers(decimal, decimal)
-ROUNDING = 0.5 * 10.0**-METRE_DIGITS
+ROUNDING = (0.5 * 10.0**-METRE_DIGITS, 0.5 * 10.0**-RADIAN_DIGITS)
 
 
 class StaticTransform(NamedTuple):

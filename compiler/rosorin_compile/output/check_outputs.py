@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.compare.committed import Comparison, compare, lines
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.rule_registry import WRITING, Rule
@@ -79,7 +80,9 @@ def compare_committed(request: Request, compiled: Compiled) -> Committed:
     meshes = compiled.mesh_files
     written = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
     refusals = refused(request, written)
-    comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
+    path = request.description.path
+    files = {name: data for name, data in committed.items() if name not in meshes}
+    comparison = compare(compiled.robot, compiled.artifacts, files, Templates(path.parent, first=path))
     changed = [(name, what) for name, data in meshes.items() if (what := _mesh(data, committed.get(name)))]
     return Committed(comparison, committed, tuple(changed), refusals)
 

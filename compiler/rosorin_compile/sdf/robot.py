@@ -7,6 +7,7 @@ name of the model before them. What the language has no word for is kept as it s
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.imported import Comment, Imported, ReadOptions
 from rosorin_compile.formats.urdf.reading import Reading, named
 from rosorin_compile.formats.urdf.robot import comments_of, plain
-from rosorin_compile.model import Joint, Link, Mesh, Output, Robot, Shape
+from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Source, has_errors
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.files import printable_name
@@ -64,8 +65,9 @@ def read_sdf(opened: Opened) -> Imported:
 
 def view(robot: Robot, output: Output) -> Robot:
     """Return what an SDF has to contain at least: frames, what joints may do, masses, and what collides."""
-    from .write import joint_names
+    from .write import FOLLOWERS, joint_names, version_of
 
+    followers = version_of(robot, output) in (FOLLOWERS, "1.12")
     names, world = joint_names(robot), world_of(robot)
     form = str(output.options.get("height_maps", "rows"))
     links, joints = [], []
@@ -78,7 +80,13 @@ def view(robot: Robot, output: Output) -> Robot:
         if joint.parent != world or joint.type not in ("floating", "planar"):
             axis = joint.axis if joint.moves else (1.0, 0.0, 0.0)
             place = (joint.parent, joint.child, joint.origin)
-            joints.append(Joint("" if not joint.moves else names[joint.name], joint.type, *place, axis))
+            mimic = joint.mimic and followers and replace(joint.mimic, joint=names[joint.mimic.joint])
+            name = names[joint.name] if joint.moves else ""
+            limit = joint.limit if joint.moves else None
+            if limit is not None:
+                ends = (None, None) if joint.type == "continuous" else (limit.known("lower"), limit.known("upper"))
+                limit = Limit(*ends, limit.known("effort"))
+            joints.append(Joint(name, joint.type, *place, axis, limit, mimic or None))
     return Robot(robot.name, tuple(links), tuple(joints))
 
 

@@ -95,7 +95,9 @@ def _joint_view(joint: Joint) -> Joint:
         return Joint("" if joint.is_fixed else joint.name, joint.type, *place, axis)
     reach = position_range(joint)
     kind = "continuous" if joint.type == "revolute" and reach is None else joint.type
-    return Joint(joint.name, kind, *place, joint.axis, Limit(*reach) if reach else None, joint.mimic)
+    effort = joint.limit.known("effort") if joint.limit is not None else None
+    limit = Limit(*(reach or (None, None)), effort if effort is not None and effort > 0 else None)
+    return Joint(joint.name, kind, *place, joint.axis, limit, joint.mimic)
 
 
 class _Reader:
@@ -218,7 +220,10 @@ class _Reader:
             if mesh is None:
                 raise ValueError(f"there is no mesh {geom.get('mesh')}")
             return Mesh(mesh.get("file", ""), numbers_of(mesh.get("scale", "1 1 1"), 3))  # type: ignore[arg-type]
-        size = numbers_of(geom.get("size", "0 0 0"))
+        counts = {"sphere": 1, "cylinder": 2, "capsule": 2, "box": 3, "ellipsoid": 3}
+        size = (0.0, 0.0, 0.0)
+        if "size" in geom.attrib and kind in counts:
+            size = (*numbers_of(geom.attrib["size"], counts[kind]), *size)[:3]  # type: ignore[assignment]
         if kind in ("box", "ellipsoid"):
             x, y, z = size
             return Ellipsoid((x, y, z)) if kind == "ellipsoid" else Box((-x, -y, -z), (x, y, z))
@@ -226,7 +231,7 @@ class _Reader:
             return Sphere(size[0])
         if kind not in ("cylinder", "capsule"):
             return Mesh(f"{kind} {geom.get('hfield', '')}".strip())
-        radius, half = size
+        radius, half, _ = size
         return Cylinder(radius, 2 * half) if kind == "cylinder" else Capsule(radius, 2 * half)
 
     def _others(self, link: str, body: Element) -> None:

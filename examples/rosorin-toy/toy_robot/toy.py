@@ -80,8 +80,9 @@ def read(text: str) -> Robot:
             links.append(Link(words[1], weight(float(words[2])) if len(words) > 2 else None))
         elif words[:1] == ["joint"]:
             _, joint, kind, parent, child, *numbers = words
-            x, y, z, *rpy = map(float, numbers)
-            joints.append(Joint(joint, kind, parent, child, Pose((x, y, z), tuple(map(to_radians, rpy)))))
+            x, y, z, roll, pitch, yaw = map(float, numbers)
+            pose = Pose((x, y, z), (to_radians(roll), to_radians(pitch), to_radians(yaw)))
+            joints.append(Joint(joint, kind, parent, child, pose))
     return Robot(name, tuple(links), tuple(joints))
 
 

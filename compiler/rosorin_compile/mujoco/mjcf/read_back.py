@@ -28,10 +28,11 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
-from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD
+from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, is_free
 from .height_fields import colliding
 from .masses import LEAST
 from .omissions import position_range
+from .write_joints import base_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -85,14 +86,16 @@ def view(robot: Robot, output: Output) -> Mjcf:
         bare = tuple(Shape(shape.geometry, shape.pose) for shape in shapes or ())
         inertial = link.inertial if link.inertial is not None and link.inertial.mass > LEAST else None
         links.append(Link(link.name, inertial, (), () if shapes is None or meshes else bare))
-    return Mjcf(Robot("", tuple(links), tuple(map(_joint_view, robot.joints))))
+    return Mjcf(Robot("", tuple(links), tuple(_joint_view(joint, robot) for joint in robot.joints)))
 
 
-def _joint_view(joint: Joint) -> Joint:
+def _joint_view(joint: Joint, robot: Robot) -> Joint:
     place = (joint.parent, joint.child, joint.origin)
     if not joint.moves:  # fixed joints have no names
         axis = joint.axis if joint.type == "planar" else (1.0, 0.0, 0.0)
-        return Joint("" if joint.is_fixed else joint.name, joint.type, *place, axis)
+        split = joint.type == "planar" or (joint.type == "floating" and not is_free(robot, joint))
+        name = base_name(joint, robot) if split else "" if joint.is_fixed else joint.name
+        return Joint(name, joint.type, *place, axis)
     reach = position_range(joint)
     kind = "continuous" if joint.type == "revolute" and reach is None else joint.type
     effort = joint.limit.known("effort") if joint.limit is not None else None

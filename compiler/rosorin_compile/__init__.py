@@ -9,146 +9,42 @@ from rosorin_compile.source.version import __version__
 
 TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C would end in a traceback
 
+# fmt: off
+# isort: off
 if TYPE_CHECKING:
     from rosorin_compile.api import (
-        arguments,
-        check,
-        check_deployed,
-        check_parameters,
-        check_physics,
-        collisions,
-        compile,  # noqa: A004 - re.compile has this name, too
-        deploy,
-        diff,
-        explain,
-        explain_rules,
-        extract_boxes,
-        extract_factory,
-        extract_height_map,
-        frames,
-        import_robot,
-        init,
-        outputs,
-        package,
-        picture,
-        pulses,
-        read,
-        schema,
-        simulate,
-        sweep,
-        transform,
-        verify,
-        view,
-        write,
-        write_sweep,
+        arguments, check, check_deployed, check_parameters, check_physics, collisions, compile, deploy,  # noqa: A004
+        diff, explain, explain_rules, extract_boxes, extract_factory, extract_height_map, frames,
+        import_robot, init, outputs, package, picture, pulses, read, schema, simulate, sweep, transform,
+        verify, view, write, write_sweep,
     )
     from rosorin_compile.results import (
-        Argument,
-        Arguments,
-        Artifact,
-        Checked,
-        CheckedPhysics,
-        CollisionMatrix,
-        Compiled,
-        Diagnostic,
-        Difference,
-        Explained,
-        Frames,
-        FrameTransform,
-        NewRobot,
-        Outputs,
-        Page,
-        Picture,
-        Pulses,
-        Reading,
-        RequestError,
-        Robot,
-        Rules,
-        Simulated,
-        Transforms,
-        UnknownName,
-        Variant,
-        Verified,
-        Written,
+        Argument, Arguments, Artifact, Checked, CheckedPhysics, CollisionMatrix, Compiled, Diagnostic,
+        Difference, Explained, Frames, FrameTransform, NewRobot, Outputs, Page, Picture, Pulses, Reading,
+        RequestError, Robot, Rules, Simulated, Transforms, UnknownName, Variant, Verified, Written,
         WrittenVariants,
     )
 
 __all__ = [
-    "Argument",
-    "Arguments",
-    "Artifact",
-    "Checked",
-    "CheckedPhysics",
-    "CollisionMatrix",
-    "Compiled",
-    "Diagnostic",
-    "Difference",
-    "Explained",
-    "FrameTransform",
-    "Frames",
-    "NewRobot",
-    "Outputs",
-    "Page",
-    "Picture",
-    "Pulses",
-    "Reading",
-    "RequestError",
-    "Robot",
-    "Rules",
-    "Simulated",
-    "Transforms",
-    "UnknownName",
-    "Variant",
-    "Verified",
-    "Written",
-    "WrittenVariants",
-    "__version__",
-    "arguments",
-    "check",
-    "check_deployed",
-    "check_parameters",
-    "check_physics",
-    "collisions",
-    "compile",
-    "deploy",
-    "diff",
-    "explain",
-    "explain_rules",
-    "extract_boxes",
-    "extract_factory",
-    "extract_height_map",
-    "frames",
-    "import_robot",
-    "init",
-    "outputs",
-    "package",
-    "picture",
-    "pulses",
-    "read",
-    "schema",
-    "simulate",
-    "sweep",
-    "transform",
-    "verify",
-    "view",
-    "write",
-    "write_sweep",
+    "Argument", "Arguments", "Artifact", "Checked", "CheckedPhysics", "CollisionMatrix", "Compiled", "Diagnostic",
+    "Difference", "Explained", "FrameTransform", "Frames", "NewRobot", "Outputs", "Page", "Picture", "Pulses",
+    "Reading", "RequestError", "Robot", "Rules", "Simulated", "Transforms", "UnknownName", "Variant", "Verified",
+    "Written", "WrittenVariants", "__version__", "arguments", "check", "check_deployed", "check_parameters",
+    "check_physics", "collisions", "compile", "deploy", "diff", "explain", "explain_rules", "extract_boxes",
+    "extract_factory", "extract_height_map", "frames", "import_robot", "init", "outputs", "package", "picture",
+    "pulses", "read", "schema", "simulate", "sweep", "transform", "verify", "view", "write", "write_sweep",
 ]
+# isort: on
+# fmt: on
 
 
 def __getattr__(name: str) -> object:
     """Return a public name, imported at this moment."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; plug-ins import {__name__}.extend")
-    if name.islower():
-        from rosorin_compile import api
+    from rosorin_compile import api, results
 
-        value = getattr(api, name)
-    else:
-        from rosorin_compile import results
-
-        value = getattr(results, name)
-    globals()[name] = value
+    globals()[name] = value = getattr(api if name.islower() else results, name)
     return value
 
 

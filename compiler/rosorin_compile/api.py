@@ -1,9 +1,17 @@
 """The Python API: one function for each command, which returns a frozen dataclass and never prints.
 
-What is wrong with the files of a robot is among the ``diagnostics`` of the result; a wrong argument of a function is a
-``RequestError``. In all functions, ``robot`` is a path or a name in ``descriptions/``; the command line passes a
-``Request``. ``arguments`` sets arguments of the description, ``packages`` are folders of ROS packages by name, and
-``trust`` runs the Python code of a xacro without a warning.
+Errors in the files of a robot are among the ``diagnostics`` of the result. An invalid argument, a missing package or a
+file that must not be replaced raises ``RequestError``, an unknown name ``UnknownName``, which has a suggestion. Many
+functions have these arguments:
+
+- ``robot``: a description, as its main file, its folder, or its name in ``descriptions/``. Functions that do not
+  compile also accept a URDF, xacro, SDF, MJCF or ``robot_model`` JSON file. The command line passes a ``Request``.
+- ``arguments``: arguments of the description or the xacro by name. Values are texts as in ``-a NAME=TEXT``, numbers in
+  SI units, truth values, None, lists and dicts.
+- ``packages``: folders of ROS packages by name.
+- ``trust``: run the Python code of a xacro without a warning in ``diagnostics``. ``warn`` receives the warning before
+  the code is run.
+- ``output``: the file or folder to write. ``force`` replaces a file that this tool did not write.
 """
 
 from __future__ import annotations
@@ -13,27 +21,30 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.compare.check_outputs import compare_committed
 from rosorin_compile.compare.diff import compare_robots
-from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, Difference
-from rosorin_compile.formats import plugged_diagnostics
+from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
+from rosorin_compile.compare.tolerance import printing_of
+from rosorin_compile.compare.wording import several
+from rosorin_compile.formats import FORMATS, plugged_diagnostics
+from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.formats.schemas import schema_names, schema_text
-from rosorin_compile.language import arguments as declarations
 from rosorin_compile.language import asked
+from rosorin_compile.language.arguments import Argument, declared
 from rosorin_compile.language.explain.answer import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
-from rosorin_compile.output import OutputError, diff_inputs, new_robot, pipeline, write_artifacts
-from rosorin_compile.output.check_outputs import compare_committed
-from rosorin_compile.output.pipeline import Compiled, Reading
-from rosorin_compile.output.request import Request
-from rosorin_compile.rules import conditions, joint_states
+from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.request import FilePath, Request
+from rosorin_compile.rules import joint_states
 from rosorin_compile.rules import pulses as servo_pulses
 from rosorin_compile.rules import transform as frame_transforms
 from rosorin_compile.rules.check import plugged
+from rosorin_compile.rules.conditions import check_modes
 from rosorin_compile.source.diagnostics import (
     ERROR,
     NOTE,
@@ -43,36 +54,27 @@ from rosorin_compile.source.diagnostics import (
     RequestError,
     UnknownName,
     did_you_mean,
+    error,
     has_errors,
 )
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
-from rosorin_compile.source.project import no_file
+from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.page.write import Page, write_page
 from rosorin_compile.viewer.picture.draw import Look, Picture, draw
 
-from .results import (
-    Arguments,
-    Checked,
-    Explained,
-    ModelComparison,
-    NewRobot,
-    Outputs,
-    Pulses,
-    Rules,
-    Transforms,
-    Written,
-)
+from .results import Arguments, Checked, Explained, ModelComparison, Outputs, Pulses, Rules, Transforms, Written
 
 if TYPE_CHECKING:
     from distributed import Client
 
     from rosorin_compile.importing.extract.extract import ExtractedBoxes, ExtractedFactory, ExtractedHeightMap
     from rosorin_compile.importing.import_robot import ImportResult
+    from rosorin_compile.importing.new_robot import NewRobot
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.answers import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
@@ -84,8 +86,9 @@ if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
     from rosorin_compile.variants.writing import WrittenVariants
 
-FilePath = str | os.PathLike[str]
-Packages = Mapping[str, FilePath]
+Values = Mapping[str, Any] | None
+Packages = Mapping[str, FilePath] | None
+Warn = Callable[[Diagnostic], None] | None
 
 RULES = (
     Rule(
@@ -95,12 +98,13 @@ RULES = (
         WRITING,
     ),
 )
+_EXECUTED = "xacro-runs-code"  # the rule of the warning about code that was executed
 
 
 def compile(  # noqa: A001 - re.compile has this name, too
     robot: FilePath | Request,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     outputs: Sequence[str] = (),
     meshes: bool = False,
@@ -108,16 +112,11 @@ def compile(  # noqa: A001 - re.compile has this name, too
 ) -> Compiled:
     """Compile a description to its artifacts; nothing is written.
 
+    Without ``robot`` in the result there are errors in ``diagnostics``.
+
     Args:
-        robot: The main file of the description, its folder, or its name in ``descriptions/``.
-        arguments: Texts as in ``-a NAME=TEXT``, or values: numbers in SI units, truth values, None, lists and tables.
-        packages: Folders of ROS packages by name.
         outputs: The names of the only outputs to generate.
         meshes: Search the mesh files, and read the artifacts back, as ``rosorin-compile all`` does.
-        trust: Run the Python code of an included xacro without a warning.
-
-    Returns:
-        The model and the artifacts; ``robot`` is None with errors in ``diagnostics``.
 
     Example:
         >>> import rosorin_compile
@@ -126,86 +125,72 @@ def compile(  # noqa: A001 - re.compile has this name, too
         <Robot rosorin: 60 links, 59 joints (51 that move), 3 sensors>
         >>> [artifact.file for artifact in compiled.artifacts][:4]
         ['controllers.yaml', 'frames.md', 'frames_amcl.svg', 'frames_slam.svg']
-
     """
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    if request is None:
-        return Compiled(None, (), wrong, ())
-    compiled = request.compile(outputs, meshes=meshes)
-    path = request.description.path
-    if compiled.robot is None and not asked.is_description(path):
+    request = Request.of(robot, arguments, packages, trust=trust)
+    compiled, path = request.compile(outputs, meshes=meshes), request.description.path
+    if compiled.robot is None and not request.problems and os.path.lexists(path) and request.is_foreign:
         message = f"{path.name} is not called as a description is, such as robot.yaml"
-        note = Diagnostic("wrong-format", NOTE, message, None, (), "rosorin_compile.read takes robots in other formats")
-        compiled.diagnostics.append(note)
+        help = "rosorin_compile.read takes robots in other formats"
+        compiled.diagnostics.append(Diagnostic("wrong-format", NOTE, message, help=help))
     return compiled
 
 
 def read(
-    robot: FilePath,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    robot: FilePath | Request,
+    arguments: Values = None,
+    packages: Packages = None,
     lenient: bool = False,
     trust: bool = False,
 ) -> Reading:
     """Read a robot in any supported format: URDF, xacro, SDF, MJCF, ``robot_model`` JSON, or a description.
 
     Args:
-        robot: A file, or a description as ``compile`` accepts it.
-        arguments: The arguments of a description or a xacro.
-        packages: Folders of ROS packages by name.
         lenient: Accept violations of the specification of a format where possible.
-        trust: Run the Python code of a xacro without a warning in ``diagnostics``.
-
-    Returns:
-        The robot, or None with errors in ``diagnostics``.
 
     Example:
         >>> import rosorin_compile
         >>> rosorin_compile.read("outputs/rosorin/rosorin.urdf").robot
         <Robot rosorin: 11 links, 10 joints (5 that move), 0 sensors>
-
     """
-    return pipeline.read(robot, arguments, packages, lenient, trust)
+    return Request.of(robot, arguments, packages, trust=trust).read(lenient)
 
 
 def check(
     robot: FilePath | Request,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     outputs: FilePath | None = None,
     trust: bool = False,
 ) -> Checked:
     """Compile a description and compare the result with its committed artifacts.
 
     Args:
-        robot: As in ``compile``.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         outputs: The folder that contains a folder for each robot; by default that of the project.
-        trust: As in ``compile``.
 
     Example:
         >>> import rosorin_compile
         >>> checked = rosorin_compile.check("rosorin")
         >>> checked.same, checked.differing
         (True, ())
-
     """
-    request, wrong = Request.of(robot, arguments, packages, outputs, trust)
-    if request is None:
-        return Checked(Compiled(None, (), wrong, ()), Path(), diagnostics=tuple(wrong))
+    request = Request.of(robot, arguments, packages, outputs, trust)
     compiled, folder = request.compile(), request.description.outputs
-    if compiled.robot is None or has_errors(compiled.diagnostics):
-        return Checked(compiled, folder, diagnostics=tuple(compiled.diagnostics))
-    committed = compare_committed(request, compiled)
-    diagnostics = (*compiled.diagnostics, *committed.diagnostics)
+    diagnostics = tuple(compiled.diagnostics)
+    if compiled.robot is None or has_errors(diagnostics):
+        return Checked(compiled, folder, diagnostics=diagnostics)
+    try:
+        present = read_set(folder)
+    except OutputError as problem:
+        return Checked(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
+    committed = compare_committed(compiled, present, folder, lambda: request.understand().case)
+    diagnostics = (*diagnostics, *committed.diagnostics)
     return Checked(compiled, folder, committed.differing(), tuple(committed.lines()), diagnostics, committed)
 
 
 def write(
     robot: FilePath | Request,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     outputs: FilePath | None = None,
     prune: bool = False,
     *,
@@ -215,82 +200,65 @@ def write(
     """Compile a description and write its artifacts, all of them or none.
 
     Args:
-        robot: As in ``compile``.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         outputs: As in ``check``.
         prune: Delete files in the robot's folder that are not artifacts.
         only: The names of the only outputs to write.
-        trust: As in ``compile``.
 
     Example:
         >>> import rosorin_compile, tempfile
         >>> written = rosorin_compile.write("rosorin", outputs=tempfile.mkdtemp())
         >>> len(written.written), written.unchanged, written.kept
         (16, (), ())
-
     """
-    request, wrong = Request.of(robot, arguments, packages, outputs, trust)
-    if request is None:
-        return Written(Compiled(None, (), wrong, ()), Path(), diagnostics=tuple(wrong))
+    request = Request.of(robot, arguments, packages, outputs, trust)
     compiled, folder = request.compile(only), request.description.outputs
-    said = compiled.diagnostics
-    if not compiled.artifacts or has_errors(said):
-        return Written(compiled, folder, diagnostics=tuple(said))
-    meshes = _belonging(compiled) if only else compiled.mesh_files
-    files: dict[str, str | bytes] = {**meshes, **{artifact.file: artifact.text for artifact in compiled.artifacts}}
+    diagnostics, artifacts, searched = compiled.diagnostics, compiled.artifacts, compiled.meshes
+    if compiled.robot is None or not artifacts or has_errors(diagnostics):
+        return Written(compiled, folder, diagnostics=tuple(diagnostics))
+    meshes = compiled.mesh_files
+    if only and searched is not None:
+        written = {artifact.output for artifact in artifacts}
+        outputs_written = [output for output in compiled.robot.outputs if output.name in written]
+        names = {opened_by(output, found.named.name) for found in searched.found for output in outputs_written}
+        meshes = {name: data for name, data in meshes.items() if name in names}
+    files: dict[str, str | bytes] = {**meshes, **{artifact.file: artifact.text for artifact in artifacts}}
     try:
         done = write_artifacts(folder, files, prune, complete=not only)
     except OutputError as problem:
-        return Written(compiled, folder, diagnostics=(*said, problem.diagnostic))
+        return Written(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
     more = done.diagnostics(folder)
     for name in () if only else done.kept:
         message = f"{folder}/{name} is no artifact of this robot; it is kept"
         more.append(Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it"))
-    return Written(compiled, folder, done.written, done.unchanged, done.kept, done.removed, (*said, *more))
-
-
-def _belonging(compiled: Compiled) -> dict[str, bytes]:
-    """Return the mesh files that belong to the artifacts of a robot of which not all outputs were generated."""
-    robot, searched = compiled.robot, compiled.meshes
-    if robot is None or searched is None:
-        return {}
-    made = {artifact.output for artifact in compiled.artifacts}
-    outputs = [output for output in robot.outputs if output.name in made]
-    names = {opened_by(output, found.named.name) for found in searched.found for output in outputs}
-    return {name: data for name, data in searched.files.items() if name in names}
+    return Written(compiled, folder, done.written, done.unchanged, done.kept, done.removed, (*diagnostics, *more))
 
 
 def diff(
-    a: FilePath | Robot,
-    b: FilePath | Robot,
+    a: FilePath | Robot | Request,
+    b: FilePath | Robot | Request,
     tolerance: float = DEFAULT_TOLERANCE,
     prefix: str | None = None,
     *,
-    arguments: Mapping[str, Any] | None = None,
-    a_arguments: Mapping[str, Any] | None = None,
-    b_arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    a_arguments: Values = None,
+    b_arguments: Values = None,
+    packages: Packages = None,
+    brief: bool = False,
     trust: bool = False,
 ) -> Difference:
     """Compare two robots by meaning: descriptions, files in any supported format, or ``Robot`` objects.
 
     A ``Robot`` counts as a description, which can express every value: pass the path of a file in another format.
+    Without ``a`` and ``b`` in the result there are errors in ``diagnostics``. ``str`` of it is the text of
+    ``rosorin-compile diff``.
 
     Args:
-        a: The first robot.
-        b: The second robot.
         tolerance: The largest difference to ignore, in metres, radians or relative to the number.
         prefix: The prefix of all names in ``b``; by default it is detected.
         arguments: Arguments of both robots.
         a_arguments: Arguments of ``a`` only.
         b_arguments: Arguments of ``b`` only.
-        packages: Folders of ROS packages by name.
-        trust: Run the Python code of a xacro without a warning in ``diagnostics``.
-
-    Returns:
-        The differences; without ``a`` and ``b`` there are errors in ``diagnostics``. ``str`` of it is the text of
-        ``rosorin-compile diff``.
+        brief: Shorten the lists of what is not compared.
 
     Example:
         >>> import rosorin_compile
@@ -298,41 +266,76 @@ def diff(
         >>> difference.same, difference.items
         (True, ())
         >>> rosorin_compile.diff("rosorin", "nothing.urdf").diagnostics[0].message
-        'there is no file "nothing.urdf"'
-
+        'cannot read nothing.urdf: No such file or directory'
     """
-    wrong = diff_inputs.wrong_options(tolerance, prefix)
-    sides = ((a, (arguments, a_arguments)), (b, (arguments, b_arguments)))
-    first, second = (diff_inputs.side_of(robot, given, packages, trust) for robot, given in sides)
-    diagnostics = [*wrong, *first.diagnostics, *second.diagnostics]
+    diagnostics: list[Diagnostic] = []
+    if isinstance(tolerance, bool) or not (isinstance(tolerance, (int, float)) and 0 <= tolerance < float("inf")):
+        message = f"the tolerance is a number from zero upwards, not {tolerance!s:.60}"
+        diagnostics.append(error("bad-argument", message, None))
+    if not (prefix is None or isinstance(prefix, str)):
+        diagnostics.append(error("bad-argument", f"the prefix is text, not {prefix!s:.60}", None))
+    first = _side(a, arguments, a_arguments, packages, trust)
+    second = _side(b, arguments, b_arguments, packages, trust)
+    diagnostics += [*first.diagnostics, *second.diagnostics]
+    if arguments and first.deaf and second.deaf:
+        diagnostics.append(asked.deaf(first.deaf))
     if first.side is None or second.side is None or has_errors(diagnostics):
         return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
     try:
-        difference = compare_robots(first.side, second.side, tolerance, prefix)
+        found = compare_robots(first.side, second.side, tolerance, prefix)
     except PluginFailed as problem:
         return Difference(None, None, (), (), (), tolerance, (*diagnostics, problem.diagnostic))
-    left = [line for one in (first, second) if one.side for line in one.lines(one.side.label, each=True)]
-    return replace(difference, not_compared=(*difference.not_compared, *left), diagnostics=tuple(diagnostics))
+    not_compared = [*found.not_compared]
+    for one in (first, second):
+        left_out = [several(one.left_out)] if brief and one.left_out else one.left_out
+        not_compared += [f"{one.side.label}: {what}" for what in left_out if one.side is not None]
+    return replace(found, not_compared=tuple(not_compared), diagnostics=tuple(diagnostics))
+
+
+class _Loaded(NamedTuple):
+    """One side of a comparison, and what of its file is not part of it; ``deaf`` is a file that takes no arguments."""
+
+    side: Side | None
+    diagnostics: Sequence[Diagnostic] = ()
+    left_out: Sequence[str] = ()
+    deaf: Path | None = None
+
+
+def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool) -> _Loaded:
+    if isinstance(robot, Robot):
+        return _Loaded(Side(robot.name, YAML, robot))
+    requests = [Request.of(robot, values, packages, trust=trust) for values in (shared, own)]
+    if problems := [problem for request in requests for problem in request.problems]:
+        return _Loaded(None, problems)
+    request = replace(requests[1], arguments={**requests[0].arguments, **requests[1].arguments})
+    found, path = request.understand(), request.description.path
+    diagnostics = [d for d in found.diagnostics if d.severity == ERROR or (d.rule == _EXECUTED and not request.trust)]
+    if found.robot is None:
+        return _Loaded(None, diagnostics)
+    label = str(path) if isinstance(robot, Request) or path == Description.ON_STDIN else os.fsdecode(robot)
+    imported = found.imported
+    if imported is None or imported.tree is None:
+        return _Loaded(Side(label, YAML, found.robot, folder=path.parent), diagnostics)
+    if requests[1].arguments and not imported.takes_arguments:
+        diagnostics.append(asked.deaf(path))
+    reduced = replace(found.robot, outputs=())
+    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree), path.parent)
+    left_out = list(dict.fromkeys(left.what for left in imported.left_out))
+    return _Loaded(side, diagnostics, left_out, None if imported.takes_arguments else path)
 
 
 def explain(
     robot: FilePath | Request,
     names: Sequence[str],
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     pose: str = "",
 ) -> Explained:
     """Return the poses of frames, links, joints, sensors or parts, and the line of YAML behind each number.
 
     Args:
-        robot: As in ``compile``.
         names: Names of things, and of the only numbers of them to explain, such as ``z`` or ``mass``.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         pose: The named pose in which frames are shown, too.
-
-    Raises:
-        UnknownName: The robot has nothing of a name; the message has a suggestion.
 
     Example:
         >>> import rosorin_compile
@@ -340,13 +343,10 @@ def explain(
         >>> number = explained.answers[0].numbers[0]
         >>> number.name, number.value, number.unit, number.origin.where.file, number.origin.where.line
         ('z', 0.106748, 'm', 'descriptions/rosorin/lidar_and_imu.yaml', 25)
-
     """
-    request, wrong = Request.of(robot, arguments, packages)
-    if request is None:
-        return Explained(diagnostics=tuple(wrong))
+    request = Request.of(robot, arguments, packages)
     found = request.understand(foreign=False)
-    if found.lowered is None or found.lowered.robot is None or has_errors(found.diagnostics):
+    if found.lowered is None or found.robot is None:
         return Explained(diagnostics=tuple(found.diagnostics))
     answers = explain_names(found.expanded, found.lowered, request.values(), names, pose)
     return Explained(tuple(answers), tuple(found.diagnostics))
@@ -356,12 +356,12 @@ def transform(
     robot: FilePath | Request,
     source: str,
     target: str,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     pose: str = "",
-    joints: Mapping[str, Any] | None = None,
-    pulses: Mapping[str, Any] | None = None,
+    joints: Values = None,
+    pulses: Values = None,
     sweeps: Mapping[str, str] | None = None,
     modes: Mapping[str, bool] | None = None,
     strict: bool = False,
@@ -370,48 +370,59 @@ def transform(
     """Return the pose of a frame in another, with the numbers that ``tf2_echo`` prints.
 
     Args:
-        robot: A robot in any supported format.
         source: The frame in which the pose is expressed.
         target: The frame whose pose is returned.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         pose: A named pose of the description; joints that nothing sets are at zero.
         joints: Positions by joint: numbers in rad or m, or texts such as ``"30deg"``. They override all others.
         pulses: Pulses of servos by joint; they override ``pose``.
         sweeps: Positions to use in turn by joint, ``"FROM:TO:COUNT"``; of several, all combinations.
         modes: Modes of the robot that are on or off; if any is set, all others are off.
         strict: Treat positions beyond a limit as errors.
-        trust: As in ``compile``.
-
-    Raises:
-        RequestError: The robot has no such frame, joint, pose or mode, or a value is invalid.
 
     Example:
         >>> import rosorin_compile
         >>> (found,) = rosorin_compile.transform("rosorin", "base_link", "laser").transforms
         >>> found.translation
         (0.048156, 7.5552e-05, 0.106748)
-
     """
-    case, diagnostics, request = _case(robot, arguments, packages, trust)
-    if case is None or request is None:
+    case, diagnostics = _case(Request.of(robot, arguments, packages, trust=trust))
+    if case is None:
         return Transforms(diagnostics=diagnostics)
     start = joint_states.positions(case.robot, pose, joints or {}, pulses or {})
     turned = [joint_states.sweep_of(case.robot, f"{name}={text}") for name, text in (sweeps or {}).items()]
     states = list(joint_states.states(start, turned))
-    beyond = _beyond(case, states, strict)
-    if has_errors(beyond):
-        return Transforms(diagnostics=(*diagnostics, *beyond), robot=case.robot)
-    conditions.check_modes(case.robot, modes or {})
+    diagnostics = (*diagnostics, *_beyond_limits(case, states, strict))
+    if has_errors(diagnostics):
+        return Transforms(diagnostics=diagnostics, robot=case.robot)
+    check_modes(case.robot, modes or {})
     found, remarks = frame_transforms.transforms(case, source, target, states, modes or {})
     units = {one.joint: "m" if case.robot.joint[one.joint].type == "prismatic" else "rad" for one in turned}
-    return Transforms(tuple(found), units, (*diagnostics, *beyond, *remarks), case.robot)
+    return Transforms(tuple(found), units, (*diagnostics, *remarks), case.robot)
+
+
+def _case(request: Request) -> tuple[Case | None, tuple[Diagnostic, ...]]:
+    """Return a robot with its positions in YAML, and its errors if it has some, else warnings about executed code."""
+    found = request.understand()
+    case = found.case
+    if case is None:
+        return None, tuple(one for one in found.diagnostics if one.severity == ERROR)
+    return case, tuple(one for one in found.diagnostics if one.rule == _EXECUTED and not request.trust)
+
+
+def _beyond_limits(case: Case, states: Iterable[Mapping[str, Any]], strict: bool = False) -> list[Diagnostic]:
+    """Return a diagnostic for each joint and side of its limits that positions exceed."""
+    found: dict[tuple[str, str], Diagnostic] = {}
+    for state in states:
+        for beyond in joint_states.beyond(case.robot, state):
+            key = (beyond.joint.name, beyond.side)
+            found[key] = found.get(key) or joint_states.beyond_limit(case, beyond, ERROR if strict else WARNING)
+    return list(found.values())
 
 
 def frames(
     robot: FilePath | Request,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     frame: str | None = None,
     publisher: str | None = None,
@@ -423,30 +434,22 @@ def frames(
     """Return the trees of frames of a robot with the publisher of each edge, or write them as drawings.
 
     Args:
-        robot: A robot in any supported format.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         frame: Return only the path from the root to this frame.
         publisher: Return only the edges of this node; ``"nobody"``: edges without a publisher.
         modes: Modes that are on or off; by default there is a tree for each combination that differs.
         output: A drawing to write: ``.svg``, ``.dot``, ``.gv``, ``.mmd`` or ``.md``, or a folder for one SVG per tree.
-        force: Replace a file that this tool did not write.
-        trust: As in ``compile``.
-
-    Raises:
-        RequestError: The robot has no such frame, publisher or mode, or the drawing cannot be written.
 
     Example:
         >>> import rosorin_compile
         >>> found = rosorin_compile.frames("rosorin", frame="laser")
         >>> [(edge.parent, edge.child, edge.publisher) for edge in found.situations[0].edges][-1:]
         [('base_link', 'laser', 'tf_base_laser')]
-
     """
-    case, diagnostics, request = _case(robot, arguments, packages, trust)
-    if case is None or request is None:
-        return Frames("" if request is None else request.description.name, diagnostics=diagnostics)
-    chosen = conditions.check_modes(case.robot, modes or {})
+    request = Request.of(robot, arguments, packages, trust=trust)
+    case, diagnostics = _case(request)
+    if case is None:
+        return Frames(request.description.name, diagnostics=diagnostics)
+    chosen = check_modes(case.robot, modes or {})
     if output is not None:
         shown = frame_trees.trees(case.robot, chosen)
         found = frame_trees.draw_frames(case.robot, shown, os.fsdecode(output), force)
@@ -457,9 +460,9 @@ def frames(
 
 def pulses(
     robot: FilePath | Request,
-    values: Mapping[str, Any] | None = None,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    values: Values = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     pose: str = "",
     unit: str = "",
@@ -470,18 +473,13 @@ def pulses(
     """Convert servo pulses to joint positions and back.
 
     Args:
-        robot: A robot in any supported format.
         values: Pulses as whole numbers, or positions as texts with a unit (``"30deg"``), by joint.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         pose: A named pose to convert, before ``values``.
         unit: ``"rad"`` or ``"deg"``: numbers in ``values`` are positions in this unit (or metres), not pulses.
         model: A ``robot_model.json`` whose positions are compared with those of the description, pulse by pulse.
         strict: Treat positions beyond a limit as errors.
-        trust: As in ``compile``.
 
     Raises:
-        RequestError: The robot has no servos, no such joint or no such pose, or a value is invalid.
         NoPulse: A pulse does not exist, or no pulse sets a position.
 
     Example:
@@ -489,10 +487,9 @@ def pulses(
         >>> (joint,) = rosorin_compile.pulses("rosorin", {"joint1": "30deg"}).joints
         >>> joint.pulse, round(joint.degrees, 2)
         (375, 30.0)
-
     """
-    case, diagnostics, request = _case(robot, arguments, packages, trust)
-    if case is None or request is None:
+    case, diagnostics = _case(Request.of(robot, arguments, packages, trust=trust))
+    if case is None:
         return Pulses(diagnostics=diagnostics)
     groups = servo_pulses.servos(case.robot)
     servos = tuple(map(servo_pulses.summary, groups))
@@ -503,22 +500,21 @@ def pulses(
         comparison = ModelComparison(str(model), compared.joints, compared.pulses, compared.differences)
         return Pulses(servos, model=comparison, diagnostics=diagnostics, robot=case.robot)
     found = servo_pulses.joint_pulses(case.robot, values or {}, pose, unit)
-    beyond = _beyond(case, [{one.joint: one.position for one in found}], strict)
-    served = {name for group in groups for name in group.joints}
+    beyond = _beyond_limits(case, [{one.joint: one.position for one in found}], strict)
     posed = next((one.positions for one in case.robot.poses if pose and one.name == pose), {})
-    without = tuple(name for name in posed if name not in served)
+    without = tuple(name for name in posed if not any(name in group.joints for group in groups))
     return Pulses(servos, tuple(found), None, without, (*diagnostics, *beyond), case.robot)
 
 
 def picture(
     robot: FilePath | Request,
     output: FilePath,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     pose: str = "",
-    joints: Mapping[str, Any] | None = None,
-    pulses: Mapping[str, Any] | None = None,
+    joints: Values = None,
+    pulses: Values = None,
     view: str = "iso",
     size: tuple[int, int] = (1280, 800),
     collision: bool = False,
@@ -532,53 +528,37 @@ def picture(
 ) -> Picture:
     """Draw a robot to a PNG file, without a browser. This needs the extra ``view``.
 
+    ``pose``, ``joints`` and ``pulses`` are as in ``transform``, ``modes`` as in ``frames``.
+
     Args:
-        robot: A robot in any supported format.
-        output: The file to write, which ends in ``.png``.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
-        pose: As in ``transform``.
-        joints: As in ``transform``.
-        pulses: As in ``transform``.
         view: The camera: ``"iso"``, ``"front"``, ``"side"``, ``"top"`` or two angles such as ``"30deg,20deg"``.
         size: Width and height in pixels.
         collision: Show collision shapes of all links; by default of links without visuals only.
         published_frames: Show all published frames with their names.
         frames: Further frames to show.
-        modes: As in ``frames``.
         theme: ``"light"`` or ``"dark"``.
         transparent: Draw only the robot and its shadow, on a transparent background.
-        force: Replace a file that this tool did not write.
-        trust: As in ``compile``.
-
-    Raises:
-        RequestError: An argument is invalid, or the file must not be replaced.
 
     Example:
-        >>> import rosorin_compile
-        >>> drawn = rosorin_compile.picture("rosorin", "rosorin.png", pose="tuck")  # doctest: +SKIP
+        >>> drawn = picture("rosorin", "rosorin.png", pose="tuck")  # doctest: +SKIP
         >>> drawn.width, drawn.height  # doctest: +SKIP
         (1280, 800)
-
     """
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    if request is None:
-        return Picture("", Path(output), *size, diagnostics=tuple(wrong))
 
     def state(case: Case) -> tuple[Mapping[str, Any], Sequence[Diagnostic]]:
-        conditions.check_modes(case.robot, modes or {})
+        check_modes(case.robot, modes or {})
         found = joint_states.positions(case.robot, pose, joints or {}, pulses or {})
-        return found, _beyond(case, [found])
+        return found, _beyond_limits(case, [found])
 
     look = Look(view, size, collision, published_frames, frames, modes or {}, theme, transparent)
-    return draw(request, Path(output), state, look, force)
+    return draw(Request.of(robot, arguments, packages, trust=trust), Path(output), state, look, force)
 
 
 def view(
     robot: FilePath | Request,
     output: FilePath,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     meshes: bool = True,
     max_megabytes: float | None = None,
@@ -587,28 +567,19 @@ def view(
     """Write one HTML page that shows a robot in a browser, without a network or any other file.
 
     Args:
-        robot: A robot in any supported format.
-        output: The file to write.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         meshes: Embed the meshes.
         max_megabytes: The largest size of all embedded meshes; by default 40.
-        trust: As in ``compile``.
 
     Example:
         >>> import rosorin_compile, tempfile
         >>> page = rosorin_compile.view("rosorin", tempfile.mkdtemp() + "/rosorin.html")
         >>> page.robot, page.bytes > 100_000
         ('rosorin', True)
-
     """
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    if request is None:
-        return Page("", Path(output), diagnostics=tuple(wrong))
-    return write_page(request, Path(output), meshes, max_megabytes)
+    return write_page(Request.of(robot, arguments, packages, trust=trust), Path(output), meshes, max_megabytes)
 
 
-def init(name: str, template: str = new_robot.DEFAULT, project: FilePath = ".") -> NewRobot:
+def init(name: str, template: str = "base", project: FilePath = ".") -> NewRobot:
     """Write a new description from a template, and the schema for editors.
 
     Args:
@@ -617,7 +588,6 @@ def init(name: str, template: str = new_robot.DEFAULT, project: FilePath = ".") 
         project: The folder that contains ``descriptions/``.
 
     Raises:
-        RequestError: The name is invalid or in use, or the template does not exist.
         OSError: The folder cannot be written.
 
     Example:
@@ -625,16 +595,15 @@ def init(name: str, template: str = new_robot.DEFAULT, project: FilePath = ".") 
         >>> new = rosorin_compile.init("my_robot", "arm", project=tempfile.mkdtemp())
         >>> new.description.name, new.schema_written
         ('robot.yaml', True)
-
     """
+    from rosorin_compile.importing import new_robot
+
     if template not in new_robot.TEMPLATES:
         raise UnknownName(f'there is no template "{template}"; take one of {", ".join(new_robot.TEMPLATES)}')
     return new_robot.start(name, Path(project), template)
 
 
-def arguments(
-    robot: FilePath | Request, arguments: Mapping[str, Any] | None = None, packages: Packages | None = None
-) -> Arguments:
+def arguments(robot: FilePath | Request, arguments: Values = None, packages: Packages = None) -> Arguments:
     """List the arguments that a description declares, with the values that ``arguments`` sets.
 
     Example:
@@ -642,50 +611,38 @@ def arguments(
         >>> found = rosorin_compile.arguments("examples/unitree_a1")
         >>> [(one.name, one.allowed, one.default) for one in found.arguments if one.name == "base"]
         [('base', ('fixed', 'free'), 'free')]
-
     """
-    request, wrong = Request.of(robot, arguments, packages)
-    if request is None:
-        return Arguments("", diagnostics=tuple(wrong))
-    description = request.description
+    request = Request.of(robot, arguments, packages)
+    name, problems = request.description.name, [*request.problems]
+    found: list[Argument] = []
     try:
-        found, wrong = declarations.declared(description.path, request.values(), request.packages)
+        if not problems:
+            found, problems = declared(request.description.path, request.values(), request.packages)
     except LoadError as problem:
-        found, wrong = [], [problem.diagnostic]
-    return Arguments(description.name, tuple(found), tuple(wrong))
+        problems = [problem.diagnostic]
+    return Arguments(name, tuple(found), tuple(problems))
 
 
-def outputs(
-    robot: FilePath | Request, arguments: Mapping[str, Any] | None = None, packages: Packages | None = None
-) -> Outputs:
+def outputs(robot: FilePath | Request, arguments: Values = None, packages: Packages = None) -> Outputs:
     """List the outputs of a robot in any supported format.
 
     Example:
         >>> import rosorin_compile
         >>> [output.file for output in rosorin_compile.outputs("rosorin").outputs][:2]
         ['controllers.yaml', 'frames.md']
-
     """
-    request, wrong = Request.of(robot, arguments, packages)
-    if request is None:
-        return Outputs("", diagnostics=tuple(wrong))
-    found, name = request.understand_outputs(), request.description.name
-    if found.lowered is None or found.lowered.robot is None or has_errors(found.diagnostics):
-        return Outputs(name, diagnostics=tuple(found.diagnostics))
-    return Outputs(name, found.lowered.robot.outputs, tuple(found.diagnostics))
+    request = Request.of(robot, arguments, packages)
+    found, name = request.understand(outputs=True), request.description.name
+    return Outputs(name, None if found.robot is None else found.robot.outputs, tuple(found.diagnostics))
 
 
 def explain_rules(ids: Sequence[str] = ()) -> Rules:
     """Return the meaning of rule ids, of plug-ins, too; without ``ids`` of all rules, sorted by id.
 
-    Raises:
-        UnknownName: A rule id does not exist; the message has a suggestion.
-
     Example:
         >>> import rosorin_compile
         >>> rosorin_compile.explain_rules(["axis-zero"]).rules[0].help
         'Name one, such as `[0, 0, 1]`.'
-
     """
     diagnostics = (*plugged().diagnostics, *plugged_diagnostics())
     known = {**OF_PLUGINS, **(find(ids) if ids else every_rule())}
@@ -698,14 +655,10 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
 def schema(name: str = "authoring") -> dict[str, Any]:
     """Return a JSON Schema by its name in ``rosorin-compile schema --list``; by default that for editors.
 
-    Raises:
-        UnknownName: The schema does not exist; the message has a suggestion.
-
     Example:
         >>> import rosorin_compile
         >>> rosorin_compile.schema("robot_model")["type"]
         'object'
-
     """
     if name not in (known := schema_names()):
         raise UnknownName(f'there is no schema "{name}"; {did_you_mean(name, known)}')
@@ -715,8 +668,8 @@ def schema(name: str = "authoring") -> dict[str, Any]:
 
 def simulate(
     robot: FilePath | Request,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     base: str | None = None,
     seconds: float = 2.0,
@@ -726,113 +679,73 @@ def simulate(
 ) -> Simulated:
     """Simulate a robot in MuJoCo: at rest, in its poses, driving, and along the ranges of its joints.
 
+    Each result beyond a limit is among the ``diagnostics``. Without ``poses`` the robot could not be simulated.
+
     Args:
-        robot: As in ``compile``, or a file in another format.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         base: ``fixed`` to the world, or ``free`` on a floor; by default a robot with a drive is free.
         seconds: How long each pose is held, 0.5 to 600 s.
         limits: Limits by name, as in ``simulate --limit``, in m, rad, m/s and rad/s.
         timing: Measure the speed of the simulation, which differs between runs.
-        trust: As in ``compile``.
-
-    Returns:
-        The behaviour; each result beyond a limit is among its ``diagnostics``. Without ``poses`` the robot could not be
-        simulated.
-
-    Raises:
-        RequestError: A value is invalid, or MuJoCo is not installed.
 
     Example:
-        >>> import rosorin_compile  # doctest: +SKIP
-        >>> result = rosorin_compile.simulate("rosorin", limits={"hold": 0.02})  # doctest: +SKIP
+        >>> result = simulate("rosorin", limits={"hold": 0.02})  # doctest: +SKIP
         >>> result.poses[0].worst  # doctest: +SKIP
-
     """
-    from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate_robot
+    from rosorin_compile.mujoco.simulate.simulation import simulate_robot
 
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    if request is None:
-        return Simulated(str(robot), diagnostics=tuple(wrong))
+    request = Request.of(robot, arguments, packages, trust=trust)
     return simulate_robot(request, base=base, seconds=seconds, limits=limits, timing=timing)
 
 
 def check_physics(
-    robot: FilePath | Request,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
-    *,
-    trust: bool = False,
+    robot: FilePath | Request, arguments: Values = None, packages: Packages = None, *, trust: bool = False
 ) -> CheckedPhysics:
     """Find links that collide at rest or while joints move, and masses that do not fit the meshes, with MuJoCo.
 
-    Args:
-        robot: As in ``simulate``.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
-        trust: As in ``compile``.
-
-    Raises:
-        RequestError: MuJoCo or a library for meshes is not installed.
-
     Example:
-        >>> import rosorin_compile  # doctest: +SKIP
-        >>> result = rosorin_compile.check_physics("rosorin")  # doctest: +SKIP
+        >>> result = check_physics("rosorin")  # doctest: +SKIP
         >>> result.fine, [one.message for one in result.diagnostics]  # doctest: +SKIP
-
     """
-    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
     from rosorin_compile.mujoco.physics.checking import check_robot
 
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    return CheckedPhysics.of(str(robot), "", None, wrong) if request is None else check_robot(request)
+    return check_robot(Request.of(robot, arguments, packages, trust=trust))
 
 
 def collisions(
     robot: FilePath | Request,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     output: FilePath | None = None,
     force: bool = False,
     trust: bool = False,
 ) -> CollisionMatrix:
-    """Compute the pairs of links that MoveIt does not need to check, and write them to a file.
+    """Compute the pairs of links that MoveIt does not need to check, with distances in m, and write them to a file.
 
     Args:
-        robot: As in ``simulate``.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         output: The file; by default ``collisions.yaml`` next to the description, which includes it.
         force: Compute the pairs again, even if the file is up to date.
-        trust: As in ``compile``.
-
-    Returns:
-        The pairs, with distances in m.
-
-    Raises:
-        RequestError: MuJoCo or a library for meshes is not installed, or ``output`` is not a regular file.
 
     Example:
-        >>> import rosorin_compile  # doctest: +SKIP
-        >>> result = rosorin_compile.collisions("rosorin", output="collisions.yaml")  # doctest: +SKIP
+        >>> result = collisions("rosorin", output="collisions.yaml")  # doctest: +SKIP
         >>> [pair.links for pair in result.pairs if pair.reason == "Never"]  # doctest: +SKIP
-
     """
-    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix, compute_matrix
+    from rosorin_compile.mujoco.collisions.matrix import compute_matrix
     from rosorin_compile.ros.srdf.planning import planning_of
 
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    if request is None:
-        return CollisionMatrix(str(robot), "", diagnostics=tuple(wrong))
-    return compute_matrix(request, planning_of, output=None if output is None else Path(output), force=force)
+    request = Request.of(robot, arguments, packages, trust=trust)
+    return compute_matrix(request, planning_of, output=_path(output), force=force)
+
+
+def _path(path: FilePath | None) -> Path | None:
+    return None if path is None else Path(path)
 
 
 def verify(
     robot: FilePath | Request,
     source: FilePath,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     modes: Mapping[str, bool] | None = None,
     without: Sequence[str] = (),
@@ -845,14 +758,11 @@ def verify(
     prefix: str = "",
     trust: bool = False,
 ) -> Verified:
-    """Compare a recording of the running robot with its description.
+    """Compare a recording of the running robot with its description; ``findings`` are what is not as described.
 
     Args:
-        robot: As in ``simulate``.
         source: A rosbag2 folder, a .mcap or .db3 file, a file with the output of ``tf2_echo`` or ``view_frames``, or
             ``-`` for such text on standard input.
-        arguments: As in ``compile``.
-        packages: As in ``compile``.
         modes: Modes that were on or off; the others are detected.
         without: Nodes that were not running.
         pose: The named pose of the joints while ``tf2_echo`` ran.
@@ -862,22 +772,11 @@ def verify(
         stale: The maximum age of a transform in s.
         namespace: The namespace of the topics, such as ``robot1``.
         prefix: The prefix of the recorded frames, such as ``robot1/``.
-        trust: As in ``compile``.
-
-    Returns:
-        The comparison; its ``findings`` are what is not as described.
-
-    Raises:
-        RequestError: The robot has no such mode, node or pose, a time is invalid, or numpy is not installed.
 
     Example:
-        >>> import rosorin_compile  # doctest: +SKIP
-        >>> result = rosorin_compile.verify("rosorin", "recordings/drive")  # doctest: +SKIP
+        >>> result = verify("rosorin", "recordings/drive")  # doctest: +SKIP
         >>> result.as_described, [finding.message for finding in result.findings]  # doctest: +SKIP
-
     """
-    from rosorin_compile.recordings.answers import Verified
-
     try:
         from rosorin_compile.recordings.verification import verify_recording
     except ModuleNotFoundError as problem:
@@ -885,11 +784,8 @@ def verify(
             raise
         needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
         raise MissingPackages(f"{needs}: {pip_install('verify')}") from None
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    if request is None:
-        return Verified(str(robot), os.fsdecode(source), diagnostics=tuple(wrong))
     return verify_recording(
-        request,
+        Request.of(robot, arguments, packages, trust=trust),
         os.fsdecode(source),
         modes=modes or {},
         without=without,
@@ -906,8 +802,8 @@ def verify(
 def sweep(
     robot: FilePath | Request,
     variants: FilePath | Mapping[str, Any] | Iterable[Any],
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     client: Client | None = None,
     *,
     trust: bool = False,
@@ -915,13 +811,10 @@ def sweep(
     """Compile a description with the arguments of each variant; nothing is written.
 
     Args:
-        robot: As in ``compile``.
         variants: A CSV or YAML file or a folder as in ``sweep --over``, arguments by name, or an iterable of pairs of a
             name and arguments or of tables with ``name`` among the arguments.
         arguments: Arguments of all variants, which those of a variant override.
-        packages: As in ``compile``.
         client: A ``distributed.Client`` on whose cluster the variants are compiled.
-        trust: As in ``compile``.
 
     Yields:
         A ``Compiled`` for each variant, in order; errors in the list itself are one ``Compiled`` without a variant.
@@ -936,13 +829,12 @@ def sweep(
         ...     print(compiled.variant.name, compiled.robot)
         low <Robot unitree_a1: 23 links, 22 joints (12 that move), 5 sensors>
         wrong None
-
     """
     from rosorin_compile.variants.library import compile_variants
 
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    if request is None:
-        yield Compiled(None, (), wrong, ())
+    request = Request.of(robot, arguments, packages, trust=trust)
+    if request.problems:
+        yield request.compile()
     else:
         yield from compile_variants(request, variants, client)
 
@@ -951,36 +843,29 @@ def write_sweep(
     robot: FilePath | Request,
     variants: FilePath,
     folder: FilePath,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     jobs: int | None = None,
     whole: str = "",
     dask: str = "",
     prune: bool = False,
-    report: Callable[[Diagnostic], None] | None = None,
+    report: Warn = None,
     trust: bool = False,
 ) -> WrittenVariants:
     r"""Compile a description with the arguments of each variant, and write each variant to a separate folder.
 
+    The result has the number of variants by their status. Variants that are up to date are not compiled again.
+
     Args:
-        robot: As in ``compile``.
         variants: A CSV or YAML file, or a folder with a file of arguments for each variant.
         folder: The folder that gets a folder for each variant, and ``sweep.json``.
         arguments: Arguments of all variants, which those of a variant override.
-        packages: As in ``compile``.
         jobs: The number of processes; by default one per core.
         whole: The argument that takes each file of the folder ``variants``.
         dask: The address of a Dask scheduler.
         prune: Remove variants that are not in the list any more.
         report: Receives each diagnostic as soon as it is known.
-        trust: As in ``compile``.
-
-    Returns:
-        The number of variants by their status. Variants that are up to date are not compiled again.
-
-    Raises:
-        RequestError: An argument is invalid.
 
     Example:
         >>> import rosorin_compile, tempfile
@@ -989,47 +874,21 @@ def write_sweep(
         >>> result = rosorin_compile.write_sweep("examples/unitree_a1", file.name, tempfile.mkdtemp(), jobs=1)
         >>> result.made, result.error, result.complete
         (1, 0, True)
-
     """
     from rosorin_compile.variants.writing import WrittenVariants, write_variants
 
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    if request is None:
-        return WrittenVariants(str(robot), os.fsdecode(folder), diagnostics=tuple(wrong))
+    request = Request.of(robot, arguments, packages, trust=trust)
+    if request.problems:
+        return WrittenVariants(str(robot), os.fsdecode(folder), diagnostics=request.problems)
     over, output = Path(os.fsdecode(variants)), Path(os.fsdecode(folder))
     return write_variants(request, over, output, jobs=jobs, whole=whole, dask=dask, prune=prune, report=report)
-
-
-def _case(
-    robot: FilePath | Request, arguments: Mapping[str, Any] | None, packages: Packages | None, trust: bool
-) -> tuple[Case | None, tuple[Diagnostic, ...], Request | None]:
-    """Return a robot with its positions in YAML, and the errors of one that has some; warnings about executed code."""
-    request, wrong = Request.of(robot, arguments, packages, None, trust)
-    if request is None:
-        return None, tuple(wrong), None
-    found = request.understand()
-    case = found.case
-    shown = diff_inputs.EXECUTED if case is not None and not trust else ()
-    kept = (one for one in found.diagnostics if one.rule in shown or (case is None and one.severity == ERROR))
-    return case, tuple(kept), request
-
-
-def _beyond(case: Case, states: Iterable[Mapping[str, Any]], strict: bool = False) -> list[Diagnostic]:
-    """Return a diagnostic for each joint and side of its limits that positions exceed."""
-    found: dict[tuple[str, str], Diagnostic] = {}
-    for state in states:
-        for one in joint_states.beyond(case.robot, state):
-            key = (one.joint.name, one.side)
-            if key not in found:
-                found[key] = joint_states.beyond_limit(case, one, ERROR if strict else WARNING)
-    return list(found.values())
 
 
 def import_robot(
     source: FilePath,
     into: FilePath | None = None,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     output: FilePath | None = None,
     name: str | None = None,
@@ -1043,19 +902,18 @@ def import_robot(
     force: bool = False,
     keep_edits: bool = False,
     trust: bool = False,
-    warn: Callable[[Diagnostic], None] | None = None,
+    warn: Warn = None,
 ) -> ImportResult:
     """Convert a URDF, xacro, SDF or MJCF file to a description, and write it unless an error is found.
 
     The description is compiled and compared with the source before it is written. If the folder has the description of
-    an earlier import of the same source, the changes of both are merged.
+    an earlier import of the same source, the changes of both are merged. Nothing was written if ``diagnostics`` of the
+    result has errors and ``written`` is empty.
 
     Args:
         source: The file of the robot.
         into: The folder of the ROS package that contains ``source``. The description is written to its
             ``descriptions/``, with a test that compares both.
-        arguments: The arguments of a xacro file: texts, numbers (SI units) or truth values by name.
-        packages: Folders of ROS packages by name.
         output: The folder of the description without ``into``; by default ``descriptions/ROBOT``.
         name: The name of the robot; by default that of ``source``.
         meshes: The prefix of relative mesh names: a folder relative to the artifacts, or ``package://NAME``.
@@ -1067,32 +925,22 @@ def import_robot(
         flat: Import the URDF that a xacro generates, without its macros.
         force: Write to a folder that is not empty.
         keep_edits: If both the source and the description changed the same lines, keep those of the description.
-        trust: Run the Python code of a xacro without a warning.
-        warn: Receives that warning before the code is run; without it the warning is the first of the diagnostics.
-
-    Returns:
-        The result; nothing was written if ``diagnostics`` has errors and ``written`` is empty.
-
-    Raises:
-        RequestError: ``source`` is not a file, the folder is in use, or options do not fit each other.
 
     Example:
         >>> result = import_robot("robot.urdf")  # doctest: +SKIP
         >>> result.folder  # doctest: +SKIP
         'descriptions/robot'
-
     """
     from rosorin_compile.importing import import_robot as importing
 
-    given = asked.ask(source, arguments, packages)
-    texts, wrong = asked.as_texts(given.arguments)
-    if given.diagnostics or wrong:
-        return importing.ImportResult(str(source), diagnostics=(*given.diagnostics, *wrong))
+    reading, wrong = _read_options(arguments, packages, trust, warn)
+    if wrong:
+        return importing.ImportResult(str(source), diagnostics=tuple(wrong))
     options = importing.ImportOptions(
-        into=None if into is None else Path(into),
-        arguments=texts,
-        packages=given.packages,
-        output=None if output is None else Path(output),
+        into=_path(into),
+        arguments=dict(reading.arguments),
+        packages=dict(reading.packages),
+        output=_path(output),
         name=name,
         meshes=meshes,
         companions={format: Path(file) for format, file in (companions or {}).items()},
@@ -1110,23 +958,18 @@ def import_robot(
 
 
 def _read_options(
-    arguments: Mapping[str, Any] | None,
-    packages: Mapping[str, FilePath] | None,
-    trust: bool,
-    warn: Callable[[Diagnostic], None] | None,
-    lenient: bool = False,
+    arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
-    """Return how a robot in another format is read, and what is wrong with the arguments and packages."""
-    given = asked.ask("", arguments, packages)
-    texts, wrong = asked.as_texts(given.arguments)
-    options = ReadOptions(texts, given.packages, lenient, tell=warn, trust=trust)
-    return options, [*given.diagnostics, *wrong]
+    """Return how a robot in another format is read, and the errors in the arguments and packages."""
+    found = asked.ask("", arguments, packages)
+    texts, wrong = asked.as_texts(found.arguments)
+    return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 
 def extract_boxes(
     sources: Sequence[str],
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     links: Sequence[str] = (),
     section: str = "auto",
@@ -1138,14 +981,15 @@ def extract_boxes(
     output: FilePath | None = None,
     force: bool = False,
     trust: bool = False,
-    warn: Callable[[Diagnostic], None] | None = None,
+    warn: Warn = None,
 ) -> ExtractedBoxes:
     """Fit boxes, cylinders, capsules and stacks of boxes to meshes.
 
+    ``parts`` of the result has for each part the shapes of every kind with their fit (metres, cubic metres, radians),
+    ``text`` the section ``links`` of a description with one of them, and ``report`` a table.
+
     Args:
         sources: Mesh files, or one robot: a description, URDF, xacro, SDF or MJCF.
-        arguments: The arguments of the robot, by name.
-        packages: Folders of ROS packages by name.
         links: The links of the robot to use; by default all that have meshes.
         section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
         scale: The factors of mesh files along x, y and z, such as 0.001 for millimetres.
@@ -1153,23 +997,11 @@ def extract_boxes(
         stack: The number of boxes in a stack, 1 to 100.
         axis: The axis of the stack: x, y, z or auto.
         digits: Decimals of lengths in metres, 0 to 9.
-        output: A file to write ``text`` to.
-        force: Replace a file that this function did not write.
-        trust: Run the Python code of a xacro without a warning.
-        warn: Receives that warning before the code is run.
-
-    Returns:
-        ``parts`` has for each part the shapes of every kind with their fit (metres, cubic metres, radians), ``text``
-        the section ``links`` of a description with one of them, and ``report`` a table.
-
-    Raises:
-        RequestError: A file, robot or link does not exist, or an option is out of range.
 
     Example:
         >>> result = extract_boxes(["gripper.stl"], shape="capsule")  # doctest: +SKIP
         >>> result.parts["gripper"]["smallest"]  # doctest: +SKIP
         'capsule'
-
     """
     from rosorin_compile.importing.extract import extract as extracting
 
@@ -1178,14 +1010,13 @@ def extract_boxes(
         return extracting.ExtractedBoxes(diagnostics=tuple(wrong))
     x, y, z = scale
     source = extracting.MeshSource(sources, reading, links, section, (x, y, z))
-    file = None if output is None else Path(output)
-    return extracting.extract_boxes(source, shape, stack, axis, digits, file, force)
+    return extracting.extract_boxes(source, shape, stack, axis, digits, _path(output), force)
 
 
 def extract_height_map(
     sources: Sequence[str],
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     link: str | None = None,
     section: str = "auto",
@@ -1209,17 +1040,18 @@ def extract_height_map(
     output: FilePath | None = None,
     force: bool = False,
     trust: bool = False,
-    warn: Callable[[Diagnostic], None] | None = None,
+    warn: Warn = None,
 ) -> ExtractedHeightMap:
     """Compute the top surface of meshes as heights on a grid.
 
+    ``height_map`` of the result is None with errors in ``diagnostics``; ``text`` is the section ``links`` of a
+    description with the map.
+
     Args:
         sources: Mesh files, or one robot with ``link``.
-        arguments: The arguments of the robot, by name.
-        packages: Folders of ROS packages by name.
         link: The link of the robot whose meshes are used.
-        section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
-        scale: The factors of mesh files along x, y and z.
+        section: As in ``extract_boxes``.
+        scale: As in ``extract_boxes``.
         frame: The link whose frame the height map uses; by default ``link``.
         xyz: The position of the mesh in the frame, in metres.
         rpy: The orientation of the mesh in the frame: roll, pitch, yaw in radians.
@@ -1236,52 +1068,31 @@ def extract_height_map(
         into: A file of a description whose height map is replaced, on the same grid.
         status: The status of the source in the description: calculated, measured or factory.
         note: The note of the source in the description; by default the names of the meshes.
-        output: A file to write ``text`` to.
-        force: Replace a file that this function did not write.
-        trust: Run the Python code of a xacro without a warning.
-        warn: Receives that warning before the code is run.
-
-    Returns:
-        ``height_map`` is the map, or None with errors in ``diagnostics``; ``text`` is the section ``links`` of a
-        description with it.
-
-    Raises:
-        RequestError: A file, robot or link does not exist, or options are out of range or do not fit each other.
 
     Example:
         >>> result = extract_height_map(["chassis.stl"], cell=0.02)  # doctest: +SKIP
         >>> result.height_map.cell  # doctest: +SKIP
         0.02
-
     """
     from rosorin_compile.importing.extract import extract as extracting
 
     reading, wrong = _read_options(arguments, packages, trust, warn)
     if wrong:
         return extracting.ExtractedHeightMap(diagnostics=tuple(wrong))
+    (x, y, z), (roll, pitch, yaw) = xyz, rpy
+    pose = Pose((x, y, z), (roll, pitch, yaw))
     x, y, z = scale
     source = extracting.MeshSource(sources, reading, [link] if link is not None else (), section, (x, y, z))
     grid = extracting.GridOptions(cell, origin, cells, size, spacing, exact, below, map_digits, step)
-    (x, y, z), (roll, pitch, yaw) = xyz, rpy
-    return extracting.extract_height_map(
-        source,
-        grid,
-        frame,
-        Pose((x, y, z), (roll, pitch, yaw)),
-        bottom,
-        None if into is None else Path(into),
-        status,
-        note,
-        None if output is None else Path(output),
-        force,
-    )
+    paths = _path(into), _path(output)
+    return extracting.extract_height_map(source, grid, frame, pose, bottom, paths[0], status, note, paths[1], force)
 
 
 def extract_factory(
     package: FilePath,
     output: FilePath,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     robot: str | None = None,
     height_map_link: str | None = None,
@@ -1298,42 +1109,22 @@ def extract_factory(
     step: float | None = None,
     lenient: bool = False,
     trust: bool = False,
-    warn: Callable[[Diagnostic], None] | None = None,
+    warn: Warn = None,
 ) -> ExtractedFactory:
     """Write the joints, a box for each link and a height map of a ROS description package to a folder.
 
+    The options that are not listed here are those of ``extract_height_map``.
+
     Args:
         package: The folder of the package.
-        output: The folder to write.
-        arguments: The arguments of its xacro, by name.
-        packages: Folders of other ROS packages by name.
         robot: The robot file in the package; by default the only one.
         height_map_link: The link whose meshes are used for a height map. Default: no height map.
         frame: The link whose frame the height map uses; by default ``height_map_link``.
-        section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
-        cell: As in ``extract_height_map``.
-        origin: As in ``extract_height_map``.
-        cells: As in ``extract_height_map``.
-        size: As in ``extract_height_map``.
-        spacing: As in ``extract_height_map``.
-        exact: As in ``extract_height_map``.
-        below: As in ``extract_height_map``.
-        map_digits: As in ``extract_height_map``.
-        step: As in ``extract_height_map``.
         lenient: Accept violations of the specification where possible.
-        trust: Run the Python code of a xacro without a warning.
-        warn: Receives that warning before the code is run.
-
-    Returns:
-        The names of the joints and of the links with a box, and the files that were written.
-
-    Raises:
-        RequestError: The package, the robot file or a link does not exist, or an option is out of range.
 
     Example:
         >>> extract_factory("nano_description", "factory").joints  # doctest: +SKIP
         ('wheel_left_joint', 'wheel_right_joint')
-
     """
     from rosorin_compile.importing.extract import extract as extracting
 
@@ -1341,16 +1132,15 @@ def extract_factory(
     if wrong:
         return extracting.ExtractedFactory(diagnostics=tuple(wrong))
     grid = extracting.GridOptions(cell, origin, cells, size, spacing, exact, below, map_digits, step)
-    return extracting.extract_factory(
-        Path(package), Path(output), reading, grid, robot, height_map_link, frame, section
-    )
+    folder, target = Path(package), Path(output)
+    return extracting.extract_factory(folder, target, reading, grid, robot, height_map_link, frame, section)
 
 
 def package(
     robot: FilePath | Request,
     folder: FilePath,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     name: str | None = None,
     build_type: str | None = None,
@@ -1367,17 +1157,15 @@ def package(
 ) -> WrittenPackage:
     """Write a ROS 2 package with the artifacts of a robot, unless an error is found.
 
-    A package that this function wrote before keeps the options that are None.
+    A package that this function wrote before keeps the options that are None. With an error ``package`` of the result
+    is empty.
 
     Args:
-        robot: The first file of a description, its folder, or its name in ``descriptions/``.
         folder: The folder of the package.
-        arguments: The arguments of the description, by name.
-        packages: Folders of ROS packages by name.
         name: The name of the package; by default ``ROBOT_description``.
         build_type: ``"ament_cmake"``, the default, or ``"ament_python"``.
         version: The version, three numbers; by default ``"0.1.0"``.
-        maintainer: The maintainer, as ``"FilePath <mail@example.org>"``.
+        maintainer: The maintainer, as ``"Name <mail@example.org>"``.
         license: The license as an SPDX name.
         url: The website of the package.
         topics: Topics by sensor, for the RViz configuration.
@@ -1385,36 +1173,25 @@ def package(
         control: Add a launch file that starts the controller_manager and the controllers.
         moveit: Add a launch file that starts MoveIt.
         nav2: Add a launch file that starts Nav2 and robot_localization.
-        trust: Permit a xacro to run Python code without a warning.
-
-    Returns:
-        The files of the package; ``package`` is empty if an error kept it from being written.
-
-    Raises:
-        RequestError: An option is invalid, or the robot has no such sensor.
 
     Example:
         >>> package("rosorin", "rosorin_description", license="MIT").package  # doctest: +SKIP
         'rosorin_description'
-
     """
-    from rosorin_compile.ros.package import write as packaging
+    from rosorin_compile.ros.package.write import PackageOptions, write_package
 
-    request, wrong = Request.of(robot, arguments, packages, trust=trust)
-    if request is None:
-        return packaging.WrittenPackage("", os.fsdecode(folder), diagnostics=tuple(wrong))
     starts = {"control": control, "moveit": moveit, "nav2": nav2}
-    options = packaging.PackageOptions(
+    options = PackageOptions(
         name, build_type, version, maintainer, license, url, compile_at_launch, starts, topics or {}
     )
-    return packaging.write_package(request, Path(folder), options)
+    return write_package(Request.of(robot, arguments, packages, trust=trust), Path(folder), options)
 
 
 def deploy(
     robot: FilePath | Request,
     folder: FilePath,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     places: Mapping[str, str] | None = None,
     install: FilePath | None = None,
@@ -1424,45 +1201,30 @@ def deploy(
 ) -> Deployed:
     """Write the artifacts of a robot into a ROS 2 package or another folder that exists.
 
+    The result has the copies with their paths, and the changes as text; with an error its ``robot`` is empty.
+
     Args:
-        robot: The first file of a description, its folder, or its name in ``descriptions/``.
-        folder: The folder.
-        arguments: The arguments of the description, by name.
-        packages: Folders of ROS packages by name.
         places: The paths of outputs in the folder, or ``"none"``; they are stored there.
         install: The install space that is checked for older copies; by default the one of the workspace.
         dry_run: Write nothing.
         full: List differences of texts in full in ``changes``.
-        trust: Permit a xacro to run Python code without a warning.
-
-    Returns:
-        The copies with their paths, and the changes as text; ``robot`` is empty if an error kept it from being
-        deployed.
-
-    Raises:
-        RequestError: The folder or output does not exist.
 
     Example:
         >>> result = deploy("rosorin", "ros_ws/src/rosorin_base", dry_run=True)  # doctest: +SKIP
         >>> [copy.file for copy in result.copies if not copy.same]  # doctest: +SKIP
         ['urdf/rosorin.urdf']
-
     """
-    from rosorin_compile.ros.package import deploy as deploying
+    from rosorin_compile.ros.package.deploy import deploy as write_copies
 
-    request, wrong = Request.of(robot, arguments, packages, trust=trust)
-    if request is None:
-        return deploying.Deployed("", os.fsdecode(folder), diagnostics=tuple(wrong))
-    return deploying.deploy(
-        request, Path(folder), places or {}, None if install is None else Path(install), dry_run, full
-    )
+    request = Request.of(robot, arguments, packages, trust=trust)
+    return write_copies(request, Path(folder), places or {}, _path(install), dry_run, full)
 
 
 def check_deployed(
     robot: FilePath | Request,
     folder: FilePath,
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     full: bool = False,
     trust: bool = False,
@@ -1470,34 +1232,22 @@ def check_deployed(
     """Compare the artifacts of a robot with the copies in a package, an install space or another folder.
 
     Args:
-        robot: The first file of a description, its folder, or its name in ``descriptions/``.
-        folder: The folder.
-        arguments: The arguments of the description, by name.
-        packages: Folders of ROS packages by name.
         full: List differences of texts in full in ``lines``.
-        trust: Permit a xacro to run Python code without a warning.
-
-    Returns:
-        The names of the copies that are as compiled, and of those that differ, with the differences as text.
 
     Example:
         >>> check_deployed("rosorin", "ros_ws/src/rosorin_base").differing  # doctest: +SKIP
         ()
-
     """
-    from rosorin_compile.ros.package import checking as copies
+    from rosorin_compile.ros.package.checking import check_deployed as check_copies
 
-    request, wrong = Request.of(robot, arguments, packages, trust=trust)
-    if request is None:
-        return copies.CheckedCopies(diagnostics=tuple(wrong))
-    return copies.check_deployed(request, Path(folder), full)
+    return check_copies(Request.of(robot, arguments, packages, trust=trust), Path(folder), full)
 
 
 def check_parameters(
     robot: FilePath | Request,
     files: Sequence[FilePath],
-    arguments: Mapping[str, Any] | None = None,
-    packages: Packages | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     controllers: Sequence[FilePath] = (),
     launch: Sequence[FilePath] = (),
@@ -1509,35 +1259,20 @@ def check_parameters(
     """Check parameter files of ROS nodes against a robot: frames, publishers, controllers and odometry topics.
 
     Args:
-        robot: A description, or a robot in another format.
         files: The parameter files.
-        arguments: The arguments of the robot, by name.
-        packages: Folders of ROS packages by name.
         controllers: Parameter files of a controller_manager.
         launch: Launch files to read remappings from.
         remaps: Further remappings, as ``"NODE:FROM:=TO"``.
         namespace: The namespace of the nodes.
         distribution: The ROS 2 distribution; by default that of the outputs of the robot, if they agree.
-        trust: Permit a xacro to run Python code without a warning.
-
-    Returns:
-        The diagnostics, with the number of frames that were judged.
-
-    Raises:
-        RequestError: A file does not exist, or a remapping is invalid.
 
     Example:
         >>> result = check_parameters("rosorin", ["ekf.yaml"])  # doctest: +SKIP
         >>> [one.rule for one in result.diagnostics]  # doctest: +SKIP
         ['parameters-frame']
-
     """
-    from rosorin_compile.ros.check_parameters import checking as parameter_files
+    from rosorin_compile.ros.check_parameters import checking
 
-    request, wrong = Request.of(robot, arguments, packages, trust=trust)
-    if request is None:
-        return parameter_files.CheckedParameters(diagnostics=tuple(wrong))
-    paths, own, launched = ([Path(file) for file in some] for some in (files, controllers, launch))
-    return parameter_files.check_parameters(
-        request, parameter_files.ParameterFiles(paths, own, launched, remaps, namespace, distribution or "")
-    )
+    nodes, managers, launches = ([Path(file) for file in paths] for paths in (files, controllers, launch))
+    selected = checking.ParameterFiles(nodes, managers, launches, remaps, namespace, distribution or "")
+    return checking.check_parameters(Request.of(robot, arguments, packages, trust=trust), selected)

@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.compare.difference import Difference, Item
+from rosorin_compile.formats.compiled import Compiled, Reading, Variant
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import Argument
 from rosorin_compile.language.explain.explanation import Answer, Explanation
 from rosorin_compile.language.explain.text import lines
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.output.new_robot import NewRobot
-from rosorin_compile.output.pipeline import Compiled, Reading, Variant
 from rosorin_compile.rules.pulses import JointPulse, Servos
 from rosorin_compile.rules.transform import FrameTransform, TransformPublisher, TransformStep
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, has_errors
@@ -27,51 +26,23 @@ from rosorin_compile.viewer.page.write import Page
 from rosorin_compile.viewer.picture.draw import Picture
 
 if TYPE_CHECKING:
+    from rosorin_compile.compare.check_outputs import Committed
+    from rosorin_compile.importing.new_robot import NewRobot
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.answers import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
-    from rosorin_compile.output.check_outputs import Committed
     from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 
+# fmt: off
 __all__ = [
-    "Argument",
-    "Arguments",
-    "Artifact",
-    "Checked",
-    "CheckedPhysics",
-    "CollisionMatrix",
-    "Compiled",
-    "Diagnostic",
-    "Difference",
-    "Explained",
-    "FrameEdge",
-    "FrameSituation",
-    "FrameTransform",
-    "Frames",
-    "Item",
-    "JointPulse",
-    "ModelComparison",
-    "NewRobot",
-    "Outputs",
-    "Page",
-    "Picture",
-    "Pulses",
-    "Reading",
-    "RequestError",
-    "Robot",
-    "Rules",
-    "Servos",
-    "Simulated",
-    "TransformPublisher",
-    "TransformStep",
-    "Transforms",
-    "UnknownName",
-    "Variant",
-    "Verified",
-    "Written",
-    "WrittenVariants",
+    "Argument", "Arguments", "Artifact", "Checked", "CheckedPhysics", "CollisionMatrix", "Compiled", "Diagnostic",
+    "Difference", "Explained", "FrameEdge", "FrameSituation", "FrameTransform", "Frames", "Item", "JointPulse",
+    "ModelComparison", "NewRobot", "Outputs", "Page", "Picture", "Pulses", "Reading", "RequestError", "Robot",
+    "Rules", "Servos", "Simulated", "TransformPublisher", "TransformStep", "Transforms", "UnknownName", "Variant",
+    "Verified", "Written", "WrittenVariants",
 ]
+# fmt: on
 
 
 @dataclass(frozen=True)
@@ -197,12 +168,13 @@ def __getattr__(name: str) -> object:
     """Return a result of a large feature, which is imported at this moment."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from rosorin_compile.importing.new_robot import NewRobot
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.answers import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 
-    for kind in (CheckedPhysics, CollisionMatrix, Simulated, Verified, WrittenVariants):
+    for kind in (CheckedPhysics, CollisionMatrix, NewRobot, Simulated, Verified, WrittenVariants):
         globals()[kind.__name__] = kind
     return globals()[name]

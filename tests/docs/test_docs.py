@@ -28,7 +28,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.source.report import text as report

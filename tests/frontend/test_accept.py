@@ -9,8 +9,8 @@ import pinocchio
 import pytest
 
 from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.mesh_files import Places, search
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source.diagnostics import NOTE, has_errors
 from support.robots import compiled_text
 

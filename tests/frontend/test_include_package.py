@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.source.report import text
 
 WHEELS = """\

@@ -18,8 +18,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.language.expand.prefixing import _Renamer
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source.diagnostics import ERROR, WARNING
 from rosorin_compile.source.installing import pip_install
 from support.commands import write_files

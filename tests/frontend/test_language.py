@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.language.expression import ExpressionError, evaluate, names_in
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import LoadError, parse_yaml, plain_scalar
 from rosorin_compile.source.numbers import exact, fixed, six

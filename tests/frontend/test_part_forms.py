@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.output.pipeline import Compiled
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.source.report import text as report
 from support.robots import compiled_text
 

@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing import round_trip
-from rosorin_compile.output.pipeline import compile_robot
 from support.paths import IMPORTED, ROOT
 
 pytestmark = pytest.mark.slow

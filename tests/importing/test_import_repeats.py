@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing import round_trip
@@ -16,7 +17,6 @@ from rosorin_compile.importing.repeats.forms import Form, flat, mirrored, nodes_
 from rosorin_compile.importing.repeats.names import split
 from rosorin_compile.importing.round_trip import RoundTrip, check_round_trip
 from rosorin_compile.language.expand import expand
-from rosorin_compile.output.pipeline import Compiled, compile_robot
 from support.paths import ROOT
 from support.robots import compiled
 from support.unrounded import compile_unrounded

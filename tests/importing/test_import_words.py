@@ -18,12 +18,12 @@ from xml.etree import ElementTree
 import pytest
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.importing.words import worded
 from rosorin_compile.importing.words.report import told_words
-from rosorin_compile.output.pipeline import compile_robot
 from support.paths import ROOT
 from support.unrounded import compile_unrounded
 

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given, settings
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import file_name as safe
 from rosorin_compile.formats.reading import outputs_of, read_robot
 from rosorin_compile.importing.description import named, write
 from rosorin_compile.importing.layout import ROTATING
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.language.expand import expand
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source.report import text as report
 from rosorin_compile.source.tree import Map, Seq
 from support.engines import Pinocchio, Yourdfpy

@@ -16,7 +16,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.model.mesh_triangles import load_mesh
 from rosorin_compile.mujoco.physics import checking
 from rosorin_compile.mujoco.physics.scene import winding
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check

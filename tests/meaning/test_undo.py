@@ -9,8 +9,8 @@ import pytest
 
 from rosorin_compile.compare.committed import compare, undo_all
 from rosorin_compile.compare.moves import moves
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
-from rosorin_compile.output.pipeline import Compiled
 from support.moving import random_state
 from support.robots import compiled, compiled_text, copy_of_rosorin, sound
 

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
+from rosorin_compile.formats.compiled import compile_robot  # noqa: E402
 from rosorin_compile.model import Box, Capsule, Cylinder, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere  # noqa: E402
 from rosorin_compile.model.mass import inertial_of  # noqa: E402
 from rosorin_compile.model.shape import volume_of  # noqa: E402
-from rosorin_compile.output.pipeline import compile_robot  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import written  # noqa: E402
 

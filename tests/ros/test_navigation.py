@@ -21,7 +21,7 @@ from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.ros.check_parameters import checking, files, nodes
 from rosorin_compile.ros.navigation import FILTER, frames_of, kind_of
 from rosorin_compile.ros.parameters.files import nodes_of

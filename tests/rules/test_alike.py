@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from rosorin_compile.formats.load_robot import understand
 from rosorin_compile.model import Joint, Link, Robot
-from rosorin_compile.output.pipeline import understand
 from rosorin_compile.rules import shared_values
 from rosorin_compile.source.diagnostics import Diagnostic, error
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from support.paths import BAD
 
 
@@ -19,7 +19,7 @@ from support.paths import BAD
 )
 def test_an_output_that_is_wanted_is_judged_and_no_other(case: str, output: str) -> None:
     def told(*wanted: str) -> bool:
-        return case in {one.rule for one in compile_robot(BAD / f"{case}.yaml", wanted=wanted).diagnostics}
+        return case in {one.rule for one in compile_robot(BAD / f"{case}.yaml", requested=wanted).diagnostics}
 
     assert told()
     assert told(output)

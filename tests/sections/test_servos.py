@@ -8,9 +8,9 @@ import pytest
 
 from rosorin_compile.compare.change import Change
 from rosorin_compile.compare.sentences import Row
+from rosorin_compile.formats.load_robot import understand
 from rosorin_compile.language.explain.answer import explain
 from rosorin_compile.language.explain.explanation import Explanation
-from rosorin_compile.output.pipeline import understand
 from rosorin_compile.viewer.changed import change_data
 
 TWO = """\
@@ -28,7 +28,7 @@ PROJECT = {"descriptions/arm/robot.yaml": TWO}
 
 @pytest.mark.usefixtures("project")
 def test_explain_shows_the_numbers_of_the_entries_that_name_a_joint() -> None:
-    expanded, lowered, _, _ = understand(Path("descriptions/arm/robot.yaml"), {})
+    expanded, lowered, *_ = understand(Path("descriptions/arm/robot.yaml"), {})
     assert lowered is not None
     (upper, tool) = explain(expanded, lowered, {}, ("upper", "tool"))
     assert isinstance(upper, Explanation)
@@ -50,7 +50,7 @@ def test_explain_shows_the_numbers_of_the_entries_that_name_a_joint() -> None:
 
 @pytest.mark.usefixtures("project")
 def test_a_page_shows_a_change_of_servos_at_their_first_joint() -> None:
-    _, lowered, _, _ = understand(Path("descriptions/arm/robot.yaml"), {})
+    _, lowered, *_ = understand(Path("descriptions/arm/robot.yaml"), {})
     assert lowered is not None
     assert lowered.robot is not None
     change = Change("servo", "small", "zero", "zero 450 -> 451", "", Row("small", "zero", "450", "451"), ("model",))

@@ -29,5 +29,5 @@ def hold(answer: dict[str, Any]) -> None:
 def held_envelope(answer: answering.Answer) -> dict[str, object]:
     """Return an answer as it is printed, which is as its schema says."""
     made = _envelope(answer)
-    hold(json.loads(answering.document(made)))
+    hold(json.loads(json.dumps(made)))
     return made

@@ -14,8 +14,8 @@ from typing import Any
 from rosorin_compile.cli.main import main
 from rosorin_compile.compare.committed import Comparison, compare, lines
 from rosorin_compile.compare.proof import Proof
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
-from rosorin_compile.output.pipeline import Compiled
 from support.paths import DATA, ROSORIN
 from support.robots import compiled, copy_of_rosorin
 

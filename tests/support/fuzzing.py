@@ -21,7 +21,7 @@ from typing import Any
 
 import yaml
 
-from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors
 from rosorin_compile.source.report import FORMATS
 from support.paths import DATA

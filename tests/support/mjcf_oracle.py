@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import outputs_of
 from rosorin_compile.formats.templating import Templates
@@ -27,7 +28,6 @@ from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Sphere
 from rosorin_compile.mujoco.mjcf.links import NO_MASS
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import ROOT_FILE
 

@@ -13,10 +13,10 @@ import yaml
 
 from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Robot
-from rosorin_compile.output.pipeline import Compiled, compile_robot
 from rosorin_compile.rules.check import check
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Source, arrange, has_errors
 from rosorin_compile.source.load import parse_yaml

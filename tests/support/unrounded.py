@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile import Compiled
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 
 
 def compile_unrounded(

@@ -8,8 +8,8 @@ import click
 import pytest
 
 from rosorin_compile.cli.main import main, program
-from rosorin_compile.cli.registry import checks
-from support.commands import Shown, parse, write_files
+from rosorin_compile.cli.registry import commands
+from support.commands import Shown, write_files
 from support.paths import DATA
 
 CART = """\
@@ -32,12 +32,12 @@ def carts(home: Path, capsys: Shown) -> Path:
 def test_each_check_is_in_the_help(capsys: Shown) -> None:
     assert main(["check", "--help"]) == 0
     said = capsys.readouterr().out
-    for one in checks().values():
+    for one in commands("checks").values():
         assert f"\n  {one.name} " in said
         assert one.help.split()[0] in said
 
 
-@pytest.mark.parametrize("name", checks())
+@pytest.mark.parametrize("name", commands("checks"))
 def test_the_help_of_a_check(name: str, capsys: Shown) -> None:
     assert main(["check", name, "--help"]) == 0
     said = capsys.readouterr().out
@@ -95,32 +95,6 @@ def test_a_robot_that_is_called_as_a_check_is_reached_by_its_path(capsys: Shown)
 def test_a_slip_in_the_name_of_a_check_is_met_with_it(capsys: Shown) -> None:
     assert main(["check", "phisics"]) == 2
     assert '"phisics" is no check; did you mean "physics"?' in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("words", "robot", "files"),
-    [
-        ("p.yaml", [], ["p.yaml"]),
-        ("p.yaml q.yaml", [], ["p.yaml", "q.yaml"]),
-        ("cart p.yaml", ["cart"], ["p.yaml"]),
-        ("descriptions/cart p.yaml x:=1", ["descriptions/cart", "x:=1"], ["p.yaml"]),
-        ("descriptions/cart/robot.yaml p.yaml", ["descriptions/cart/robot.yaml"], ["p.yaml"]),
-        ("bot.yaml p.yaml", ["bot.yaml"], ["p.yaml"]),
-        ("bot.urdf p.yaml", ["bot.urdf"], ["p.yaml"]),
-        ("named_robot.yaml", [], ["named_robot.yaml"]),
-        ("cart --controllers p.yaml", ["cart"], []),
-        ("q.yaml --controllers p.yaml", [], ["q.yaml"]),
-    ],
-)
-def test_a_robot_is_told_from_a_parameter_file(words: str, robot: list[str], files: list[str], carts: Path) -> None:
-    from rosorin_compile.cli.check_parameters import _take_words
-
-    text = "a: {ros__parameters: {b: 1}}\n"
-    write_files(carts, {"p.yaml": text, "q.yaml": text, "named_robot.yaml": "robot:\n  ros__parameters: {b: 1}\n"})
-    write_files(carts, {"bot.yaml": CART.format(name="bot"), "bot.urdf": "<robot name='a'><link name='b'/></robot>"})
-    options = parse(["check", "parameters", *words.split()])
-    _take_words(options)
-    assert (options.words, options.parameters) == (robot, files)
 
 
 def test_parameters_of_the_only_robot_here(home: Path, capsys: Shown) -> None:

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli.check import _with
 from rosorin_compile.cli.main import main
 from rosorin_compile.language.arguments import Argument, combinations
 from rosorin_compile.source.diagnostics import Source, Span
@@ -110,20 +109,6 @@ def test_every_combination_comes_once_the_nearest_first(varied):
     defaults = found[0]
     near = [sum(a != b for a, b in zip(one, defaults, strict=True)) <= 1 for one in found]
     assert near == sorted(near, reverse=True)
-
-
-@given(CHOICES, st.data())
-@settings(max_examples=200, deadline=None)
-def test_words_that_name_no_other_combination(varied, data):
-    """Where values are named alone, they stand for the combinations that have the problem and no others."""
-    tried = list(combinations(varied))
-    where = data.draw(st.lists(st.sampled_from(tried), min_size=1, unique=True))
-    words = _with(varied, tried, where)
-    if "combination" in words:
-        return
-    named = dict(part.split("=") for part in words.removeprefix(" (with ").removesuffix(")").split(", ") if part)
-    values = {name: named.get(name, " or ".join(every)).split(" or ") for name, every in varied}
-    assert {one for one in tried if all(v in values[n] for (n, _), v in zip(varied, one, strict=True))} == set(where)
 
 
 def test_choices():

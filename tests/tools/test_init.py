@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.new_robot import TEMPLATES, check_name, start, texts_of
+from rosorin_compile.importing.new_robot import TEMPLATES, check_name, start, texts_of
 from rosorin_compile.source.diagnostics import RequestError
 from support.paths import COMPILER, PACKAGES, ROOT, SCHEMAS
 from support.robots import compiled, texts
@@ -314,7 +314,7 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
         "    if changes and str(arguments[0]).startswith('descriptions'):\n"
         "        left -= 1\n"
         "        if left < 0: os._exit(9)\n"
-        "from rosorin_compile.output.new_robot import start\n"
+        "from rosorin_compile.importing.new_robot import start\n"
         "from rosorin_compile.source import load\n"
         "sys.addaudithook(stop)\n"
         "start('bot', Path())\n"

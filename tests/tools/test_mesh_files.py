@@ -447,7 +447,7 @@ def test_two_names_of_one_place_are_an_error(tmp_path: Path, capsys: pytest.Capt
 def test_watch_sees_a_mesh_that_comes(name: str) -> None:
     folder = describe(name)
     (folder.parent / "arm").mkdir()
-    robot = watch._Robot(Description("r", folder / "robot.yaml", Path("outputs/r")), Run.of(parse(["watch"])))
+    robot = watch.WatchedRobot(Description("r", folder / "robot.yaml", Path("outputs/r")), Run.of(parse(["watch"])))
     time.sleep(0.05)  # what changed just before a compilation is read again
     robot.compile()
     assert not robot.inputs.changed()

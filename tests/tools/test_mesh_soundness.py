@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.mesh_copies import check_for_mujoco
 from rosorin_compile.model.mesh_vertices import UnreadableMesh
-from rosorin_compile.output.mesh_copies import check_for_mujoco
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow

@@ -11,15 +11,12 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.watch import ReportedDiagnostics
-from rosorin_compile.output.new_robot import start
+from rosorin_compile.importing.new_robot import start
 from rosorin_compile.source import watched_files
-from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.files import exists, read_bytes
 from rosorin_compile.source.watched_files import WatchedFiles
 from support.robots import copy_of_rosorin
@@ -163,24 +160,6 @@ def test_what_is_wrong_is_said_when_it_is_new(project: Path, watch: Watch) -> No
     assert watch.until("artifacts in outputs")[-1] == "bot: 6 artifacts in outputs/bot, unchanged"
     edit(project, "xyz: [40 mm, 0,", "xzy: [40 mm, 0,")
     assert "error[unknown-key]" in watch.until("the artifacts stay as they are")[0], "it is new again"
-
-
-def _told(severity: str, message: str, line: int) -> Diagnostic:
-    source = Source("robot.yaml", "a\nb\n\na\n")
-    return replace(error("rule", message, Span(source, line, 1)), severity=severity)
-
-
-def test_said_tells_the_new_from_the_old() -> None:
-    said = ReportedDiagnostics()
-    one, moved, other = (_told("error", "wrong", line) for line in (1, 4, 2))
-    note = _told("note", "by the way", 2)
-    assert said.new([one, note]) == [one, note]
-    assert said.new([moved]) == [], "the same text in another line"
-    assert said.new([moved, one]) == [one], "a second one of them is new"
-    assert said.new([other, one]) == [other]
-    assert said.new([note]) == [], "errors had hidden the note"
-    assert said.new([]) == []
-    assert said.new([note, one]) == [note, one], "both are new again"
 
 
 def test_new_includes_are_watched(project: Path, watch: Watch) -> None:

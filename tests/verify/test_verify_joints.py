@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.formats.load_robot import understand
 from rosorin_compile.model import Pose, Robot
-from rosorin_compile.output.pipeline import understand
 from rosorin_compile.recordings.arrays import Samples, arrays_of, transform_from
 from rosorin_compile.recordings.expected import Description, Options
 from rosorin_compile.recordings.joints import TREMBLING, JointLog
@@ -46,7 +46,7 @@ STAMP = np.array([5], np.int64)
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
     path: Path = tmp_path_factory.mktemp("robot") / "robot.yaml"
     path.write_text(ROBOT, "utf-8")
-    _, lowered, diagnostics, _ = understand(path)
+    _, lowered, diagnostics, *_ = understand(path)
     assert lowered is not None
     assert lowered.robot is not None, text(diagnostics)
     return lowered.robot

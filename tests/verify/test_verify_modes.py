@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rosorin_compile.formats.compiled import Compiled, compile_robot, emit_published
 from rosorin_compile.model import Pose, Robot, Transform
-from rosorin_compile.output.pipeline import Compiled, compile_robot
-from rosorin_compile.output.request import Request
 from rosorin_compile.recordings.expected import Description, Options
 from rosorin_compile.recordings.joints import JointLog
 from rosorin_compile.recordings.judge import Verdict
 from rosorin_compile.recordings.lines import summary
 from rosorin_compile.recordings.sources import verify
+from rosorin_compile.request import Request
 from rosorin_compile.source.project import Description as RobotOnDisk
 from support import bags
 from support.bags import Message, edge, judged, ns, rules
@@ -132,7 +132,7 @@ def test_edges_of_two_modes_are_of_none(made: Compiled, tmp_path: Path) -> None:
 def one_link(folder: Path) -> Compiled:
     path = folder / "box.urdf"
     path.write_text('<robot name="box"><link name="box"/></robot>', "utf-8")
-    return Request(RobotOnDisk.at(path)).compile_published()
+    return emit_published(Request(RobotOnDisk.at(path)).understand(), path)
 
 
 @pytest.mark.parametrize("topics", [{"/tf", "/tf_static"}, {"/tf_static"}, {"/tf_static", "/joint_states", "/scan"}])

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model import Transform
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.recordings.expected import Options
 from rosorin_compile.recordings.lines import summary
 from rosorin_compile.recordings.sources import verify

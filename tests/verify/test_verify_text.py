@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model import Pose, Transform
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.recordings.expected import Options
 from rosorin_compile.recordings.judge import Verdict
 from rosorin_compile.recordings.lines import summary

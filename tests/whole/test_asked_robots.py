@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import emit_published
 from rosorin_compile.model.geometry import Pose
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.source.project import Description
 from support import bags
 from support.bags import judged
@@ -121,9 +122,10 @@ def test_verify_against_a_urdf(artifacts: Path, tmp_path: Path, capsys: Shown) -
 
 def test_the_urdf_of_a_file_is_what_stands_there(artifacts: Path) -> None:
     path = artifacts / "rosorin.urdf"
-    (artifact,) = Request(Description.at(path)).compile_published().artifacts
+    (artifact,) = emit_published(Request(Description.at(path)).understand(), path).artifacts
     assert artifact.text == path.read_text("utf-8")
-    (artifact,) = Request(Description.at(artifacts / "rosorin.xml")).compile_published().artifacts
+    path = artifacts / "rosorin.xml"
+    (artifact,) = emit_published(Request(Description.at(path)).understand(), path).artifacts
     assert artifact.backend == "urdf"
 
 

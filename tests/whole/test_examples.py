@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.output.pipeline import Compiled
 from rosorin_compile.source.diagnostics import NOTE
 from rosorin_compile.source.report import text as report
 from support.engines import pose as placed

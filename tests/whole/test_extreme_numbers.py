@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.compare.agreement import agreement
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 
 pytestmark = pytest.mark.slow

@@ -11,9 +11,9 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.importing.extract.writing import replace, save
+from rosorin_compile.importing.new_robot import start
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.output import OutputError, write_artifacts, write_file
-from rosorin_compile.output.new_robot import start
 from support.kills import at_each_step
 from support.paths import DATA
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
-from rosorin_compile.output.pipeline import Compiled
 from rosorin_compile.rules.publishing import in_words, publishing
 from support.commands import Shown
 from support.robots import compiled_text, sound, texts

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.report import text as report
 from support.paths import XACRO
@@ -250,7 +250,7 @@ class NoRos:
             raise ImportError(name)
 sys.meta_path.insert(0, NoRos())
 from pathlib import Path
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 print(compile_robot(Path("robot.yaml")).artifacts[0].text, end="")
 """
     environment = {"PYTHONPATH": ":".join(path for path in sys.path if path)}

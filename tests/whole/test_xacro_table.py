@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 import yaml
 
+from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.language.expression import evaluate
-from rosorin_compile.output.pipeline import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import NOTE, Source
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.source.report import text

@@ -11,16 +11,28 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile.source.console import ENVELOPE, Console
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
+from rosorin_compile.source.rule_registry import WRITING, Rule
 
-if TYPE_CHECKING:
-    from rosorin_compile.source.project import Description
+RULES = (
+    Rule(
+        "wrong-usage",
+        "The command line cannot be followed (in the forms for programs); the exit code is 2.",
+        "As the message says; `rosorin-compile COMMAND --help` has what a command takes.",
+        WRITING,
+    ),
+    Rule(
+        "run-stopped",
+        "The run ended before its result: a file or folder cannot be used, memory ran out, or the input is too large.",
+        "As the message says.",
+        WRITING,
+    ),
+)
 
-_OPTION = "--format"
+FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
 
 
 class Answer:
@@ -34,28 +46,43 @@ class Answer:
         self.consoles: list[Console] = []
         self.result: object = None
         self.robots: list[dict[str, object]] = []
-        self.code = 0
+        self.code = FINE
 
     def fail(self, message: str, code: int) -> None:
         """Report why the run ended."""
         sys.stderr.write(f"rosorin-compile: {message}\n")
-        self.diagnostics.append(Diagnostic("wrong-usage" if code == 2 else "run-stopped", ERROR, message))
+        self.diagnostics.append(Diagnostic("wrong-usage" if code == USAGE else "run-stopped", ERROR, message))
         self.code = code
 
     def console(self, quiet: bool = False, verbose: bool = False, summary: bool = False) -> Console:
         """Return a console that collects diagnostics for this answer unless it prints them as text."""
-        made = Console(self.form, quiet, verbose, summary, self.diagnostics, self.severities)
-        self.consoles.append(made)
-        return made
+        console = Console(self.form, quiet, verbose, summary, self.diagnostics, self.severities)
+        self.consoles.append(console)
+        return console
 
     def end(self) -> None:
         """Print the document of a program: the envelope, or the diagnostics in the requested format."""
         if self.form == ENVELOPE:
-            sys.stdout.write(document(envelope(self)))
+            import json
+
+            sys.stdout.write(json.dumps(envelope(self), indent=2, allow_nan=False) + "\n")
         elif self.form != "text":
             from rosorin_compile.source.console import print_document
 
             print_document(self.form, self.consoles, self.diagnostics)
+
+
+def envelope(answer: Answer) -> dict[str, object]:
+    """Return the JSON envelope of an answer, as plain data."""
+    from rosorin_compile.source.report import as_object
+    from rosorin_compile.source.version import __version__
+
+    return {
+        "version": __version__,
+        "command": answer.command,
+        "diagnostics": [plain(as_object(one)) for one in answer.diagnostics],
+        "result": plain(answer.result),
+    }
 
 
 def requested_format(words: Sequence[str]) -> str:
@@ -63,7 +90,7 @@ def requested_format(words: Sequence[str]) -> str:
     found = "text"
     for word, following in zip(words, [*words[1:], ""], strict=True):
         name, equals, value = word.partition("=")
-        if name == _OPTION:
+        if name == "--format":
             found = value if equals else following
     return found if found == ENVELOPE else "text"
 
@@ -76,45 +103,22 @@ def answer_of(options: Any) -> Answer:
     return answer
 
 
-def give_result(options: Any, result: object, text: Callable[[], str], show: Callable[[str], object] = print) -> None:
-    """Set the result of a command, and print it with ``show`` as ``text`` unless a program reads the output."""
+def give_result(options: Any, result: object, text: Callable[[], str], show: Callable[[str], object] = print) -> int:
+    """Set the result of a command, and print it with ``show`` as ``text`` unless a program reads the output.
+
+    Return the exit code ``FINE``.
+    """
     answer = answer_of(options)
     answer.result = result
     if answer.form in ("text", "github") and (shown := text()):
         show(shown)
-
-
-def begin_robot(options: Any, description: Description) -> None:
-    """Begin the row of a robot in the result of a command that handles several robots."""
-    answer_of(options).robots.append({"robot": description.name, "file": str(description.path), "fine": False})
-
-
-def tell_of_robot(
-    options: Any, more: Mapping[str, object], _next_time: Mapping[str, object] = MappingProxyType({})
-) -> None:
-    """Add to the row of the current robot, if there is one."""
-    answer = answer_of(options)
-    if answer.robots:
-        answer.robots[-1].update(more)
-
-
-def envelope(answer: Answer) -> dict[str, object]:
-    """Return the JSON envelope of an answer."""
-    from rosorin_compile.source.report import as_object
-    from rosorin_compile.source.version import __version__
-
-    return {
-        "version": __version__,
-        "command": answer.command,
-        "diagnostics": [as_object(one) for one in answer.diagnostics],
-        "result": plain(answer.result),
-    }
+    return FINE
 
 
 def plain(value: object) -> object:
     """Return a value as plain JSON data; a dataclass becomes an object of the fields in its ``repr``.
 
-    Diagnostics are left out: the envelope has them.
+    Diagnostics are left out: the envelope has them. Infinite numbers are null.
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.repr}
@@ -130,8 +134,7 @@ def plain(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def document(value: object, indent: int | None = 2) -> str:
-    """Return a value as JSON; infinite numbers are null."""
-    import json
-
-    return json.dumps(plain(value), indent=indent, allow_nan=False) + "\n"
+def table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows of cells as lines with aligned columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

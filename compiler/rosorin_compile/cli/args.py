@@ -5,19 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from .answer import give_result
-from .command import Options, command
-from .options import robots_argument
-from .robots import descriptions, warn_of_no_robots
-from .run import Run
-from .usage import FINE, PROBLEMS
+from .answer import FINE, PROBLEMS, table
+from .command import Options, command, robots_argument
+from .run import Run, find_robots, warn_of_no_robots
 
 if TYPE_CHECKING:
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.source.diagnostics import Span
-
-
-_HEADS = ("name", "type", "allowed", "default", "set to", "where")
 
 
 @command("args", exits="0 listed, 1 an invalid argument")
@@ -27,59 +21,50 @@ def run(options: Options) -> int:
     from rosorin_compile import api
 
     run = Run.of(options)
-    if not run.words:
-        warn_of_no_robots(run.console)
-    results = [api.arguments(run.request(description)) for description in descriptions(run.words)]
+    results = [api.arguments(run.request(description)) for description in find_robots(run.words)]
     for result in results:
         run.console.show(result.diagnostics)
-    if not options.words:
+    if not run.words:
         warn_of_no_robots(run.console)
-    fine = [result for result in results if not result.diagnostics]
-    robots = [{"robot": one.robot, "arguments": [_object(argument) for argument in one.arguments]} for one in fine]
-    give_result(options, robots, lambda: "\n".join(line for one in fine for line in _lines(one.robot, one.arguments)))
-    return FINE if len(fine) == len(results) else PROBLEMS
+    valid = [result for result in results if not result.diagnostics]
+    robots = [{"robot": one.robot, "arguments": [_object(argument) for argument in one.arguments]} for one in valid]
+    run.give(robots, lambda: "\n".join(line for one in valid for line in _lines(one.robot, one.arguments)))
+    return FINE if len(valid) == len(results) else PROBLEMS
 
 
-def _lines(name: str, found: Sequence[Argument]) -> list[str]:
+def _lines(name: str, arguments: Sequence[Argument]) -> list[str]:
     """Return the arguments of a robot as a table, the help of each below it."""
-    if not found:
+    if not arguments:
         return [f"{name} has no arguments"]
-    rows = [_HEADS, *(_row(argument) for argument in found)]
-    used = [index for index in range(len(_HEADS)) if any(row[index] for row in rows[1:])]
-    widths = {index: max(len(row[index]) for row in rows) for index in used}
-    lines = [f"{name}:"]
-    for row, argument in zip(rows, [None, *found], strict=True):
-        lines.append("  " + "  ".join(row[index].ljust(widths[index]) for index in used).rstrip())
-        if argument is not None and argument.help:
-            lines.append(f"  {'':{widths[0]}}  {argument.help}")
-    return lines
-
-
-def _row(argument: Argument) -> tuple[str, ...]:
-    default = "(required)" if argument.required else argument.default
-    allowed = ", ".join(argument.allowed)
-    return (argument.name, argument.type, allowed, default, argument.value, _place(argument.span))
-
-
-def _place(span: Span) -> str:
-    return f"{span.source.path}:{span.line}:{span.column}"
+    rows = [("name", "type", "allowed", "default", "set to", "where")]
+    for one in arguments:
+        place = f"{one.span.source.path}:{one.span.line}:{one.span.column}"
+        default = "(required)" if one.required else one.default
+        rows.append((one.name, one.type, ", ".join(one.allowed), default, one.value, place))
+    used = [column for column in zip(*rows, strict=True) if any(column[1:])]
+    heads, *lines = table(list(zip(*used, strict=True)))
+    width = max(len(row[0]) for row in rows)
+    shown = [f"{name}:", f"  {heads}"]
+    for argument, line in zip(arguments, lines, strict=True):
+        shown += [f"  {line}", *([f"  {'':{width}}  {argument.help}"] if argument.help else [])]
+    return shown
 
 
 def _object(argument: Argument) -> dict[str, Any]:
-    """Return an argument as plain JSON; values are the texts that are written, ``value`` only where one is given."""
-    made: dict[str, Any] = {
+    """Return an argument as plain JSON; values are texts as written, ``value`` only if it is set."""
+    found: dict[str, Any] = {
         "name": argument.name,
         "type": argument.type,
         "allowed": list(argument.allowed),
         "required": argument.required,
         "default": None if argument.required else argument.default,
         "help": argument.help,
-        **_where(argument.span),
+        **_place(argument.span),
     }
     if argument.value:
-        made["value"] = {"text": argument.value, **(_where(argument.set_at) if argument.set_at else {})}
-    return made
+        found["value"] = {"text": argument.value, **(_place(argument.set_at) if argument.set_at else {})}
+    return found
 
 
-def _where(span: Span) -> dict[str, Any]:
+def _place(span: Span) -> dict[str, Any]:
     return {"file": span.source.path, "line": span.line, "column": span.column}

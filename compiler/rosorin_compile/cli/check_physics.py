@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 from rosorin_compile import api
 from rosorin_compile.mujoco.physics.checking import require
-from rosorin_compile.source.diagnostics import counted, listed
 from rosorin_compile.source.project import Description
 
-from .answer import plain
-from .command import Options, check
-from .options import check_options, hook_option
-from .run import Run, for_each
-from .usage import FINE, PROBLEMS
+from .answer import FINE, PROBLEMS, plain
+from .command import Options, check, check_options, hook_option
+from .run import Run, for_each, severities
 
 
 @check("physics", exits="0 no errors, 1 errors")
@@ -28,11 +23,8 @@ def run(options: Options) -> int:
 def _check(run: Run, description: Description) -> int:
     result = api.check_physics(run.request(description))
     run.console.show(result.diagnostics)
-    run.tell_of_robot({"looked_at": plain(result.looked_at)})
+    run.add_to_result({"looked_at": plain(result.looked_at)})
     if result.looked_at is None:
-        run.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
-        return PROBLEMS
-    severities = Counter(one.severity for one in result.diagnostics)
-    found = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
-    run.console.say(f"{description.name}: physics of {result.looked_at}: {found or 'nothing to say'}")
+        return run.no_robot(description)
+    run.console.say(f"{description.name}: physics of {result.looked_at}: {severities(result.diagnostics)}")
     return FINE if result.fine else PROBLEMS

@@ -6,16 +6,12 @@ from rosorin_compile.source.project import data_folder
 
 from .answer import give_result
 from .command import Options, command
-from .usage import FINE
+
+_MORE = "Pass it to find_package(rosorin_compile) as rosorin_compile_DIR; see docs/builds.md."
 
 
-@command(
-    "cmake-dir",
-    exits="0 printed",
-    more="Pass it to find_package(rosorin_compile) as rosorin_compile_DIR; see docs/builds.md.",
-)
+@command("cmake-dir", exits="0 printed", more=_MORE)
 def run(options: Options) -> int:
     """Print the folder that has rosorin_compileConfig.cmake."""
-    folder = data_folder("cmake")
-    give_result(options, str(folder), lambda: str(folder))
-    return FINE
+    folder = str(data_folder("cmake"))
+    return give_result(options, folder, lambda: folder)

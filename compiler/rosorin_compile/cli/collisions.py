@@ -11,38 +11,31 @@ from rosorin_compile import api
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.mujoco.collisions.matrix import FILE
 from rosorin_compile.source.console import Console
-from rosorin_compile.source.diagnostics import counted, has_errors, listed
+from rosorin_compile.source.diagnostics import counted, listed
 from rosorin_compile.source.project import Description
 
-from .answer import give_result
-from .command import Options, command, option
-from .options import PATH, robot_argument, robot_options
+from .answer import PROBLEMS
+from .command import Options, command, flag, path_option, robot_argument, robot_options
 from .run import Run
-from .usage import FINE, PROBLEMS
 
 if TYPE_CHECKING:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
 
 
-_HOW = "rosorin-compile collisions ROBOT"
-
-
 @command("collisions", exits="0 written or unchanged, 1 errors")
 @robot_argument
-@option("-o", "--output", type=PATH, metavar="FILE", help=f"file to write; default: {FILE} next to the description")
-@option("--force", is_flag=True, help="compute again, even if the file is up to date")
+@path_option("-o", "--output", metavar="FILE", help=f"file to write; default: {FILE} next to the description")
+@flag("--force", help="compute again, even if the file is up to date")
 @robot_options
 def run(options: Options) -> int:
     """Compute the matrix of a robot, and write it."""
-    run, description = Run.alone(options, "the matrix of one robot is computed at a time", _HOW, "name its file")
-    output = Path(options.output) if options.output else None
-    result = api.collisions(run.request(description), output=output, force=options.force)
-    run.console.show(result.diagnostics)
-    if has_errors(result.diagnostics):
+    how = "rosorin-compile collisions ROBOT"
+    run, description = Run.alone(options, "the matrix of one robot is computed at a time", how, "name its file")
+    result = api.collisions(run.request(description), output=options.output, force=options.force)
+    if run.show(result):
         return PROBLEMS
     _show(result, run.console, description)
-    give_result(options, result, str)
-    return FINE
+    return run.give(result)
 
 
 def _show(result: CollisionMatrix, console: Console, description: Description) -> None:
@@ -60,10 +53,8 @@ def _show(result: CollisionMatrix, console: Console, description: Description) -
     reasons = listed(f"{counts[reason]} {reason}" for reason in DisabledCollision.REASONS if counts[reason]) or "none"
     console.say(f"{result.file}: {counted(every, 'pair')} of links, need no check: {reasons}; {every - found} to check")
     console.say(f"tried: {counted(result.states, 'random state')}, seed {result.seed}")
-    if result.included:
-        console.say("next: rosorin-compile all")
-    else:
-        console.say(f"next: include: [{Path(result.file).name}] in {description.path}, then rosorin-compile all")
+    included = "" if result.included else f"include: [{Path(result.file).name}] in {description.path}, then "
+    console.say(f"next: {included}rosorin-compile all")
 
 
 def _named(pairs: Sequence[tuple[str, str]]) -> str:

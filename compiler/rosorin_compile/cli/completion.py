@@ -5,9 +5,8 @@ from __future__ import annotations
 import click
 from click.shell_completion import get_completion_class
 
-from .answer import give_result
+from .answer import PROBLEMS, give_result
 from .command import Options, argument, command
-from .usage import FINE, PROBLEMS, WrongUsage
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -19,12 +18,9 @@ def run(options: Options) -> int:
     from .main import COMPLETE, PROGRAM, program
 
     shell = get_completion_class(options.shell)
-    if shell is None:
-        raise WrongUsage(f"there is no completion for {options.shell}")
     try:
-        script = shell(program(), {}, PROGRAM, COMPLETE).source()
+        script = shell(program(), {}, PROGRAM, COMPLETE).source() if shell is not None else ""
     except RuntimeError as problem:
         options.answer.fail(str(problem), PROBLEMS)
         return PROBLEMS
-    give_result(options, {"shell": options.shell, "script": script}, lambda: script)
-    return FINE
+    return give_result(options, {"shell": options.shell, "script": script}, lambda: script)

@@ -4,36 +4,63 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.rule_registry import WRITING, Rule
+
+from .answer import FINE, PROBLEMS
+from .run import Run, find_robots
+
+if TYPE_CHECKING:
+    from .command import Options
 
 RULES = (Rule("depfile-name", "The name of a file in the depfile has a line break.", "Rename the file.", WRITING),)
 
 _DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
 
 
-def touch(files: Iterable[Path]) -> None:
-    """Set the times of files to now, so that they are newer than a depfile. Raises OutputError."""
-    for file in files:
-        try:
-            os.utime(file)
-        except OSError as problem:
-            raise OutputError.of(problem, file, "write", "output file") from None
+def check_depfile(options: Options) -> None:
+    """Raise RequestError for a depfile of several robots, and for a target without one."""
+    if options.depfile_target is not None and options.depfile is None:
+        raise RequestError("--depfile-target goes with --depfile FILE")
+    if options.depfile is None:
+        return
+    if options.hook:
+        raise RequestError("--depfile does not go with --hook, which is about all robots of a project")
+    found = find_robots(Run.of(options).words)
+    if len(found) > 1:
+        robots = ", ".join(description.name for description in found)
+        raise RequestError(f"a depfile is about one robot, and there are several: {robots}; name one")
 
 
-def write_depfile(path: Path, target: str, inputs: Sequence[Path], artifacts: Iterable[Path]) -> None:
-    """Write the rule that says what a target was made from.
+def write_depfile(
+    run: Run, target: str, inputs: Sequence[Path], made: Sequence[Path] = (), newer: Sequence[Path] = ()
+) -> int:
+    """Write the requested depfile, and make the files ``newer`` than it; return the exit code.
 
-    Raises OutputError, also if ``path`` is one of the inputs or artifacts.
+    ``inputs`` are what the target is made of, ``made`` the artifacts; the depfile must not be one of them.
     """
-    names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
-    text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
-    if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *artifacts)):
-        raise OutputError("output-is-input", f"{path} is an input or an artifact in the depfile", "name another file")
-    write_file(path, os.fsencode(text), may_replace=_is_depfile)
+    path = Path(run.options.depfile)
+    try:
+        names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
+        text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
+        if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *made)):
+            help = "name another file"
+            raise OutputError("output-is-input", f"{path} is an input or an artifact in the depfile", help)
+        write_file(path, os.fsencode(text), may_replace=_is_depfile)
+        for file in newer:
+            try:
+                os.utime(file)
+            except OSError as problem:
+                raise OutputError.of(problem, file, "write", "output file") from None
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    return FINE
 
 
 def _is_depfile(path: Path) -> bool:

@@ -1,16 +1,13 @@
-"""rosorin-compile explain: say where a frame sits, and where each of its numbers was written."""
+"""rosorin-compile explain: print the pose of a frame, and the position in YAML of each of its numbers."""
 
 from __future__ import annotations
 
-from rosorin_compile.source.diagnostics import UnknownName
+from rosorin_compile.source.diagnostics import ERROR, RequestError, UnknownName, has_errors
 from rosorin_compile.source.project import Description, NoDescription, all_here
 
-from .answer import give_result
-from .command import Options, command
-from .options import pose_option, robot_options, words_argument
-from .robots import one, take_stdin
-from .run import Run
-from .usage import FINE, PROBLEMS, WrongUsage
+from .answer import PROBLEMS
+from .command import Options, command, pose_option, robot_options, words_argument
+from .run import Run, find_robot, take_stdin
 
 
 @command("explain", exits="0 printed, 1 the description has errors")
@@ -26,7 +23,6 @@ def run(options: Options) -> int:
     """Explain frames of one robot."""
     from rosorin_compile import api
     from rosorin_compile.language.explain.explanation import as_json
-    from rosorin_compile.source.diagnostics import ERROR, has_errors
 
     run = Run.of(options)
     take_stdin(run.words)
@@ -34,13 +30,12 @@ def run(options: Options) -> int:
     try:
         found = api.explain(run.request(description), names, pose=options.pose)
     except UnknownName as problem:
-        raise WrongUsage(f"{description.name}: {problem}") from None
+        raise RequestError(f"{description.name}: {problem}") from None
     if has_errors(found.diagnostics):
         run.console.show([one for one in found.diagnostics if one.severity == ERROR])
         run.console.warn(f"{description.name}: a description with errors has no meaning to explain")
         return PROBLEMS
-    give_result(options, [as_json(answer) for answer in found.answers], lambda: str(found))
-    return FINE
+    return run.give([as_json(answer) for answer in found.answers], lambda: str(found))
 
 
 def _requested(words: list[str]) -> tuple[Description, list[str]]:
@@ -50,5 +45,5 @@ def _requested(words: list[str]) -> tuple[Description, list[str]]:
             return Description.find(words[:1])[0], words[1:]
         except NoDescription as problem:
             if not all_here():
-                raise WrongUsage(str(problem)) from None
-    return one("", f"rosorin-compile explain ROBOT {' '.join(words)}"), words
+                raise RequestError(str(problem)) from None
+    return find_robot("", f"rosorin-compile explain ROBOT {' '.join(words)}"), words

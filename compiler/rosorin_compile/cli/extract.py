@@ -1,32 +1,37 @@
-"""rosorin-compile extract: take numbers out of meshes."""
+"""rosorin-compile extract: compute boxes and height maps from meshes."""
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
 from typing import Any
 
 import click
 
 from rosorin_compile.source.console import Console
-from rosorin_compile.source.diagnostics import Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import RequestError, has_errors
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
-from .answer import give_result
-from .command import Options, Ways, combined, command, option
-from .options import PATH, robot_options, words_argument
-from .run import Run
-from .table import entry
-from .usage import FINE, PROBLEMS, WrongUsage
+from .answer import FINE, PROBLEMS, give_result
+from .command import (
+    CommandGroup,
+    Options,
+    choice,
+    combined,
+    command,
+    flag,
+    force_option,
+    option,
+    path_option,
+    robot_options,
+    words_argument,
+)
+from .registry import entry
+from .run import Run, refuse_stdin
 
-_LENGTH = Quantity.one("m")
-_KINDS = ("box", "oriented_box", "cylinder", "capsule", "stack", "smallest")
-_EXITS = "0 written, 1 errors"
-_STATUSES = ("calculated", "measured", "factory")
-
-
+_LENGTH, _ANGLE, _NUMBER = Quantity.one("m"), Quantity.one("rad"), Quantity.one()
+_SETTINGS: dict[str, Any] = {"within": "extract", "exits": "0 written, 1 errors"}
 _section_option = option(
     "--from",
     "section",
@@ -41,29 +46,15 @@ _grid_options = combined(
     option("--cells", metavar="NXxNY", help="number of cells along x and y; default: cover the mesh"),
     option("--size", metavar="X,Y", help="size of the grid, instead of --cells"),
     option("--spacing", metavar="LENGTH", help="maximum distance between samples; default: a third of a cell"),
-    option("--exact", is_flag=True, help="compute the highest point in each cell exactly instead of sampling"),
+    flag("--exact", help="compute the highest point in each cell exactly instead of sampling"),
     option("--below", metavar="Z", help="ignore surfaces above this height"),
     option("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4"),
     option("--step", metavar="LENGTH", help="round heights of boxes to multiples of this length; default: the cell"),
 )
-_output_options = combined(
-    option("-o", "--output", type=PATH, metavar="FILE", help="write to a file instead of standard output"),
-    option("--force", is_flag=True, help="replace a file that this command did not write"),
-)
+_output_option = path_option("-o", "--output", metavar="FILE", help="write to a file instead of standard output")
 
 
-def _run(options: Options) -> Run:
-    run = Run.of(options)
-    run.no_stdin(run.words, "name a file")
-    return run
-
-
-@command(
-    "boxes",
-    within="extract",
-    help="fit boxes, oriented boxes, cylinders, capsules and stacks of boxes to meshes",
-    exits=_EXITS,
-)
+@command("boxes", help="fit boxes, oriented boxes, cylinders, capsules and stacks of boxes to meshes", **_SETTINGS)
 @words_argument(
     "SOURCE ...",
     "mesh files, or one robot: description, URDF, xacro, SDF or MJCF",
@@ -72,26 +63,27 @@ def _run(options: Options) -> Run:
 )
 @option("--link", multiple=True, help="use only this link of the robot; repeatable")
 @_section_option
-@option("--shape", type=click.Choice(_KINDS), default="box", help="shape to write; default: box")
-@option("--stack", type=int, default=4, metavar="N", help="number of boxes in a stack; default: 4")
-@option(
-    "--axis",
-    type=click.Choice(("x", "y", "z", "auto")),
-    default="auto",
-    help="axis of the stack; default: auto, the best fit",
+@choice(
+    "--shape",
+    ("box", "oriented_box", "cylinder", "capsule", "stack", "smallest"),
+    default="box",
+    help="shape to write; default: box",
 )
+@option("--stack", type=int, default=4, metavar="N", help="number of boxes in a stack; default: 4")
+@choice("--axis", ("x", "y", "z", "auto"), default="auto", help="axis of the stack; default: auto, the best fit")
 @_scale_option
 @option("--digits", type=int, default=5, metavar="N", help="decimals of lengths in metres; default: 5")
-@_output_options
+@_output_option
+@force_option
 @robot_options
 def boxes(options: Options) -> int:
-    """Fit boxes to meshes. Raises WrongUsage."""
-    from rosorin_compile.api import extract_boxes
+    """Fit boxes to meshes. Raises RequestError."""
+    from rosorin_compile import api
 
     run = _run(options)
-    result = extract_boxes(
+    result = api.extract_boxes(
         run.words,
-        **_given(run),
+        **run.read_options(),
         links=options.link,
         section=options.section,
         scale=_scale(options.scale),
@@ -102,17 +94,16 @@ def boxes(options: Options) -> int:
         output=options.output,
         force=options.force,
     )
-    run.console.show(result.diagnostics)
-    return _print(options, result.parts, result.text, result.report, result.diagnostics)
+    return _print(run, result, result.parts)
 
 
-@command("heightmap", within="extract", help="compute the top surface of a mesh as heights on a grid", exits=_EXITS)
+@command("heightmap", help="compute the top surface of a mesh as heights on a grid", **_SETTINGS)
 @words_argument("SOURCE ...", "mesh files, or one robot with --link", required=True, offers=("file",))
 @option("--link", help="link of the robot whose meshes are used")
 @_section_option
 @option("--frame", help="link whose frame the height map uses")
 @_grid_options
-@option("--bottom", is_flag=True, help="also compute the lowest point in each cell")
+@flag("--bottom", help="also compute the lowest point in each cell")
 @option("--xyz", default="0,0,0", metavar="X,Y,Z", help="position of the mesh in the frame, such as 0,0,25mm")
 @option(
     "--rpy",
@@ -122,33 +113,34 @@ def boxes(options: Options) -> int:
 )
 @_scale_option
 @option("--into", metavar="FILE", help="replace the height map in a description file, with the same grid")
-@option(
+@choice(
     "--status",
-    type=click.Choice(_STATUSES),
+    ("calculated", "measured", "factory"),
     default="calculated",
     help="status of the source in the description; default: calculated",
 )
 @option("--note", help="note of the source in the description; default: the names of the meshes")
-@_output_options
+@_output_option
+@force_option
 @robot_options
 def heightmap(options: Options) -> int:
-    """Compute a height map. Raises WrongUsage."""
-    from rosorin_compile.api import extract_height_map
+    """Compute a height map. Raises RequestError."""
+    from rosorin_compile import api
 
     run = _run(options)
     if options.format != "text" and (options.into or options.bottom):
         word = "--into edits a file; it" if options.into else "--bottom"
-        raise WrongUsage(f"{word} goes with neither {'-o' if options.into else '--into'} nor JSON")
-    result = extract_height_map(
+        raise RequestError(f"{word} goes with neither {'-o' if options.into else '--into'} nor JSON")
+    result = api.extract_height_map(
         run.words,
-        **_given(run),
+        **run.read_options(),
         **_grid(options),
         link=options.link,
         section=options.section,
         scale=_scale(options.scale),
         frame=options.frame,
-        xyz=_quantities(options.xyz, "--xyz", 3),
-        rpy=_quantities(options.rpy, "--rpy", 3, Quantity.one("rad")),
+        xyz=_numbers(options.xyz, "--xyz", 3),
+        rpy=_numbers(options.rpy, "--rpy", 3, _ANGLE),
         bottom=options.bottom,
         into=options.into,
         status=options.status,
@@ -156,40 +148,35 @@ def heightmap(options: Options) -> int:
         output=options.output,
         force=options.force,
     )
-    run.console.show(result.diagnostics)
     if options.into:
+        failed = run.show(result)
         for line in result.report:
             print(line)
-        return PROBLEMS if has_errors(result.diagnostics) else FINE
-    return _print(options, result.values, result.text, result.report, result.diagnostics)
+        return PROBLEMS if failed else FINE
+    return _print(run, result, result.values)
 
 
-@command(
-    "factory",
-    within="extract",
-    help="extract joints, boxes and a height map from a ROS description package",
-    exits=_EXITS,
-)
+@command("factory", help="extract joints, boxes and a height map from a ROS description package", **_SETTINGS)
 @words_argument("PACKAGE", "folder of a ROS description package", required=True, offers=("file",))
-@option("-o", "--output", required=True, type=PATH, metavar="FOLDER", help="folder to write")
+@path_option("-o", "--output", required=True, metavar="FOLDER", help="folder to write")
 @option("--robot", metavar="FILE", help="robot file in the package; default: the only one")
 @option("--heightmap-link", metavar="LINK", help="link whose meshes are used for the height map")
 @option("--frame", metavar="LINK", help="link whose frame the height map uses; default: that of --heightmap-link")
-@option("--lenient", is_flag=True, help="accept violations of the specification where possible")
+@flag("--lenient", help="accept violations of the specification where possible")
 @_section_option
 @_grid_options
 @robot_options
 def factory(options: Options) -> int:
-    """Extract the numbers of a ROS description package. Raises WrongUsage."""
-    from rosorin_compile.api import extract_factory
+    """Extract the numbers of a ROS description package. Raises RequestError."""
+    from rosorin_compile import api
 
     run = _run(options)
     if len(run.words) != 1:
-        raise WrongUsage(f"extract factory takes one PACKAGE, not {len(run.words)}")
-    result = extract_factory(
+        raise RequestError(f"extract factory takes one PACKAGE, not {len(run.words)}")
+    result = api.extract_factory(
         run.words[0],
         options.output,
-        **_given(run),
+        **run.read_options(),
         **_grid(options),
         robot=options.robot,
         height_map_link=options.heightmap_link,
@@ -197,95 +184,80 @@ def factory(options: Options) -> int:
         section=options.section,
         lenient=options.lenient,
     )
-    run.console.show(result.diagnostics)
+    failed = run.show(result)
     if result.written:
-        give_result(options, result, lambda: "" if options.quiet else "\n".join(result.report))
-    return PROBLEMS if has_errors(result.diagnostics) else FINE
+        run.give(result, lambda: "" if options.quiet else "\n".join(result.report))
+    return PROBLEMS if failed else FINE
 
 
-run = Ways("extract", [boxes, heightmap, factory], help=entry("extract").help)
+_ABOUT = entry("extract")
+run = CommandGroup(
+    "extract",
+    commands={"boxes": boxes, "heightmap": heightmap, "factory": factory},
+    help=_ABOUT.help if _ABOUT else "",
+)
 
 
-def _given(run: Run) -> dict[str, Any]:
-    """Return what the API needs to read a robot."""
-    given = run.given
-    return {
-        "arguments": given.as_written(),
-        "packages": given.packages,
-        "trust": given.trust,
-        "warn": run.console.ahead,
-    }
+def _run(options: Options) -> Run:
+    run = Run.of(options)
+    refuse_stdin(run.words, "name a file")
+    return run
 
 
-def _grid(options: Options) -> dict[str, Any]:
-    """Return the grid of a height map, lengths in metres. Raises WrongUsage."""
-    lengths = {name: getattr(options, name) for name in ("cell", "step")}
-    pairs = {name: getattr(options, name) for name in ("origin", "size")}
-    others = {name: getattr(options, name) for name in ("spacing", "below")}
-    return {
-        **{name: None if text is None else _above_zero(text, f"--{name}") for name, text in lengths.items()},
-        **{name: None if text is None else _quantities(text, f"--{name}", 2) for name, text in pairs.items()},
-        **{name: None if text is None else _quantity(text, f"--{name}") for name, text in others.items()},
-        "cells": None if options.cells is None else _cells(options.cells),
-        "exact": options.exact,
-        "map_digits": options.map_digits,
-    }
-
-
-def _print(
-    options: Options, result: object, text: str, report: Sequence[str], diagnostics: Sequence[Diagnostic]
-) -> int:
+def _print(run: Run, result: Any, value: object) -> int:
     """Print a text that was not written to a file, and the report; return the exit code."""
-    if has_errors(diagnostics):
+    options = run.options
+    run.console.show(result.diagnostics)
+    if has_errors(result.diagnostics):
         return PROBLEMS
     if options.format == "json":
-        give_result(options, result, str)
-        return FINE
-    lines = [] if options.quiet else [*report, *([f"written: {options.output}"] if options.output else [])]
+        return give_result(options, value, str)
+    lines = [] if options.quiet else [*result.report, *([f"written: {options.output}"] if options.output else [])]
     if options.output is None:
-        Console.give(text)
+        Console.give(result.text)
     for line in lines:
         print(line, file=sys.stderr if options.output is None else sys.stdout)
     return FINE
 
 
-def _quantity(text: str, option: str, kind: Quantity = _LENGTH) -> float:
-    """Return a number with or without unit in SI. Raises WrongUsage."""
-    value = Scalar(text.strip() or "-").value
-    right = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if not right or not kind.goes_with(value):
-        raise WrongUsage(f'{option} takes {kind.described}, not "{text}"')
-    return float(value)
+def _grid(options: Options) -> dict[str, Any]:
+    """Return the grid of a height map, lengths in metres. Raises RequestError."""
+    grid: dict[str, Any] = {"exact": options.exact, "map_digits": options.map_digits, "cells": None}
+    for name, count in (("cell", 1), ("step", 1), ("spacing", 1), ("below", 1), ("origin", 2), ("size", 2)):
+        text = getattr(options, name)
+        numbers = None if text is None else _numbers(text, f"--{name}", count)
+        if numbers is not None and name in ("cell", "step") and not numbers[0] > 0:
+            raise RequestError(f'--{name} takes a length above zero, not "{text}"')
+        grid[name] = numbers[0] if numbers is not None and count == 1 else numbers
+    if options.cells is not None:
+        first, cross, second = options.cells.lower().partition("x")
+        if not cross or not first.isdecimal() or not second.isdecimal() or len(options.cells) > 20:
+            raise RequestError(f'--cells takes two whole numbers such as 30x23, not "{options.cells}"')
+        grid["cells"] = int(first), int(second)
+    return grid
 
 
-def _above_zero(text: str, option: str) -> float:
-    value = _quantity(text, option)
-    if not value > 0:
-        raise WrongUsage(f'{option} takes a length above zero, not "{text}"')
-    return value
-
-
-def _quantities(text: str, option: str, count: int, kind: Quantity = _LENGTH) -> tuple[float, ...]:
-    """Return numbers that are separated by commas. Raises WrongUsage."""
-    parts = text.split(",")
+def _numbers(text: str, name: str, count: int, kind: Quantity = _LENGTH) -> tuple[float, ...]:
+    """Return numbers with or without units, separated by commas, in SI. Raises RequestError."""
+    parts = text.split(",") if count > 1 else [text]
     if len(parts) != count:
-        raise WrongUsage(f'{option} takes {count} numbers with commas between them, not "{text}"')
-    return tuple(_quantity(part, option, kind) for part in parts)
+        raise RequestError(f'{name} takes {count} numbers with commas between them, not "{text}"')
+    found = []
+    for part in parts:
+        value = Scalar(part.strip() or "-").value
+        valid = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        if not valid or not kind.goes_with(value):
+            raise RequestError(f'{name} takes {kind.described}, not "{part}"')
+        found.append(float(value))
+    return tuple(found)
 
 
 def _scale(text: str) -> tuple[float, ...]:
-    """Return the factors of a mesh along x, y and z. Raises WrongUsage."""
-    parts = text.split(",")
-    if len(parts) not in (1, 3):
-        raise WrongUsage(f'--scale takes one number or three with commas, not "{text}"')
-    factors = tuple(_quantity(part, "--scale", Quantity.one()) for part in parts) * (3 // len(parts))
+    """Return the factors of a mesh along x, y and z. Raises RequestError."""
+    count = text.count(",") + 1
+    if count not in (1, 3):
+        raise RequestError(f'--scale takes one number or three with commas, not "{text}"')
+    factors = _numbers(text, "--scale", count, _NUMBER) * (3 // count)
     if 0 in factors:
-        raise WrongUsage("--scale 0 leaves nothing of a mesh")
+        raise RequestError("--scale 0 leaves nothing of a mesh")
     return factors
-
-
-def _cells(text: str) -> tuple[int, int]:
-    first, cross, second = text.lower().partition("x")
-    if not cross or not first.isdecimal() or not second.isdecimal() or len(text) > 20:
-        raise WrongUsage(f'--cells takes two whole numbers such as 30x23, not "{text}"')
-    return int(first), int(second)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import click
 
+from rosorin_compile.source.diagnostics import RequestError
+
 from . import complete
 from .answer import give_result
 from .command import Options, argument, command
-from .usage import FINE, WrongUsage
 
 
 @command("help", exits="0 shown")
@@ -30,7 +31,6 @@ def run(options: Options) -> int:
         if found is not None:
             context = click.Context(found, info_name=name, parent=context)
     if words:
-        raise WrongUsage(f'{context.command_path} has no command "{words[0]}"')
+        raise RequestError(f'{context.command_path} has no command "{words[0]}"')
     text = context.get_help()
-    give_result(options, text, lambda: text)
-    return FINE
+    return give_result(options, text, lambda: text)

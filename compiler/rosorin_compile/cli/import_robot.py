@@ -5,14 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.source.diagnostics import ERROR, counted, has_errors
+from rosorin_compile.source.diagnostics import ERROR, RequestError, counted
 from rosorin_compile.source.project import Description
 
-from .answer import give_result
-from .command import Options, combined, command, option
-from .options import PATH, Decorator, robot_options, words_argument
-from .run import Run
-from .usage import FINE, PROBLEMS, WrongUsage
+from .answer import FINE, PROBLEMS
+from .command import (
+    Decorator,
+    Options,
+    combined,
+    command,
+    flag,
+    option,
+    path_option,
+    robot_options,
+    words_argument,
+)
+from .run import Run, take_stdin
 
 
 def _source() -> Decorator[Any]:
@@ -28,36 +36,26 @@ def _companion_options() -> Decorator[Any]:
     from rosorin_compile.importing.import_robot import companions
 
     return combined(
-        *(
-            option(f"--{one.name}", type=PATH, metavar="FILE", help=f"also read the {one.word} of the robot")
-            for one in companions()
-        )
+        *(path_option(f"--{c.name}", metavar="FILE", help=f"also read the {c.word} of the robot") for c in companions())
     )
 
 
 @command("import", exits="0 written, 1 the source has errors")
 @_source()
-@option(
-    "-o",
-    "--output",
-    type=PATH,
-    metavar="FOLDER",
-    help="new folder of the description; default: descriptions/ROBOT",
-)
-@option(
+@path_option("-o", "--output", metavar="FOLDER", help="new folder of the description; default: descriptions/ROBOT")
+@path_option(
     "--into",
-    type=PATH,
     metavar="FOLDER",
     help="write the description to the ROS package of SOURCE, with a test that compares both",
 )
 @option("--name", metavar="NAME", help="name of the robot; default: that of SOURCE")
-@option("--strict", is_flag=True, help="treat unsupported elements as errors")
-@option("--lenient", is_flag=True, help="accept violations of the specification where possible")
-@option("--no-parts", is_flag=True, help="do not factor repeated structures into parts")
-@option("--verbatim", is_flag=True, help="copy the Gazebo and ros2_control elements of a URDF unchanged")
-@option("--flat", is_flag=True, help="import the URDF that a xacro generates, without its macros")
-@option("--force", is_flag=True, help="write to a folder that is not empty")
-@option("--ours", is_flag=True, help="if both SOURCE and the description changed, keep the description")
+@flag("--strict", help="treat unsupported elements as errors")
+@flag("--lenient", help="accept violations of the specification where possible")
+@flag("--no-parts", help="do not factor repeated structures into parts")
+@flag("--verbatim", help="copy the Gazebo and ros2_control elements of a URDF unchanged")
+@flag("--flat", help="import the URDF that a xacro generates, without its macros")
+@flag("--force", help="write to a folder that is not empty")
+@flag("--ours", help="if both SOURCE and the description changed, keep the description")
 @option(
     "--meshes",
     metavar="FOLDER",
@@ -66,23 +64,22 @@ def _companion_options() -> Decorator[Any]:
 @_companion_options()
 @robot_options
 def run(options: Options) -> int:
-    """Import a robot, and print what became of it."""
-    from rosorin_compile.api import import_robot
+    """Import a robot, and print the result."""
+    from rosorin_compile import api
     from rosorin_compile.importing.import_robot import companions
 
     run = Run.of(options)
     if len(run.words) != 1:
-        raise WrongUsage(f"import takes one SOURCE, not {len(run.words) or 'none'}")
-    Run.take_stdin(run.words)
+        raise RequestError(f"import takes one SOURCE, not {len(run.words) or 'none'}")
+    take_stdin(run.words)
     source = Path(run.words[0]) if run.words[0] != Description.STDIN else Description.ON_STDIN
     console = run.console
     console.begin(source.name)
     files = {format.name: getattr(options, format.name) for format in companions()}
-    result = import_robot(
+    result = api.import_robot(
         source,
         options.into,
-        run.given.as_written(),
-        run.given.packages,
+        **run.read_options(),
         output=options.output,
         name=options.name,
         meshes=options.meshes,
@@ -94,12 +91,9 @@ def run(options: Options) -> int:
         flat=options.flat,
         force=options.force,
         keep_edits=options.ours,
-        trust=options.trust,
-        warn=console.ahead,
     )
     console.tell_read(result.inputs)
-    console.show(result.diagnostics)
-    failed = has_errors(result.diagnostics)
+    failed = run.show(result)
     if failed and not result.written:
         errors = sum(one.severity == ERROR for one in result.diagnostics)
         console.warn(f"{source}: {counted(errors, 'error')}, nothing written")
@@ -110,6 +104,6 @@ def run(options: Options) -> int:
     for line in result.next_steps:
         console.say(line)
     if not failed:
-        give_result(options, result, str)
+        run.give(result)
     console.finish()
     return PROBLEMS if failed else FINE

@@ -1,4 +1,4 @@
-"""rosorin-compile init: start a new robot, which compiles as it is and has the editors' schema beside it."""
+"""rosorin-compile init: create a new description, which compiles as it is, with the schema for editors."""
 
 from __future__ import annotations
 
@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rosorin_compile.output.new_robot import DEFAULT, TEMPLATES, check_free
-from rosorin_compile.source.diagnostics import error
+from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, check_free
+from rosorin_compile.source.diagnostics import RequestError, error
 
-from .answer import answer_of, give_result
-from .command import Options, argument, command, option
-from .options import PATH
-from .usage import FINE, PROBLEMS, WrongUsage
+from .answer import PROBLEMS, answer_of, give_result
+from .command import Options, argument, command, path_option
 
 if TYPE_CHECKING:
-    from rosorin_compile.output.new_robot import NewRobot
+    from rosorin_compile.importing.new_robot import NewRobot
 
 
 @command("init", exits="0 written, 1 the folder cannot be written")
@@ -30,25 +28,20 @@ if TYPE_CHECKING:
     metavar="[TEMPLATE]",
     help=f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}",
 )
-@option("-o", "--output", default=".", type=PATH, metavar="FOLDER", help="folder of the project; default: .")
+@path_option("-o", "--output", default=".", metavar="FOLDER", help="folder of the project; default: .")
 def run(options: Options) -> int:
     """Write a new description, and print the next step."""
     from rosorin_compile import api
 
-    for_people = options.format == "text"
     try:
         check_free(options.name, Path(options.output))
-        template = options.template or (_ask() if for_people else DEFAULT)
+        template = options.template or (_ask() if options.format == "text" else DEFAULT)
         new = api.init(options.name, template, options.output)
     except OSError as problem:
         message = f"cannot write in {options.output}: {problem.strerror or problem}"
-        if for_people:
-            sys.stderr.write(f"{message}\n")
-        else:
-            answer_of(options).console().show([error("output-folder", message, None, "name another folder")])
+        answer_of(options).console().show([error("output-folder", message, None, "name another folder")])
         return PROBLEMS
-    give_result(options, new, lambda: "\n".join(_lines(options, new)))
-    return FINE
+    return give_result(options, new, lambda: "\n".join(_lines(options, new)))
 
 
 def _lines(options: Options, new: NewRobot) -> Iterator[str]:
@@ -63,7 +56,7 @@ def _lines(options: Options, new: NewRobot) -> Iterator[str]:
 
 
 def _ask() -> str:
-    """Return the template that whoever sits at a terminal wants; without one the default. Raises WrongUsage."""
+    """Return the template that a person at a terminal chooses, else the default. Raises RequestError."""
     if sys.stdin is None or not (sys.stdin.isatty() and sys.stdout.isatty()):
         return DEFAULT
     width = max(map(len, TEMPLATES))
@@ -71,7 +64,7 @@ def _ask() -> str:
         print(f"  {name:{width}}  {template.what}")
     print(f"which one? [{DEFAULT}] ", end="", flush=True)
     answer = sys.stdin.readline().strip() or DEFAULT
-    begun = [name for name in TEMPLATES if name.startswith(answer)]
-    if len(begun) != 1:
-        raise WrongUsage(f'there is no template "{answer}"; take one of {", ".join(TEMPLATES)}')
-    return begun[0]
+    matching = [name for name in TEMPLATES if name.startswith(answer)]
+    if len(matching) != 1:
+        raise RequestError(f'there is no template "{answer}"; take one of {", ".join(TEMPLATES)}')
+    return matching[0]

@@ -18,14 +18,12 @@ import click
 from click.shell_completion import CompletionItem, shell_complete
 
 from rosorin_compile.source.console import guarded
+from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 
 from . import registry
-from .answer import Answer, requested_format
-from .check_names import resolve
-from .table import CHECK, COMMANDS
-from .usage import FINE, PROBLEMS, USAGE, WrongUsage
+from .answer import FINE, PROBLEMS, USAGE, Answer, requested_format
 
 PROGRAM = "rosorin-compile"
 COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of shells call the program
@@ -65,8 +63,8 @@ class Program(click.Group):
         found = registry.command(name)
         if found is None:
             raise click.UsageError(f'there is no command "{name}"; {_suggestion(name)}')
-        if name == CHECK and getattr(found, "plugin", None) is None:
-            return resolve(found, rest)
+        if name == registry.CHECK and getattr(found, "plugin", None) is None:
+            return registry.resolve_check(found, rest)
         return name, found, rest
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -91,7 +89,7 @@ def _suggestion(word: str) -> str:
     from rosorin_compile.source.diagnostics import did_you_mean
 
     instead = _INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
-    aliases = [name for one in COMMANDS for name in one.also]
+    aliases = [name for one in registry.COMMANDS for name in one.also]
     return f'say "{instead}"' if instead else did_you_mean(word, [*registry.names("commands"), *aliases])
 
 
@@ -138,24 +136,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no character stops a run
     with guarded():
-        if COMPLETE in os.environ:
-            return _complete(os.environ[COMPLETE])
+        if COMPLETE in os.environ:  # a shell asks, and gets nothing else, whatever happens
+            with suppress(Exception, SystemExit, KeyboardInterrupt), redirect_stderr(io.StringIO()):
+                shell_complete(program(), {}, PROGRAM, COMPLETE, os.environ[COMPLETE])
+            return FINE
+        if not words:
+            top = program()
+            sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
+            return USAGE
         return _run(words)
-
-
-def _complete(instruction: str) -> int:
-    """Answer a shell; nothing else is printed, whatever happens."""
-    with suppress(Exception, SystemExit, KeyboardInterrupt), redirect_stderr(io.StringIO()):
-        shell_complete(program(), {}, PROGRAM, COMPLETE, instruction)
-    return FINE
 
 
 def _run(words: list[str]) -> int:
     """Run a command line; return the exit code."""
-    if not words:
-        top = program()
-        sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
-        return USAGE
     answer = Answer(form=requested_format(words))
     code = PROBLEMS
     try:
@@ -200,7 +193,7 @@ def _errors_reported(answer: Answer) -> Iterator[None]:
     except click.UsageError as problem:
         where = problem.ctx.command_path if problem.ctx is not None else PROGRAM
         answer.fail(_usage_message(problem, where), USAGE)
-    except WrongUsage as problem:
+    except RequestError as problem:
         answer.fail(str(problem), USAGE)
     except PluginFailed as problem:
         answer.console().show([problem.diagnostic])
@@ -209,9 +202,8 @@ def _errors_reported(answer: Answer) -> Iterator[None]:
         if problem.name not in _REQUIRED:
             raise
         package = _REQUIRED[problem.name]
-        answer.fail(
-            f"the package {package} is not installed, and no robot is read without it: pip install {package}", USAGE
-        )
+        missing = f"the package {package} is not installed, and no robot is read without it"
+        answer.fail(f"{missing}: pip install {package}", USAGE)
     except RecursionError:
         answer.fail("the input is nested too deeply: includes, parts or expressions refer to each other", PROBLEMS)
     except MemoryError:
@@ -221,7 +213,15 @@ def _errors_reported(answer: Answer) -> Iterator[None]:
     except (BrokenPipeError, KeyboardInterrupt):
         raise
     except OSError as problem:
-        _report_os_error(problem, answer)
+        if problem.filename is None and problem.errno in _STREAM_ERRORS:
+            raise
+        if problem.errno == errno.ENAMETOOLONG:
+            answer.fail(f"no file can have so long a name: {str(problem.filename)[:60]}...", USAGE)
+        elif _is_folder_gone():
+            answer.fail("the current folder was removed; change to another one", USAGE)
+        else:
+            name = f"{problem.filename}: " if problem.filename is not None else ""
+            answer.fail(f"{name}{problem.strerror or problem}", PROBLEMS)
     except Exception as problem:
         if isinstance(problem.__cause__, KeyboardInterrupt):  # Python 3.11 wraps what comes while a class is made
             raise KeyboardInterrupt from None
@@ -238,19 +238,6 @@ def _usage_message(problem: click.UsageError, where: str) -> str:
         return f"{called or PROGRAM} has no option {problem.option_name}; {did_you_mean(problem.option_name, options)}"
     message = problem.format_message().rstrip(".")
     return f"{called}: {message}; see {where} --help".removeprefix(": ") if "; " not in message else message
-
-
-def _report_os_error(problem: OSError, answer: Answer) -> None:
-    """Report an error of the system. Raises it again if it is about standard output."""
-    if problem.filename is None and problem.errno in _STREAM_ERRORS:
-        raise problem
-    if problem.errno == errno.ENAMETOOLONG:
-        answer.fail(f"no file can have so long a name: {str(problem.filename)[:60]}...", USAGE)
-    elif _is_folder_gone():
-        answer.fail("the current folder was removed; change to another one", USAGE)
-    else:
-        name = f"{problem.filename}: " if problem.filename is not None else ""
-        answer.fail(f"{name}{problem.strerror or problem}", PROBLEMS)
 
 
 def _is_folder_gone() -> bool:

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import click
-
 from rosorin_compile.ros.package.naming import CONTROL, MOVEIT, NAV2
-from rosorin_compile.source.diagnostics import has_errors
 
-from .answer import give_result
-from .command import Options, command, option
-from .options import PATH, Decorator, robot_argument, robot_options
-from .run import Run, nothing_written
-from .usage import FINE, PROBLEMS, WrongUsage
+from .answer import FINE, PROBLEMS
+from .command import Decorator, Options, choice, command, option, path_option, robot_argument, robot_options, texts
+from .run import Run, assignments, nothing_written
 
 _HOW = "rosorin-compile package ROBOT -o FOLDER"
 
@@ -26,24 +21,14 @@ def _launch(name: str, started: str) -> Decorator[Any]:
 
 @command("package", exits="0 written or unchanged, 1 errors")
 @robot_argument
-@option("-o", "--output", required=True, type=PATH, metavar="FOLDER", help="folder of the package")
+@path_option("-o", "--output", required=True, metavar="FOLDER", help="folder of the package")
 @option("--name", metavar="NAME", help="name of the package; default: ROBOT_description")
-@option(
-    "--build-type",
-    type=click.Choice(("ament_cmake", "ament_python")),
-    help="build type of the package; default: ament_cmake",
-)
+@choice("--build-type", ("ament_cmake", "ament_python"), help="build type of the package; default: ament_cmake")
 @option("--package-version", metavar="X.Y.Z", help="version of the package; default: 0.1.0")
 @option("--maintainer", metavar="'NAME <MAIL>'", help="maintainer of the package")
 @option("--license", metavar="SPDX", help="license of the package, such as Apache-2.0")
 @option("--url", metavar="URL", help="website of the package")
-@option(
-    "--topic",
-    "topics",
-    multiple=True,
-    metavar="SENSOR=TOPIC",
-    help="topic of a sensor, for the RViz configuration; repeatable",
-)
+@texts("--topic", "topics", metavar="SENSOR=TOPIC", help="topic of a sensor, for the RViz configuration; repeatable")
 @option(
     "--compile-at-launch/--no-compile-at-launch",
     default=None,
@@ -54,13 +39,13 @@ def _launch(name: str, started: str) -> Decorator[Any]:
 @_launch(NAV2, "Nav2 and robot_localization")
 @robot_options
 def run(options: Options) -> int:
-    """Write the package of a robot, and print what became of it."""
-    from rosorin_compile.api import package
+    """Write the package of a robot, and print the result."""
+    from rosorin_compile import api
 
     run, description = Run.alone(options, "a package is for one robot", _HOW, "name a file")
     console = run.console
     console.begin(description.name)
-    result = package(
+    result = api.package(
         run.request(description),
         options.output,
         name=options.name,
@@ -69,30 +54,19 @@ def run(options: Options) -> int:
         maintainer=options.maintainer,
         license=options.license,
         url=options.url,
-        topics=_topics(options.topics),
+        topics=assignments(options.topics, "SENSOR=TOPIC, such as laser=/scan"),
         compile_at_launch=options.compile_at_launch,
         control=options.control,
         moveit=options.moveit,
         nav2=options.nav2,
     )
     console.tell_read(result.inputs)
-    console.show(result.diagnostics)
+    failed = run.show(result)
     if result.package:
         written = f"{len(result.written)} written" if result.written else "unchanged"
         console.say(f"{result.package}: {len(result.files)} files in {result.folder}, {written}")
-        give_result(options, result, str)
+        run.give(result)
     else:
-        nothing_written(run.console, description.name, result.diagnostics)
+        nothing_written(console, description.name, result.diagnostics)
     console.finish()
-    return PROBLEMS if has_errors(result.diagnostics) or not result.package else FINE
-
-
-def _topics(texts: list[str]) -> dict[str, str]:
-    """Return topics by sensor. Raises WrongUsage."""
-    found = {}
-    for text in texts:
-        sensor, equals, topic = text.partition("=")
-        if not equals:
-            raise WrongUsage(f'"{text}" is not SENSOR=TOPIC, such as laser=/scan')
-        found[sensor] = topic
-    return found
+    return PROBLEMS if failed or not result.package else FINE

@@ -6,60 +6,132 @@ not called.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from importlib import import_module
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
 
 from rosorin_compile.source.plugins import PluginFailed, broken, clash, installed, load
-
-from .table import GROUPS, OWN, Entry, entry, is_own
+from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription, all_here
 
 if TYPE_CHECKING:
-    import click
-
     from rosorin_compile.source.diagnostics import Diagnostic
 
     from .command import Command
 
+CHECK = "check"  # the command that has checks
+_COMPILE, _IMPORT, _INSPECT = "describe and compile", "import and compare", "inspect"
+_BUILD, _DEPLOY, _SET_UP = "build systems", "deploy and verify", "set up"
+GROUPS = (_COMPILE, _IMPORT, _INSPECT, _BUILD, _DEPLOY, _SET_UP)  # in the order of the help; plug-ins follow
+
+
+class Entry(NamedTuple):
+    """A command or check as the help lists it, and the module whose ``run`` it is; empty for a plug-in."""
+
+    name: str
+    module: str
+    group: str
+    help: str
+    order: int = 100
+    also: tuple[str, ...] = ()
+    hidden: bool = False
+
+
+COMMANDS = (
+    Entry("init", "init", _COMPILE, "create a new robot description", 10),
+    Entry("all", "all", _COMPILE, "compile robots and write all artifacts", 20, ("compile",)),
+    Entry("print", "print", _COMPILE, "compile a robot and print one artifact to standard output", 30),
+    Entry("check", "check", _COMPILE, "compile robots and compare them with the committed artifacts", 40),
+    Entry("watch", "watch", _COMPILE, "compile on every change of a file and print the changes of the robot", 50),
+    Entry("sweep", "sweep", _COMPILE, "compile many variants of one robot, each to a separate folder", 60),
+    Entry("collisions", "collisions", _COMPILE, "compute the pairs of links that MoveIt does not need to check", 70),
+    Entry("schema", "schema", _COMPILE, "print the JSON Schema of descriptions or of an output", 80),
+    Entry("rule", "rule", _COMPILE, "explain a rule: the cause of the message and the fix", 90),
+    Entry("import", "import_robot", _IMPORT, "convert a URDF, xacro, SDF or MJCF to a description", 10),
+    Entry("extract", "extract", _IMPORT, "compute boxes and height maps from meshes", 20),
+    Entry("diff", "diff", _IMPORT, "compare two robots by meaning, in any supported formats", 30),
+    Entry("explain", "explain", _INSPECT, "print the pose of a frame and the lines of YAML that define it", 10),
+    Entry("tf", "tf", _INSPECT, "print the transform between two frames, in the format of tf2_echo", 20),
+    Entry("frames", "frames", _INSPECT, "show the tree of frames with their publishers", 30),
+    Entry("view", "view", _INSPECT, "show the robot in the browser and update it when files change", 40),
+    Entry("picture", "picture", _INSPECT, "draw the robot to a PNG file, without a browser", 50),
+    Entry("simulate", "simulate", _INSPECT, "test the robot in MuJoCo: at rest, in its poses and driving", 60),
+    Entry("pulses", "pulses", _INSPECT, "convert servo pulses to joint positions and back", 70, hidden=True),
+    Entry("args", "args", _INSPECT, "list the arguments of a robot", 80),
+    Entry("cmake-dir", "cmake_dir", _BUILD, "print the folder of the CMake package", 10, hidden=True),
+    Entry("bazel-dir", "bazel_dir", _BUILD, "print the folder of the Bazel rule", 20, hidden=True),
+    Entry("package", "package", _DEPLOY, "write a ROS 2 package with the artifacts of a robot", 10),
+    Entry("deploy", "deploy", _DEPLOY, "copy the artifacts to an existing ROS 2 package", 20),
+    Entry("verify", "verify", _DEPLOY, "compare a recording of the robot with its description", 30),
+    Entry("completion", "completion", _SET_UP, "print the completion script for bash, zsh or fish", 10),
+    Entry("help", "help", _SET_UP, "show the help of a command", 20),
+)
+CHECKS = (
+    Entry("parameters", "check_parameters", CHECK, "check parameter files of ROS nodes: frames and publishers"),
+    Entry("deployed", "check_deployed", CHECK, "compare with copies in a package, an install space or another folder"),
+    Entry(
+        "physics",
+        "check_physics",
+        CHECK,
+        "find links that collide with each other at rest or while joints move, with MuJoCo",
+    ),
+)
+_BUILT_IN = {"commands": COMMANDS, "checks": CHECKS}
+
+
+def entry(name: str, group: str = "commands") -> Entry | None:
+    """Return the built-in entry of a name or an alternative name, or None."""
+    return next((one for one in _BUILT_IN[group] if name in (one.name, *one.also)), None)
+
 
 def command(name: str) -> click.Command | None:
-    """Return the command of a name or an alternative name; built-in commands come first. Raises PluginFailed."""
-    return _find(name, "commands", name)
+    """Return the command of a name; built-in commands come first. Raises PluginFailed."""
+    return _find(name, "commands")
 
 
 def check(name: str) -> click.Command | None:
     """Return the check of a name; one of a plug-in may also be called DISTRIBUTION:NAME. Raises PluginFailed."""
     distribution, _, inner = name.rpartition(":")
-    return _find(inner if distribution and distribution == whose("checks", inner) else name, "checks", name)
+    if distribution and distribution == _distribution("checks", inner):
+        return _of_plugin(inner, "checks")
+    return _find(name, "checks")
 
 
-def _find(name: str, group: str, typed: str) -> click.Command | None:
-    if typed == name and is_own(name, group):
-        warn_of_plugins(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
-        found: click.Command = import_module(f"rosorin_compile.cli.{entry(name, group).module}").run
-        return found
-    if not whose(group, name):
+def _find(name: str, group: str) -> click.Command | None:
+    listed = entry(name, group)
+    if listed is None:
+        return _of_plugin(name, group)
+    _warn(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
+    found: click.Command = import_module(f"rosorin_compile.cli.{listed.module}").run
+    return found
+
+
+def _of_plugin(name: str, group: str) -> click.Command | None:
+    if not _distribution(group, name):
         return None
-    commands, wrong = _of_plugins(group, (), name)
+    commands, wrong = _load(group, (), name)
     if wrong and not commands:
         raise PluginFailed(wrong[0])
-    warn_of_plugins(wrong)
+    _warn(wrong)
     return next(iter(commands), None)
 
 
-def whose(group: str, name: str) -> str:
+def _distribution(group: str, name: str) -> str:
     """Return the distribution that brings a plug-in of a name, or an empty string. Nothing is imported."""
     return next((one.distribution for one in installed() if (one.group, one.name) == (group, name)), "")
 
 
-def _of_plugins(group: str, taken: Iterable[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
-    """Return the commands of plug-ins, of one name or all, and diagnostics about invalid ones."""
+def _load(group: str, taken: Iterable[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
+    """Load the commands of plug-ins, of one name or all; return them, and diagnostics about invalid ones."""
     from .command import Check, Command
 
     kind = Check if group == "checks" else Command
-    found, said = load(group, kind, lambda one: (one.name or "", *one.also), set(taken).__contains__, called)
-    good, wrong = [], list(said)
+    found, diagnostics = load(group, kind, lambda one: (one.name or "", *one.also), set(taken).__contains__, called)
+    good, wrong = [], list(diagnostics)
     for plugin, one in found:
         if one.name != plugin.name:
             wrong.append(broken(plugin, f'is called "{one.name}", and its entry point "{plugin.name}"'))
@@ -69,7 +141,7 @@ def _of_plugins(group: str, taken: Iterable[str], called: str | None = None) -> 
     return good, wrong
 
 
-def warn_of_plugins(diagnostics: Iterable[Diagnostic]) -> None:
+def _warn(diagnostics: Iterable[Diagnostic]) -> None:
     """Report what is wrong with plug-ins that this run does not need."""
     from rosorin_compile.source.console import Console
     from rosorin_compile.source.diagnostics import WARNING
@@ -77,29 +149,77 @@ def warn_of_plugins(diagnostics: Iterable[Diagnostic]) -> None:
     Console("text").show([replace(one, severity=WARNING) for one in diagnostics])
 
 
-def commands(of_plugins: bool = True) -> dict[str, Entry]:
-    """Return all commands by name, as the help lists them: group by group, each in its order."""
-    found = _all("commands", of_plugins)
-    groups = list(dict.fromkeys([*GROUPS, *(one.group for one in found)]))
-    found.sort(key=lambda one: (groups.index(one.group), one.order))
-    return {one.name: one for one in found}
-
-
-def checks(of_plugins: bool = True) -> dict[str, Entry]:
-    """Return all checks by name, as the help of ``check`` lists them."""
-    return {one.name: one for one in _all("checks", of_plugins)}
-
-
-def _all(group: str, of_plugins: bool) -> list[Entry]:
-    found = [*OWN[group]]
-    if of_plugins and any(one.group == group for one in installed()):
-        more, wrong = _of_plugins(group, [name for one in found for name in one.names])
-        warn_of_plugins(wrong)
+def commands(group: str = "commands") -> dict[str, Entry]:
+    """Return all commands or checks by name, as the help lists them: group by group, each in its order."""
+    found = [*_BUILT_IN[group]]
+    if any(one.group == group for one in installed()):
+        more, wrong = _load(group, [name for one in found for name in (one.name, *one.also)])
+        _warn(wrong)
         found += [Entry(one.name or "", "", one.group, one.help or "", one.order, one.also, one.hidden) for one in more]
-    return found
+    groups = list(dict.fromkeys([*GROUPS, *(one.group for one in found)]))
+    return {one.name: one for one in sorted(found, key=lambda one: (groups.index(one.group), one.order))}
 
 
 def names(group: str) -> dict[str, str]:
     """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
-    own = {one.name: one.help for one in OWN[group] if not one.hidden}
+    own = {one.name: one.help for one in _BUILT_IN[group] if not one.hidden}
     return {**{one.name: f"of {one.distribution} {one.version}" for one in installed() if one.group == group}, **own}
+
+
+def resolve_check(command: click.Command, words: list[str]) -> tuple[str, click.Command, list[str]]:
+    """Return the check that the words after ``check`` name, or ``check`` itself, with the words that are left.
+
+    The name of a built-in check comes before a robot of that name, which is reached by its path. A robot of the project
+    comes before a check of a plug-in, which is reached as DISTRIBUTION:NAME.
+    """
+    values = {name for one in command.params if isinstance(one, click.Option) and not one.is_flag for name in one.opts}
+    places = _words(words, values)
+    if not places:
+        return CHECK, command, words
+    name = words[places[0]]
+    built_in, distribution = entry(name, "checks") is not None, _distribution("checks", name)
+    if not built_in and distribution and name in {path.parent.name for path in all_here()}:
+        way = f"rosorin-compile {CHECK} {distribution}:{name}"
+        _report(f'"{name}" is a robot here; the check of that name of {distribution}: {way}')
+        return CHECK, command, words
+    found = check(name)
+    if found is None:
+        _report_mistake(name, [words[place] for place in places[1:]])
+        return CHECK, command, words
+    robot = _robot(name) if built_in else None
+    if robot is not None:
+        path = robot.path.parent if robot.path.name == ROOT_FILE else robot.path
+        shown = f"./{path}" if path == Path(name) else str(path)
+        _report(f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}')
+    return f"{CHECK} {name}", found, words[: places[0]] + words[places[0] + 1 :]
+
+
+def _words(words: Sequence[str], with_value: set[str]) -> list[int]:
+    """Return the indices of the words before ``--`` that are no option and no value of one."""
+    end = words.index("--") if "--" in words else len(words)
+    before = ["", *words]
+    return [at for at in range(end) if not words[at].startswith("-") and before[at] not in with_value]
+
+
+def _report_mistake(name: str, later: Sequence[str]) -> None:
+    """Report a check that is named after the robot, or a misspelt one."""
+    from rosorin_compile.source.diagnostics import nearest
+
+    for word in later:
+        if entry(word, "checks") and _robot(word) is None and not Path(word).exists():
+            _report(f'"{word}" is a check, and stands before the robot: {CHECK} {word} ROBOT')
+            return
+    close = nearest(name, names("checks"))
+    if close is not None and close != name and _robot(name) is None:
+        _report(f'"{name}" is no check; did you mean "{close}"?')
+
+
+def _robot(name: str) -> Description | None:
+    try:
+        return Description.find([name])[0]
+    except NoDescription:
+        return None
+
+
+def _report(message: str) -> None:
+    sys.stderr.write(f"rosorin-compile: {message}\n")

@@ -1,4 +1,4 @@
-"""The state that a command needs while it runs: options, console, arguments and robots.
+"""The state of a command while it runs: options, console, arguments and robots.
 
 ``Run.of`` creates it from the options; ``for_each`` calls a function for each requested robot.
 """
@@ -6,148 +6,311 @@
 from __future__ import annotations
 
 import os
+import sys
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
-from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.cli.robots import warn_of_no_robots
+from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import Description, all_with
+from rosorin_compile.source.project import (
+    STDIN,
+    Description,
+    NoDescription,
+    all_with,
+    first_file,
+    give_stdin,
+    here,
+    no_file,
+    without_first_file,
+)
+from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.wording import counted, listed
 
-from .answer import answer_of, begin_robot, give_result, tell_of_robot
-from .given import Given, given_arguments
-from .robots import described, descriptions_of, no_stdin, one, take_stdin
-from .usage import FINE, PROBLEMS, WrongUsage
+from .answer import FINE, PROBLEMS, answer_of, give_result
 
 if TYPE_CHECKING:
-    from rosorin_compile.model.kinematics.quaternions import Position
-    from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.output.request import Request
     from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.viewer.changed import Pictures
 
     from .command import Options
 
+RULES = (
+    Rule(
+        "no-robot-file",
+        "A warning: a folder of `descriptions` has no file `robot.yaml`, so it is not compiled.",
+        "Rename the file that the message names, or move the folder out of `descriptions`.",
+        FILES,
+    ),
+)
+
+MARK = ":="  # between name and value of an argument, as in xacro
+_MAX_STDIN = 100_000_001  # bytes; more than any reader takes
+_stdin_read: list[Any] = []  # standard input, once it was read
+
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a command: its options, its console, the arguments of the descriptions, and the other words."""
+    """One run of a command.
+
+    ``words`` are the words of the command line that set no argument. ``request`` makes the request for a robot with
+    the arguments and the packages of the command line.
+    """
 
     options: Options
     console: Console
-    given: Given
-    words: list[str] = field(default_factory=list)
-
-    @staticmethod
-    def take_stdin(names: Sequence[str]) -> None:
-        """Read standard input, if it is one of the robots that are asked for. Raises WrongUsage."""
-        take_stdin(names)
-
-    @staticmethod
-    def no_stdin(words: Sequence[str], help: str) -> None:
-        """Refuse standard input for a robot. Raises WrongUsage; ``help`` is the way out."""
-        no_stdin(words, help)
+    arguments: Mapping[str, str]
+    argument_files: tuple[Path, ...]
+    packages: Mapping[str, Path]
+    words: list[str]
 
     @classmethod
-    def of(cls, options: Options) -> Run:
-        """Return the run that options ask for; its words are those that set no argument. Raises WrongUsage."""
-        given, words = given_arguments(options, options.words)
-        return cls(options, console_of(options), given, words)
+    def of(cls, options: Options, words: list[str] | None = None) -> Run:
+        """Return the run of some options. Raises RequestError for invalid ones."""
+        words = options.words if words is None else words
+        summary = getattr(options, "summary", None)
+        if summary is not None:
+            check_summary(Path(summary))
+        verbose = getattr(options, "verbose", False)
+        console = answer_of(options).console(options.quiet, verbose, summary is not None)
+        if hasattr(options, "notes") and not options.notes and not verbose:
+            console.counts, console.listing = True, "--notes lists them"
+        if not hasattr(options, "arg"):  # a command without arguments of robots
+            return cls(options, console, {}, (), {}, words)
+        arguments = named([*(word for word in words if MARK in word), *options.arg])
+        argument_files = tuple(map(Path, options.args_files))
+        for file in argument_files:
+            if not files.is_file(file):
+                raise RequestError(no_file(file, "arguments"))
+        packages = assignments(options.packages, "NAME=PATH")
+        for name, path in packages.items():
+            if not files.is_folder(path):
+                raise RequestError(f'there is no folder "{path}" for the package {name}')
+        folders = {name: Path(path) for name, path in packages.items()}
+        return cls(options, console, arguments, argument_files, folders, [word for word in words if MARK not in word])
 
     @classmethod
     def alone(cls, options: Options, several: str, how: str, stdin: str = "") -> tuple[Run, Description]:
         """Return the run of a command about one robot, and that robot: the one that is named, or the only one here.
 
-        ``several`` says why it is one, ``how`` how it is named; ``stdin`` is the way out where none is taken from
-        standard input. Raises WrongUsage.
+        ``several`` explains why it is one, ``how`` how it is named. With ``stdin``, an alternative, a robot on standard
+        input is refused. Raises RequestError.
         """
         run = cls.of(options)
         if stdin:
-            no_stdin(run.words, stdin)
+            refuse_stdin(run.words, stdin)
         if len(run.words) > 1:
-            raise WrongUsage(f"{several}: {how}")
-        return run, one(run.words[0] if run.words else "", how)
+            raise RequestError(f"{several}: {how}")
+        return run, find_robot(run.words[0] if run.words else "", how)
 
     def request(self, description: Description) -> Request:
         """Return the request for a robot; warnings before code is executed are printed."""
-        return self.given.request(description, self.console)
+        trust = getattr(self.options, "trust", False)
+        return Request(description, self.arguments, self.argument_files, self.packages, trust, self.console.ahead)
 
-    def robots(self, names: list[str]) -> list[Description]:
-        """Return the robots of these names; without one that of this folder, else all here. Raises WrongUsage."""
-        return descriptions_of(names)
+    def read_options(self) -> dict[str, Any]:
+        """Return the arguments for functions of the API that read a file in another format. Raises RequestError."""
+        from rosorin_compile.source.load import LoadError
 
-    def compiled(self, description: Description) -> Compiled | None:
-        """Compile a robot with its meshes and print its diagnostics; return None with errors."""
-        from rosorin_compile.source.diagnostics import has_errors
+        try:
+            reading = self.request(Description("", Path(), Path())).read_options()
+        except LoadError as problem:
+            raise RequestError(problem.diagnostic.message) from None
+        arguments, packages = reading.arguments, reading.packages
+        return {"arguments": arguments, "packages": packages, "trust": reading.trust, "warn": self.console.ahead}
 
-        request = self.request(description)
-        compiled = request.compile()
-        self.console.tell_read(request.inputs(compiled))
-        self.console.show(compiled.diagnostics)
-        if compiled.robot is not None and not has_errors(compiled.diagnostics):
-            return compiled
-        nothing_written(self.console, description.name, compiled.diagnostics)
-        return None
-
-    def understood(self, description: Description, quietly: bool = False) -> Case | None:
+    def understood(self, description: Description) -> Case | None:
         """Return a robot in any format with its positions in files; None, after printing its errors, with errors."""
-        request = self.request(description)
-        found = (replace(request, warn=None) if quietly else request).understand()
-        if found.case is None and not quietly:
-            self.console.show([one for one in found.diagnostics if one.severity == "error"])
+        found = self.request(description).understand()
+        if found.case is None:
+            self.console.show([one for one in found.diagnostics if one.severity == ERROR])
             self.no_robot(description)
         return found.case
 
-    def no_robot(self, description: Description) -> None:
-        """Print that a robot has errors, after its errors."""
+    def no_robot(self, description: Description) -> int:
+        """Print that a robot has errors, after its errors; return the exit code."""
         self.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
+        return PROBLEMS
 
-    def positions(self, case: Case) -> dict[str, Position] | None:
-        """Return the positions that --pose, --pulse and --joint set; None, after printing why, with a wrong pulse.
+    def show(self, result: Any) -> bool:
+        """Print the diagnostics of a result; return True if there are errors."""
+        self.console.show(result.diagnostics)
+        return has_errors(result.diagnostics)
 
-        Positions beyond a limit are printed. Raises WrongUsage.
-        """
-        from rosorin_compile.model.servos import NoPulse
-        from rosorin_compile.rules.joint_states import beyond, beyond_limit, positions
+    def add_to_result(self, more: Mapping[str, object]) -> None:
+        """Add to the row of the current robot in the result of a command that handles several robots."""
+        if robots := answer_of(self.options).robots:
+            robots[-1].update(more)
 
-        joints = assignments(self.options.joints, "JOINT=POSITION")
-        pulses = assignments(self.options.pulses, "JOINT=PULSE")
-        try:
-            state = positions(case.robot, self.options.pose, joints, pulses)
-        except NoPulse as problem:
-            self.console.warn(f"rosorin-compile: {problem}")
-            return None
-        self.console.show([beyond_limit(case, one) for one in beyond(case.robot, state)])
-        return state
-
-    def tell_of_robot(self, more: Mapping[str, object]) -> None:
-        """Add to what the answer says of the robot at hand, in a command that goes through robots."""
-        tell_of_robot(self.options, more)
+    def give(self, result: object, text: Callable[[], str] = str) -> int:
+        """Set the result of the command, and print it as ``text``; return the exit code ``FINE``."""
+        return give_result(self.options, result, text)
 
     def finish(self) -> None:
-        """End what is said, and append it to the summary if one is asked for. Raises WrongUsage."""
+        """Print what was counted, and append the summary to a file if requested. Raises RequestError."""
         self.console.finish()
         summary = getattr(self.options, "summary", None)
-        if summary is not None:
-            append_summary(Path(summary), self.console.summary())
+        if summary is None:
+            return
+        check_summary(Path(summary))  # it may have changed during the run
+        try:
+            with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
+                file.write(self.console.summary())
+        except (OSError, ValueError) as problem:
+            reason = getattr(problem, "strerror", None) or problem
+            raise RequestError(f'cannot write the summary "{summary}": {reason}') from None
+
+
+def for_each(options: Options, work: Callable[[Run, Description], int], alone: str = "") -> int:
+    """Call a function with each requested robot; return the worst exit code.
+
+    Without a name all robots are requested, or, if ``alone`` shows how to name one, the only one. Raises RequestError.
+    """
+    changed: list[str] | None = None
+    words = options.words
+    if getattr(options, "hook", False) and words:
+        changed = [word for word in words if os.path.lexists(word)]  # a file sets no argument, whatever its name
+        words = [word for word in words if word not in changed]
+    run = Run.of(options, words)
+    names = run.words
+    if changed is not None:
+        if names:
+            raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
+        names = [str(path) for path in all_with(changed)]
+    elif alone and not names:
+        names = [str(find_robot("", alone).path)]
+    found = placed(options, names) if names or changed is None else []
+    if not options.words and not alone:
+        warn_of_no_robots(run.console)
+    if not found:
+        run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
+    plugin, robots, code = getattr(options, "plugin", None), answer_of(options).robots, FINE
+    for description in found:
+        run.console.begin(description.name)
+        Progress.about(f"{description.name}:" if len(found) > 1 else "")
+        robots.append({"robot": description.name, "file": str(description.path), "fine": False})
+        # A program reads one document on standard output, without what a plug-in prints.
+        with nullcontext() if plugin is None or run.console.for_people else aside(plugin):
+            result = work(run, description)
+        differing = {"differences": run.console.differing} if run.console.differing else {}
+        run.add_to_result({"fine": result == FINE, **differing})
+        run.console.end(result != FINE)
+        code = max(code, result)
+    give_result(options, {"robots": robots}, str)
+    run.finish()
+    return code
+
+
+def find_robots(names: list[str], outputs: str | None = None) -> list[Description]:
+    """Return the robots of these names, by default all of the project. Raises RequestError."""
+    take_stdin(names)
+    try:
+        return Description.find(names, outputs)
+    except NoDescription as problem:
+        refuse_half_marks(names)
+        raise RequestError(str(problem)) from None
+
+
+def find_robot(name: str, how: str) -> Description:
+    """Return the robot of a name, or the only one here. Raises RequestError; ``how`` shows how to name one."""
+    try:
+        found = find_robots([name]) if name else here()
+    except NoDescription as problem:
+        raise RequestError(str(problem)) from None
+    if len(found) > 1:
+        robots = ", ".join(description.name for description in found)
+        raise RequestError(f"there are several robots here: {robots}; name one: {how}")
+    return found[0]
+
+
+def placed(options: Options, names: list[str]) -> list[Description]:
+    """Return the robots of these names, with the folders of their artifacts that -o sets. Raises RequestError.
+
+    One robot gets the folder itself; several, and all robots of a project with --hook, get a folder each in it.
+    """
+    output = getattr(options, "output", None)
+    found = find_robots(names, output)
+    if output is not None and len(found) == 1 and not getattr(options, "hook", False):
+        return [replace(found[0], outputs=Path(output))]
+    return found
+
+
+def is_robot(word: str) -> bool:
+    """Return True if a word is the name or the path of a robot, or the one on standard input."""
+    try:
+        return word == STDIN or bool(first_file(word))
+    except NoDescription:
+        return False
+
+
+def take_stdin(names: Sequence[str]) -> None:
+    """Read standard input, if it is one of the robots. Raises RequestError."""
+    if STDIN not in names:
+        return
+    if names.count(STDIN) > 1:
+        raise RequestError("standard input is one robot, and - stands there twice")
+    if sys.stdin is None:
+        raise RequestError("there is no standard input to read a robot from")
+    if _stdin_read and _stdin_read[0] is sys.stdin:  # it is read once
+        return
+    if sys.stdin.isatty():
+        sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
+        sys.stderr.flush()
+    give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
+    _stdin_read[:] = [sys.stdin]
+    Progress.begin()  # the time of typing does not count
+
+
+def refuse_stdin(words: Sequence[str], help: str) -> None:
+    """Raise RequestError for a robot on standard input; ``help`` is the alternative."""
+    if STDIN in words:
+        raise RequestError(f"a robot on standard input has no name and no folder; {help}")
+
+
+def refuse_half_marks(words: Iterable[str]) -> None:
+    """Raise RequestError for prefix=left_ and prefix:left_ instead of prefix:=left_."""
+    for word in words:
+        mark = "=" if "=" in word else ":"
+        name, found, value = word.partition(mark)
+        if found and name.isidentifier() and not os.path.lexists(word):
+            raise RequestError(f'"{word}" sets no argument: write {name}{MARK}{value}')
+
+
+def warn_of_no_robots(console: Console) -> None:
+    """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
+    wrong = without_first_file(Description.around())
+    if wrong:
+        console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
+
+
+def named(texts: Iterable[str]) -> dict[str, str]:
+    """Return arguments by name, from texts that are NAME=VALUE or NAME:=VALUE. Raises RequestError."""
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        name = name.removesuffix(":")
+        if not equals or not name:
+            raise RequestError(f'"{text}" is not NAME=VALUE')
+        found[name] = value
+    return found
 
 
 def assignments(texts: Iterable[str], example: str) -> dict[str, str]:
-    """Return NAME=VALUE texts by name. Raises WrongUsage, which shows the example."""
+    """Return NAME=VALUE texts by name, none of them empty. Raises RequestError, which shows the example."""
     from rosorin_compile.rules.joint_states import split
 
     return dict(split(text, example) for text in texts)
 
 
 def mode_states(texts: Iterable[str]) -> dict[str, bool]:
-    """Return the modes that --mode sets: slam, "not slam", slam=on, slam=off. Raises WrongUsage."""
+    """Return the modes that --mode sets: slam, "not slam", slam=on, slam=off. Raises RequestError."""
     found: dict[str, bool] = {}
     for text in texts:
         name, equals, state = text.partition("=")
@@ -155,130 +318,46 @@ def mode_states(texts: Iterable[str]) -> dict[str, bool]:
         negated = len(words) == 2 and words[0] == "not"
         name = words[-1] if negated else name.strip()
         if (equals and state not in ("on", "off")) or (equals and negated):
-            raise WrongUsage(f'"{text}" is not a mode: write {name}, "not {name}", {name}=on or {name}=off')
+            raise RequestError(f'"{text}" is not a mode: write {name}, "not {name}", {name}=on or {name}=off')
         on = state == "on" if equals else not negated
         if found.setdefault(name, on) != on:
-            raise WrongUsage(f'the mode "{name}" cannot be on and off')
+            raise RequestError(f'the mode "{name}" cannot be on and off')
     return found
 
 
-def for_each(options: Options, work: Callable[[Run, Description], int], alone: str = "") -> int:
-    """Do something with each description that is asked for; return the worst exit code.
-
-    Where no robot is named, all there are; or, if ``alone`` says how to name one, the only one. Raises WrongUsage.
-    """
-    hook = getattr(options, "hook", False)
-    given, found = _of_changed(options) if hook and options.words else _asked_for(options, alone)
-    run = Run(options, console_of(options), given)
-    if not options.words and not alone:
-        warn_of_no_robots(run.console)
-    plugin = getattr(options, "plugin", None)
-    code = FINE
-    if not found:
-        run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
-    for description in found:
-        run.console.begin(description.name)
-        Progress.about(f"{description.name}:" if len(found) > 1 else "")
-        begin_robot(options, description)
-        # A program reads one document on standard output, and nothing that a plug-in prints beside it.
-        with nullcontext() if plugin is None or run.console.for_people else aside(plugin):
-            result = work(run, description)
-        differing = {"differences": run.console.differing} if run.console.differing else {}
-        tell_of_robot(options, {"fine": result == FINE, **differing})
-        run.console.end(result != FINE)
-        code = max(code, result)
-    give_result(options, {"robots": answer_of(options).robots}, str)
-    run.finish()
-    return code
-
-
-def _asked_for(options: Options, alone: str) -> tuple[Given, list[Description]]:
-    """Return the arguments that the command line sets, and the descriptions that it names. Raises WrongUsage."""
-    given, names = given_arguments(options, options.words)
-    names = names or ([str(one("", alone).path)] if alone else [])
-    return given, described(options, names)
-
-
-def _of_changed(options: Options) -> tuple[Given, list[Description]]:
-    """Return the same of a command line that names files that changed; there may be none. Raises WrongUsage."""
-    # What is a file sets no argument, whatever its name.
-    files = [word for word in options.words if os.path.lexists(word)]
-    given, names = given_arguments(options, [word for word in options.words if word not in files])
-    if names:
-        raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
-    paths = [str(path) for path in all_with(files)]
-    return given, described(options, paths) if paths else []
-
-
-def console_of(options: Options) -> Console:
-    """Return where a command prints what it has to say, in the form that the options choose. Raises WrongUsage."""
-    summary = getattr(options, "summary", None)
-    if summary is not None:
-        check_summary(Path(summary))
-    verbose = getattr(options, "verbose", False)
-    console = answer_of(options).console(options.quiet, verbose, summary is not None)
-    if hasattr(options, "notes") and not options.notes and not verbose:
-        console.counts, console.listing = True, "--notes lists them"
-    return console
-
-
-_SUMMARY = "GITHUB_STEP_SUMMARY"  # the file to which steps of a job append, as GitHub names it
+def joint_options(options: Options) -> dict[str, Any]:
+    """Return what --pose, --joint, --pulse and --mode set, as arguments of the API. Raises RequestError."""
+    value = next((word for word in options.words if "=" in word and MARK not in word), None)
+    if value is not None:
+        raise RequestError(f"write --joint {value} for a position, --pulse {value} for a pulse")
+    return {
+        "pose": options.pose,
+        "joints": assignments(options.joints, "JOINT=POSITION"),
+        "pulses": assignments(options.pulses, "JOINT=PULSE"),
+        "modes": mode_states(options.modes),
+    }
 
 
 def check_summary(file: Path) -> None:
-    """Raise WrongUsage for a file to which no summary goes: one that neither we nor a step of a job has begun."""
+    """Raise RequestError for a file that is no summary of this tool and not that of a step of a GitHub job."""
     from rosorin_compile.source.markdown import HEAD
 
-    try:
-        whose = os.environ.get(_SUMMARY, "")
-        if not files.is_file(file) or (whose and files.same_file(file, whose)):
-            return
-        begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
-    except (OSError, ValueError):
-        return  # writing says why not
+    of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
+    with suppress(OSError, ValueError):  # writing reports the reason
+        if files.is_file(file) and not (of_job and files.same_file(file, of_job)):
+            begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
     if begins.strip() and begins != HEAD:
-        raise WrongUsage(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')
-
-
-def append_summary(file: Path, text: str) -> None:
-    """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
-    check_summary(file)
-    try:
-        with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
-            opened.write(text)
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or problem
-        raise WrongUsage(f'cannot write the summary "{file}": {reason}') from None
-
-
-def write_depfile(
-    run: Run, target: str, inputs: Sequence[Path], made: Sequence[Path] = (), newer: Sequence[Path] = ()
-) -> int:
-    """Write the requested depfile, make the files ``newer`` than it, and return the exit code.
-
-    ``inputs`` are what the target is made of, ``made`` the artifacts.
-    """
-    from rosorin_compile.output import OutputError
-
-    from . import depfile
-
-    try:
-        depfile.write_depfile(Path(run.options.depfile), target, inputs, made)
-        depfile.touch(newer)
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    return FINE
+        raise RequestError(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')
 
 
 def write_page(page: Pictures, console: Console) -> None:
-    """Write a page of changes. Raises WrongUsage."""
+    """Write a page of changes. Raises RequestError."""
     from rosorin_compile.output import OutputError
 
     try:
         done = page.write()
     except OutputError as problem:
-        raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None
+        raise RequestError(f"cannot write the page: {problem.diagnostic.message}") from None
     if not done.robots:
         removed = "; the old one is removed" if done.removed else ""
         console.warn(f"{done.file}: no page, because no robot compiles{removed}")
@@ -289,8 +368,8 @@ def write_page(page: Pictures, console: Console) -> None:
 
 
 def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:
-    """Print how many errors keep a robot from being compiled; a robot without outputs has none."""
-    errors = sum(diagnostic.severity == "error" for diagnostic in diagnostics)
+    """Print how many errors keep a robot from being compiled; return the exit code."""
+    errors = sum(diagnostic.severity == ERROR for diagnostic in diagnostics)
     if not errors:
         console.say(f"{name}: nothing to emit; say under outputs: what you want")
         return FINE
@@ -301,6 +380,12 @@ def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnosti
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
     """Return the number of artifacts in words, and that of the meshes and textures with them."""
     return listed([counted(len(artifacts), "artifact"), *counted_files(meshes)])
+
+
+def severities(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return the number of diagnostics of each severity in words."""
+    counts = Counter(one.severity for one in diagnostics)
+    return listed(counted(counts[one], one) for one in ("error", "warning", "note") if counts[one]) or "nothing to say"
 
 
 def counted_files(names: Collection[str]) -> list[str]:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.source.console import give
-from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.diagnostics import RequestError, did_you_mean
 
 from . import complete
-from .answer import give_result
-from .command import Options, argument, command, option
-from .usage import FINE, WrongUsage
+from .answer import FINE, give_result, table
+from .command import Options, argument, command, flag
 
 
 @command("schema", exits="0 printed", sections=lambda: {"Schemas": [*schema_names().items()]})
@@ -20,18 +19,16 @@ from .usage import FINE, WrongUsage
     help="name of a schema, see below; default: authoring",
     shell_complete=complete.of("schema"),
 )
-@option("--list", is_flag=True, help="list the schemas")
+@flag("--list", help="list the schemas")
 def run(options: Options) -> int:
-    """Print a schema to the letter, or list them."""
-    known = schema_names()
+    """Print a schema as it is, or list them."""
+    names = schema_names()
     if options.list:
-        width = max(map(len, known))
-        rows = [{"name": name, "what": what} for name, what in known.items()]
-        give_result(options, rows, lambda: "\n".join(f"{name:<{width}}  {what}" for name, what in known.items()))
-        return FINE
+        rows = [{"name": name, "what": what} for name, what in names.items()]
+        return give_result(options, rows, lambda: "\n".join(table(list(names.items()))))
     if options.format != "text":
-        raise WrongUsage("--format goes with --list: a schema is printed as it is")
-    if options.name not in known:
-        raise WrongUsage(f'there is no schema "{options.name}"; {did_you_mean(options.name, known)}')
+        raise RequestError("--format goes with --list: a schema is printed as it is")
+    if options.name not in names:
+        raise RequestError(f'there is no schema "{options.name}"; {did_you_mean(options.name, names)}')
     give(schema_text(options.name))
     return FINE

@@ -1,34 +1,25 @@
-"""rosorin-compile sweep: compile one description for a list of variants, each into a folder of its own."""
+"""rosorin-compile sweep: compile one description for a list of variants, each to a separate folder."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rosorin_compile import api
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import and_more, counted
 from rosorin_compile.variants.writing import MAX_FAILED
 
-from .answer import give_result
-from .command import Options, command, option
-from .options import PATH, robot_argument, robot_options
+from .answer import FINE, PROBLEMS
+from .command import Options, command, flag, option, path_option, robot_argument, robot_options
 from .run import Run
-from .usage import FINE, PROBLEMS
-
-if TYPE_CHECKING:
-    from rosorin_compile.variants.writing import WrittenVariants
 
 
 @command("sweep", exits="0 all variants written or unchanged, 1 a variant has errors or cannot be written")
 @robot_argument
-@option(
+@path_option(
     "--over",
     required=True,
-    type=PATH,
     metavar="LIST",
     help="variants: a CSV file with a row for each, a YAML list, or a folder with a file of arguments for each",
 )
-@option("-o", "--output", required=True, type=PATH, metavar="FOLDER", help="a folder per variant")
+@path_option("-o", "--output", required=True, metavar="FOLDER", help="a folder per variant")
 @option("-j", "--jobs", type=int, metavar="NUMBER", help="number of processes; default: one per core")
 @option(
     "--as",
@@ -37,8 +28,8 @@ if TYPE_CHECKING:
     metavar="ARGUMENT",
     help="with a folder: argument to set to the content of each file, or to its path if it is a text",
 )
-@option("--dask", metavar="ADDRESS", help="address of a Dask scheduler, such as tcp://HOST:8786")
-@option("--prune", is_flag=True, help="delete variants that are no longer in the list")
+@option("--dask", default="", metavar="ADDRESS", help="address of a Dask scheduler, such as tcp://HOST:8786")
+@flag("--prune", help="delete variants that are no longer in the list")
 @robot_options
 def run(options: Options) -> int:
     """Compile the variants of a list; return the exit code."""
@@ -53,7 +44,7 @@ def run(options: Options) -> int:
             options.output,
             jobs=options.jobs,
             whole=options.whole,
-            dask=options.dask or "",
+            dask=options.dask,
             prune=options.prune,
             report=lambda diagnostic: console.show([diagnostic]),
         )
@@ -62,21 +53,17 @@ def run(options: Options) -> int:
             console.warn(f"stopped: {stop.args[0]}; the same command continues from there")
         raise
     if result.complete:
-        _show(result, console)
-        give_result(options, result, str)
+        if result.removed:
+            shown = ", ".join(result.removed[:5]) + and_more(len(result.removed[5:]))
+            console.say(f"{counted(len(result.removed), 'variant')} removed: {shown}")
+        if result.error > MAX_FAILED:
+            console.warn(f"{result.error - MAX_FAILED} more variants with errors: see sweep.json")
+        for status, count in (("made", result.made), ("unchanged", result.unchanged), ("errors", result.error)):
+            console.say(f"{status:<9} {count:>10,}")
+        run.give(result)
         code = PROBLEMS if result.error else FINE
     elif not result.made + result.unchanged + result.error:
         console.warn(f"{options.over}: {counted(len(result.diagnostics), 'error')}, nothing written")
     console.end(code != FINE)
     console.finish()
     return code
-
-
-def _show(result: WrittenVariants, console: Console) -> None:
-    if result.removed:
-        shown = ", ".join(result.removed[:5]) + and_more(len(result.removed[5:]))
-        console.say(f"{counted(len(result.removed), 'variant')} removed: {shown}")
-    if result.error > MAX_FAILED:
-        console.warn(f"{result.error - MAX_FAILED} more variants with errors: see sweep.json")
-    for status, count in (("made", result.made), ("unchanged", result.unchanged), ("errors", result.error)):
-        console.say(f"{status:<9} {count:>10,}")

@@ -8,23 +8,20 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile import api
-from rosorin_compile.output.request import is_foreign
+from rosorin_compile.request import is_foreign
 from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
 from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription
 
 from . import complete
-from .answer import give_result
-from .command import Options, command, option
-from .options import mode_option, pose_option, robot_options, words_argument
-from .run import Run, mode_states
-from .usage import FINE, PROBLEMS, WrongUsage
+from .answer import FINE, PROBLEMS
+from .command import Options, command, flag, mode_option, option, pose_option, robot_options, words_argument
+from .run import Run, find_robot, mode_states
 
 if TYPE_CHECKING:
     from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.recordings.judge import Verdict
-
 
 _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
 _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
@@ -53,16 +50,18 @@ _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2
 @option("--stale", type=float, default=1.0, metavar="S", help="maximum age of a transform in seconds; default: 1")
 @option("--namespace", default="", metavar="NS", help="namespace of the topics, such as robot1")
 @option("--prefix", default="", metavar="TEXT", help="prefix of the recorded frames, such as robot1/")
-@option("--strict", is_flag=True, help="treat warnings as errors")
+@flag("--strict", help="treat warnings as errors")
 @option("--junit", metavar="FILE", help="also write the result as JUnit XML")
 @option("--picture", metavar="FILE.svg", help="write a plot of rates and gaps over time")
 @robot_options
 def run(options: Options) -> int:
     """Compare one recording with one robot."""
+    from rosorin_compile import api
+
     run = Run.of(options)
-    source, description = _asked(run)
-    if source != "-" and not _is_there(source):
-        raise WrongUsage(f"there is no {source}; name {_SOURCES}")
+    source, description = _requested(run.words)
+    if source != "-" and not _may_exist(source):
+        raise RequestError(f"there is no {source}; name {_SOURCES}")
     result = api.verify(
         run.request(description),
         source,
@@ -80,41 +79,29 @@ def run(options: Options) -> int:
         run.console.show(result.diagnostics)
         run.console.warn(f"{description.name}: not compared")
         return PROBLEMS
-    _show(result, result.verdict, options, description.name, run.console)
+    _show(run, result, result.verdict, description.name)
     _write(result.verdict, options)
     return PROBLEMS if result.verdict.fails(options.strict) else FINE
 
 
-def _asked(run: Run) -> tuple[str, Description]:
-    """Return the source and the robot that are meant. Raises WrongUsage."""
-    words = run.words
+def _requested(words: list[str]) -> tuple[str, Description]:
+    """Return the source and the robot. Raises RequestError."""
     if not words or len(words) > 2:
-        raise WrongUsage("write verify [ROBOT] SOURCE: one robot, and one recording")
+        raise RequestError("write verify [ROBOT] SOURCE: one robot, and one recording")
     if words.count(Description.STDIN) > 1:
-        raise WrongUsage("standard input is the recording or the robot, not both")
-    robot, source = "", words[-1]
-    if len(words) > 1:
-        robot = words[0]
+        raise RequestError("standard input is the recording or the robot, not both")
+    robot, source = words[0] if len(words) > 1 else "", words[-1]
     if _is_robot(source):
-        if robot and not _may_be_robot(robot):
-            raise WrongUsage(f"the robot comes first: write verify {source} {robot}")
+        named = Path(robot).suffix.lower() in (".yaml", ".yml") or is_foreign(Path(robot))
+        if robot and not _is_robot(robot) and not (named and is_file(robot)):
+            raise RequestError(f"the robot comes first: write verify {source} {robot}")
         what = "a second robot" if robot else "a robot"
-        raise WrongUsage(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
-    found = run.robots([robot] if robot else [])
-    if len(found) > 1:
-        robots = ", ".join(description.name for description in found)
-        raise WrongUsage(f"there are several robots here: {robots}; write verify ROBOT {source}")
-    return source, found[0]
+        raise RequestError(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
+    return source, find_robot(robot, f"rosorin-compile verify ROBOT {source}")
 
 
-def _may_be_robot(word: str) -> bool:
-    """Return True if a word may be the robot: a description, or a YAML file or foreign robot file that exists."""
-    named = Path(word).suffix.lower() in (".yaml", ".yml") or (word != Description.STDIN and is_foreign(Path(word)))
-    return _is_robot(word) or (named and is_file(word))
-
-
-def _is_there(source: str) -> bool:
-    """Say whether there is a source; one that cannot be looked at is, and reading it says why."""
+def _may_exist(source: str) -> bool:
+    """Return True if a source exists or cannot be accessed; reading it then reports the reason."""
     try:
         Path(source).stat()
     except OSError as problem:
@@ -125,7 +112,7 @@ def _is_there(source: str) -> bool:
 
 
 def _is_robot(source: str) -> bool:
-    """Say whether the word for the recording is a robot: a description, or a file in another format."""
+    """Return True if the word for the recording is a description, or a robot in another format."""
     from rosorin_compile.formats import FORMATS
 
     path = Path(source)
@@ -140,28 +127,28 @@ def _is_robot(source: str) -> bool:
     return found.name == Description.ROOT_FILE or found.suffix.lower() in FORMATS.endings(include=True)
 
 
-def _show(result: Verified, verdict: Verdict, options: Options, name: str, console: Console) -> None:
+def _show(run: Run, result: Verified, verdict: Verdict, name: str) -> None:
     from rosorin_compile.recordings.lines import summary, table
-    from rosorin_compile.source.diagnostics import ERROR, WARNING
 
+    options, console = run.options, run.console
     if options.format != "text":
         if options.format == "json":
             console.show(verdict.findings)
-        give_result(options, result, str)
-        return
-    if options.quiet:
+        run.give(result)
+    elif options.quiet:
         failing = (ERROR, WARNING) if options.strict else (ERROR,)
         Console("text").show([finding for finding in verdict.findings if finding.severity in failing])
-        return
-    for line in table(verdict):
-        print(line)
-    sys.stdout.flush()
-    console.show(verdict.findings)
-    sys.stderr.flush()
-    print(summary(verdict, name, options.strict))
+    else:
+        for line in table(verdict):
+            print(line)
+        sys.stdout.flush()
+        console.show(verdict.findings)
+        sys.stderr.flush()
+        print(summary(verdict, name, options.strict))
 
 
 def _write(verdict: Verdict, options: Options) -> None:
+    """Write the result as JUnit XML and as a plot, if requested. Raises RequestError."""
     if options.junit:
         from rosorin_compile.recordings.machine import as_junit
 
@@ -172,22 +159,22 @@ def _write(verdict: Verdict, options: Options) -> None:
         try:
             _save(options.picture, as_svg(verdict), "<svg")
         except ValueError as problem:
-            raise WrongUsage(f"--picture: {problem}") from None
+            raise RequestError(f"--picture: {problem}") from None
 
 
 def _save(name: str, text: str, kind: str) -> None:
-    """Write a file; what is there is replaced if it is of that kind, as the one of the last run. Raises WrongUsage."""
+    """Write a file; an existing one is replaced if it is of that kind. Raises RequestError."""
     from rosorin_compile.output import OutputError, write_file
 
     try:
         there = exists(name)
         if there and not is_file(name):
-            raise WrongUsage(f"{name} cannot be written: it is no regular file")
+            raise RequestError(f"{name} cannot be written: it is no regular file")
         begins = read_bytes(name, 1000) if there else b""
         if begins and kind.encode() not in begins:
-            raise WrongUsage(f"{name} is there, and verify did not write it; name another file, or move it away")
+            raise RequestError(f"{name} is there, and verify did not write it; name another file, or move it away")
         write_file(Path(name), text.encode(), may_replace=None)
     except OSError as problem:
-        raise WrongUsage(f"{name} cannot be written: {problem.strerror}") from None
+        raise RequestError(f"{name} cannot be written: {problem.strerror}") from None
     except OutputError as problem:
-        raise WrongUsage(problem.diagnostic.message) from None
+        raise RequestError(problem.diagnostic.message) from None

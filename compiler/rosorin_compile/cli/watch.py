@@ -1,4 +1,4 @@
-"""rosorin-compile watch: compile on every change, and say what moved."""
+"""rosorin-compile watch: compile on every change, and print the changes of the robot."""
 
 from __future__ import annotations
 
@@ -8,25 +8,20 @@ import time
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
-from types import FrameType
-from typing import TYPE_CHECKING
 
+from rosorin_compile.compare.committed import compare
+from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.wording import and_more, counted
 
-from .command import Options, command
-from .options import output_folder_option, robots_argument
-from .robots import described
-from .run import Run, count
-from .usage import FINE
-
-if TYPE_CHECKING:
-    from rosorin_compile.compare.committed import Comparison
-    from rosorin_compile.output.pipeline import Compiled
-
+from .answer import FINE
+from .command import Options, command, output_folder_option, robots_argument
+from .run import Run, count, placed, refuse_stdin
 
 MAX_SHOWN = 20  # changes of one run, one line each
 
@@ -38,48 +33,44 @@ def run(options: Options) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
     import gc
 
-    gc.enable()  # this run is a long one
+    gc.enable()  # it is off in short runs
     run = Run.of(options)
-    run.no_stdin(run.words, "name a file to watch")
-    watched = {one.path: _Robot(one, run) for one in described(options, run.words)}
-    stop = _Stop()
+    refuse_stdin(run.words, "name a file to watch")
+    watched = {description.path: WatchedRobot(description, run) for description in placed(options, run.words)}
+    stopped = False
+
+    def stop(*_: object) -> None:
+        """End after the work at hand; a second Ctrl-C does not wait for it."""
+        nonlocal stopped
+        stopped = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
     for robot in watched.values():
         robot.compile()
     _say(f"watching {', '.join(robot.description.name for robot in watched.values())}; Ctrl-C ends it")
-    while not stop.asked:
+    while not stopped:
         time.sleep(INTERVAL)
         if not run.words:
-            _notice_new(watched, run)
+            _add_new(watched, run)
         for robot in watched.values():
-            if not stop.asked and robot.inputs.changed():
+            if not stopped and robot.inputs.changed():
                 robot.inputs.settle()
                 robot.compile()
     _say("watch ended")
     return FINE
 
 
-class _Stop:
-    """Whether somebody asked for the end. The work at hand is finished first; a second Ctrl-C does not wait for it."""
-
-    def __init__(self) -> None:
-        self.asked = False
-        signal.signal(signal.SIGINT, self._ask)
-        signal.signal(signal.SIGTERM, self._ask)
-
-    def _ask(self, _number: int, _frame: FrameType | None) -> None:
-        self.asked = True
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def _notice_new(watched: dict[Path, _Robot], run: Run) -> None:
-    """Compile descriptions that were not there before."""
+def _add_new(watched: dict[Path, WatchedRobot], run: Run) -> None:
+    """Compile descriptions that are new in the project."""
     try:
         found = Description.find([], run.options.output)
     except NoDescription:
         return
     for description in found:
         if description.path not in watched:
-            watched[description.path] = _Robot(description, run)
+            watched[description.path] = WatchedRobot(description, run)
             watched[description.path].compile()
 
 
@@ -114,7 +105,7 @@ def _key(diagnostic: Diagnostic) -> tuple[str, ...]:
     return (diagnostic.severity, diagnostic.rule, diagnostic.message, *place)
 
 
-class _Robot:
+class WatchedRobot:
     """One robot that is watched."""
 
     def __init__(self, description: Description, run: Run) -> None:
@@ -124,20 +115,19 @@ class _Robot:
         self.reported = ReportedDiagnostics()
 
     def compile(self) -> None:
-        """Compile the robot, write what changed, and say what that means; after an error all stays as it is."""
+        """Compile the robot and write its artifacts; after an error nothing is written."""
         Progress.begin()
         self.inputs.read(self._compile)
 
     def _compile(self) -> None:
-        """Compile, and write what came of it; after an error nothing."""
         compiled = self.request.compile()
         self.console.tell_read(self.request.inputs(compiled))
-        errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
+        errors = sum(diagnostic.severity == ERROR for diagnostic in compiled.diagnostics)
         new = self.reported.new(compiled.diagnostics)
         self.console.show(new)
         name = self.description.name
         if errors:
-            old = errors - sum(diagnostic.severity == "error" for diagnostic in new)
+            old = errors - sum(diagnostic.severity == ERROR for diagnostic in new)
             also = "" if not old else ", as before" if old == errors else f", {old} as before"
             self.console.warn(f"{name}: {counted(errors, 'error')}{also}; the artifacts stay as they are")
         elif not compiled.artifacts:
@@ -146,35 +136,26 @@ class _Robot:
             self._write(compiled)
 
     def _write(self, compiled: Compiled) -> None:
-        from rosorin_compile.compare.committed import compare
-        from rosorin_compile.formats.templating import Templates
-        from rosorin_compile.output import OutputError, read_set, write_artifacts
-
+        folder = self.description.outputs
         if compiled.robot is None:
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
-        meshes, path = compiled.mesh_files, self.description.path
         try:
-            before = read_set(self.description.outputs)
+            before = read_set(folder)
+            path = self.description.path
             comparison = compare(compiled.robot, compiled.artifacts, before, Templates(path.parent, first=path))
-            done = write_artifacts(self.description.outputs, {**meshes, **files})
+            done = write_artifacts(folder, {**compiled.mesh_files, **files})
         except OutputError as problem:
             self.console.show([problem.diagnostic])
             return
-        written = done.written
-        self.console.show(done.diagnostics(self.description.outputs))
-        summary = f"{self.description.name}: {count(files)} in {self.description.outputs}"
-        _say(f"{summary}, {'written: ' + ', '.join(written) if written else 'unchanged'}")
-        for line in _moved(comparison):
+        self.console.show(done.diagnostics(folder))
+        changes = f"written: {', '.join(done.written)}" if done.written else "unchanged"
+        _say(f"{self.description.name}: {count(files)} in {folder}, {changes}")
+        lines = [change.line() for change in comparison.changes]
+        if len(lines) > MAX_SHOWN:
+            lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"]
+        for line in lines:
             _say(f"  {line}")
-
-
-def _moved(comparison: Comparison) -> list[str]:
-    """Return what changed by its meaning, a line each."""
-    lines = [change.line() for change in comparison.changes]
-    if len(lines) > MAX_SHOWN:
-        lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"]
-    return lines
 
 
 def _say(line: str) -> None:

@@ -25,11 +25,12 @@ Templates run in Jinja's sandbox; a name that does not exist is an error. Values
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, error
-from rosorin_compile.source.numbers import exact, fixed, short, six, vector
+from rosorin_compile.source.numbers import NumberFormat, exact, fixed, short, six, vector
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
 
 from .format import Format
@@ -66,12 +67,20 @@ def _names(robot: Robot, output: Output) -> dict[str, Any]:
         "exact": exact,
         "six": six,
         "fixed": fixed,
-        "vector": lambda numbers, number=short: vector(numbers, number),
+        "vector": _vector,
         "degrees": math.degrees,
         "radians": math.radians,
-        "kind": lambda geometry: type(geometry).__name__,
+        "kind": _kind,
         "source": describe,
     }
+
+
+def _vector(numbers: Sequence[float], number: NumberFormat = short) -> str:
+    return vector(numbers, number)
+
+
+def _kind(geometry: object) -> str:
+    return type(geometry).__name__
 
 
 FORMAT = Format(

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.formats.reading import outputs_of
 from rosorin_compile.model import Robot, Transform
-from rosorin_compile.output.pipeline import Compiled, compile_robot
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
     ERROR,
@@ -197,7 +197,7 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
             Path(name, Description.ROOT_FILE),
             packages=packages,
             search=Request(placed, packages=packages).search_meshes,
-            wanted=[format.name],
+            requested=[format.name],
         )
     made = next((one.text for one in compiled.artifacts), None)
     if made is None:

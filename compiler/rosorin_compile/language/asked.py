@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.load import MAX_DEPTH, MAX_NODES
-from rosorin_compile.source.project import ENDINGS, NoDescription, first_file
+from rosorin_compile.source.project import ENDINGS, NoDescription
 from rosorin_compile.source.tree import Text
 from rosorin_compile.source.units import Quantity
 
@@ -48,26 +48,10 @@ def ask(path: object, arguments: object, packages: object) -> Asked:
     return Asked(name, values, folders, [*diagnostics, *wrong, *missing])
 
 
-def description_of(name: str) -> tuple[Path | None, list[Diagnostic]]:
-    """Return the first file of a description given as a file, a folder or a name; None, and why, if there is none."""
-    try:
-        return first_file(name), []
-    except (NoDescription, OSError) as problem:
-        return None, [unreadable(problem)]
-
-
 def unreadable(problem: NoDescription | OSError) -> Diagnostic:
     """Return the error for a robot that was not found; an OSError without a name is that of the working directory."""
     deleted = isinstance(problem, OSError) and problem.filename is None
     return error("file-unreadable", "the working directory was deleted" if deleted else str(problem), None)
-
-
-def file_of(name: str) -> tuple[Path | None, list[Diagnostic]]:
-    """Return the file of a robot in any format: as ``description_of``, or a file of another ending."""
-    path, diagnostics = description_of(name)
-    if path is None and Path(name).suffix.lower() not in ("", *ENDINGS):
-        return Path(name), []  # its reader says best why it cannot be read
-    return path, diagnostics
 
 
 def is_description(path: Path) -> bool:
@@ -75,10 +59,13 @@ def is_description(path: Path) -> bool:
     return path.suffix.lower() in ENDINGS
 
 
+NO_ARGUMENTS = "leave the arguments out"
+
+
 def deaf(path: Path) -> Diagnostic:
     """Return the error about arguments for a file that takes none."""
     message = f"{path.name} has no arguments: only a description and a xacro have them"
-    return error("unknown-argument", message, None, "leave the arguments out")
+    return error("unknown-argument", message, None, NO_ARGUMENTS)
 
 
 def _folders(packages: object) -> tuple[dict[str, Path], list[Diagnostic]]:

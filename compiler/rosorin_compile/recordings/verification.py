@@ -8,10 +8,9 @@ from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 
+from rosorin_compile.formats.compiled import emit, emit_published
 from rosorin_compile.model import Robot
-from rosorin_compile.output.foreign import emit_published
-from rosorin_compile.output.pipeline import emitted
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.conditions import check_modes
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, did_you_mean, error, has_errors
@@ -65,7 +64,7 @@ def verify_recording(
         errors = tuple(one for one in understood.diagnostics if one.severity == "error")
         return Verified(name, source, diagnostics=errors)
     robot, path = case.robot, request.description.path
-    compiled = emit_published(understood, path) if request.is_foreign else emitted(understood, path)
+    compiled = emit_published(understood, path) if request.is_foreign else emit(understood, path)
     if has_errors(compiled.diagnostics):
         errors = tuple(one for one in compiled.diagnostics if one.severity == "error")
         return Verified(name, source, diagnostics=errors)

@@ -12,7 +12,7 @@ import os
 import re
 import sys
 from collections import Counter
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -185,19 +185,6 @@ class Console:
             self.section.wrong.append(what)
             self.section.blocks += blocks()
             self.section.said += [told.help] if told.help else []
-
-    def add_table(
-        self, noun: str, head: Sequence[str], rows: Iterable[Sequence[str]], code: Container[int] = ()
-    ) -> None:
-        """Add a table to what is said in Markdown: rows under a head; ``noun`` is what one row is.
-
-        The columns in ``code`` are names or numbers, to be set as code.
-        """
-        from .markdown import Code, Table
-
-        made = tuple(tuple((Code(cell) if at in code else cell,) for at, cell in enumerate(row)) for row in rows)
-        if self.keeps and made:
-            self.section.blocks.append(Table(noun, tuple(head), made))
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
         """Print diagnostics, or keep them for the end; for people notes may only be counted, unless ``listed``."""

@@ -13,7 +13,6 @@ import operator
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -111,19 +110,6 @@ class LoadError(Exception):
         return cls(explained(source, problem))
 
 
-_unsaved: dict[str, bytes] = {}
-
-
-@contextmanager
-def unsaved(files: Mapping[Path, bytes]) -> Iterator[None]:
-    """Read these bytes in the place of files, which need not be there, for as long as this is entered."""
-    _unsaved.update({os.path.abspath(path): data for path, data in files.items()})
-    try:
-        yield
-    finally:
-        _unsaved.clear()
-
-
 def unreadable(problem: OSError) -> Diagnostic:
     """Return the error about a file or folder that cannot be looked at."""
     message = f"cannot read {files.shown(os.fsdecode(problem.filename))}: {problem.strerror}"
@@ -137,8 +123,6 @@ def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     """
     help = "descriptions are UTF-8 text files; check the name and the permissions"
     data = stdin_of(path)
-    if _unsaved and data is None:
-        data = _unsaved.get(os.path.abspath(path))
     try:
         if data is None and files.is_special(path):  # a pipe or a device would be waited for
             raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))

@@ -15,9 +15,9 @@ from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.output import OutputError, digest
-from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
-from rosorin_compile.output.request import Request
+from rosorin_compile.formats.compiled import Compiled, Variant, compile_robot
+from rosorin_compile.output import OutputError, check_names, digest, encoded
+from rosorin_compile.request import Request, prove
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, has_errors
 from rosorin_compile.source.files import read_bytes, read_text
 from rosorin_compile.source.progress import Progress
@@ -71,11 +71,14 @@ def compile_variant(job: Job, variant: Variant) -> Result:
         start = time.time_ns()
         description = job.request.description
         placed = replace(description, outputs=description.outputs / variant.name)
-        compiled = _compiled(job, variant, replace(job.request, description=placed).search_meshes).proven()
+        compiled = prove(_compiled(job, variant, replace(job.request, description=placed).search_meshes))
         found, files = compiled.diagnostics, dict[str, bytes]()
         try:
-            files = {} if has_errors(found) else compiled.files()
+            if not has_errors(found):
+                files = {**compiled.mesh_files, **{one.file: encoded(one.file, one.text) for one in compiled.artifacts}}
+                check_names(files)
         except OutputError as problem:
+            files = {}
             found.append(problem.diagnostic)
         entry = entry_of(variant, found, {name: digest(data) for name, data in files.items()})
         # A diagnostic with a place in the list is outdated when rows move.
@@ -102,7 +105,7 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
                 arguments.put(name, value, source.key_spans[name], source.value_spans[name])
     request, kept = job.request, _parsed.setdefault(job.current, {})
     path, packages = request.description.path, request.packages
-    compiled = compile_robot(path, arguments, request.tell, packages, search, kept=kept)
+    compiled = compile_robot(path, arguments, request.tell, packages, search, cache=kept)
     return replace(compiled, diagnostics=[*variant.diagnostics, *compiled.diagnostics])
 
 

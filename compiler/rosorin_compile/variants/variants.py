@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
-from rosorin_compile.output.pipeline import Variant
+from rosorin_compile.formats.compiled import Variant
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, did_you_mean, error, nearest
 from rosorin_compile.source.load import LoadError, each_entry, parse_yaml, read_utf8

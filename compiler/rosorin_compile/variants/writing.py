@@ -11,10 +11,10 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
+from rosorin_compile.formats.compiled import Variant
 from rosorin_compile.language.arguments import Argument
 from rosorin_compile.output import OutputError
-from rosorin_compile.output.pipeline import Variant
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, and_more, counted, did_you_mean
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.progress import Progress

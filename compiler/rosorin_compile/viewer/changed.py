@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from rosorin_compile.compare.committed import Comparison
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.compare.overlay import Overlay
-    from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.output.request import Request
+    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.request import Request
 
 
 COMMITTED = "what is committed"

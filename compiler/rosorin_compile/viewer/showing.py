@@ -21,7 +21,7 @@ from .page.images import Side, companion_files, image_type
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
-    from rosorin_compile.output.request import Request
+    from rosorin_compile.request import Request
     from rosorin_compile.rules.case import Case
 
 _BYTES = "application/octet-stream"

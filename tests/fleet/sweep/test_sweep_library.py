@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 import rosorin_compile
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.language.expand import files
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source import load
 from rosorin_compile.source.tree import Kept as KeptText
 from rosorin_compile.source.units import Quantity
@@ -102,28 +102,28 @@ def test_files_are_parsed_once_while_they_are_as_they_were(monkeypatch: pytest.M
     reading = load.load_mapping
     monkeypatch.setattr(files, "load_mapping", counted)
     first, kept = Path("descriptions/handy/robot.yaml"), {}
-    made = [compile_robot(first, {"scale": str(scale)}, kept=kept) for scale in (1, 2, 1)]
+    made = [compile_robot(first, {"scale": str(scale)}, cache=kept) for scale in (1, 2, 1)]
     assert parsed == ["robot.yaml", "parts.yaml"]
     alone = compile_robot(first, {"scale": "1"})
     assert replace(made[0], meshes=None, variant=None) == replace(made[2], meshes=None, variant=None) == alone
     assert shelf(made[1]) == 2.0
     for name, old, new in (("robot.yaml", "[0.1, cal.", "[0.2, cal."), ("calibration.yaml", "120 mm", "130 mm")):
         edit(first.with_name(name), old, new)
-        again = compile_robot(first, {}, kept=kept)
+        again = compile_robot(first, {}, cache=kept)
         assert again == compile_robot(first, {})
         assert again.artifacts != made[0].artifacts
     edit(first, "robot: handy", "robot: [")
-    assert compile_robot(first, {}, kept=kept).robot is None
+    assert compile_robot(first, {}, cache=kept).robot is None
     edit(first, "robot: [", "robot: handy")
     alone = compile_robot(first, {})
-    assert replace(compile_robot(first, {}, kept=kept), meshes=None, variant=None) == replace(
+    assert replace(compile_robot(first, {}, cache=kept), meshes=None, variant=None) == replace(
         alone, meshes=None, variant=None
     )
 
 
 def test_a_second_variant_parses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     robot, kept = ROOT / "descriptions" / "rosorin" / "robot.yaml", {}
-    first = compile_robot(robot, kept=kept)
+    first = compile_robot(robot, cache=kept)
     monkeypatch.setattr(load, "parse_yaml", lambda source, *_: pytest.fail(f"{source.path} is parsed again"))
     monkeypatch.setattr(files, "load_mapping", lambda path, *_: pytest.fail(f"{path} is read again"))
-    assert compile_robot(robot, kept=kept) == first
+    assert compile_robot(robot, cache=kept) == first

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.diagnostics import ERROR, has_errors
 from support.paths import DATA
 

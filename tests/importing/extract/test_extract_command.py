@@ -15,7 +15,7 @@ import yaml
 from jsonschema import Draft7Validator
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from support.commands import of_a_person
 from support.meshes import box
 from support.robots import compiled

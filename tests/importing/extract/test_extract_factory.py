@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.report import text as report
 from support.paths import DATA
 

@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.importing.extract.into import changes, find_block, replaced
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
 from support.meshes import box

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.mujoco.collisions.contacts import FAR, Contacts
 from rosorin_compile.mujoco.collisions.search import Search, bounds_of
 from rosorin_compile.mujoco.physics.files import Meshes, named_meshes
-from rosorin_compile.output.pipeline import compile_robot
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.ros.srdf.planning import Planning, urdf_of
 from rosorin_compile.source.project import Description
 from support.coal import Coal

@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.simulate import simulation
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.project import Description

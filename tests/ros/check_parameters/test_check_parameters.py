@@ -14,7 +14,7 @@ import pytest
 from rosorin_compile.api import check_parameters
 from rosorin_compile.cli.command import Options
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check

@@ -13,8 +13,8 @@ import pytest
 import yaml
 
 from rosorin_compile.api import check_parameters
-from rosorin_compile.output.pipeline import Compiled, compile_robot
-from rosorin_compile.output.request import Request
+from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.request import Request
 from rosorin_compile.ros.check_parameters.files import read_file
 from rosorin_compile.ros.parameters.tables import DISTRIBUTIONS
 from rosorin_compile.source.diagnostics import NOTE, has_errors

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from support.launch import Command, Context, Failed, LaunchConfiguration, Started, command_line, parsed, performed, read
 from support.packages import FORMS, clean, names_in
 from support.paths import DOCS, ROOT, ROSORIN
@@ -90,7 +90,7 @@ def launched(package: Path, form: str, **given: str) -> list[Started]:
 
 def compiled(project: Path, **arguments: str) -> tuple[str, dict[str, list[str]]]:
     """Return the URDF of a description as it stands in the project, and its static transforms by node."""
-    made = compile_robot(project / "descriptions/arm/robot.yaml", arguments, wanted=("full", "static_tf_json"))
+    made = compile_robot(project / "descriptions/arm/robot.yaml", arguments, requested=("full", "static_tf_json"))
     texts = {artifact.output: artifact.text for artifact in made.artifacts}
     return texts["full"], {
         n["name"]: n["arguments"] for n in json.loads(texts["static_tf_json"])["static_transform_publisher"]
@@ -408,7 +408,7 @@ def test_the_lines_of_the_page_replace_a_call_of_xacro(tmp_path: Path, form: str
         "outputs: {urdf: {file: mast.urdf}}\n",
         "utf-8",
     )
-    made = compile_robot(description, {"height": "50 cm"}, wanted=("urdf",))
+    made = compile_robot(description, {"height": "50 cm"}, requested=("urdf",))
     row = next(line for line in text.splitlines() if line.startswith("| Python" if form == "py" else "| XML"))
     line = row.split("`")[3]
     context = Context({}, {"height": "50 cm"})

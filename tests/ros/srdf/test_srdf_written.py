@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.diagnostics import has_errors
 from support.commands import Shown, ask
 from support.paths import ROSORIN

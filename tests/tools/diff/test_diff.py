@@ -9,8 +9,8 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model import Robot
-from rosorin_compile.output.pipeline import compile_robot
 from support.comparing import ARM, DIFF, changed, compared, diff, told
 from support.schemas import properties, schema
 

@@ -10,7 +10,7 @@ import pytest
 
 from rosorin_compile.cli import diff as diff_command
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.formats.compiled import compile_robot
 from support.comparing import compared, diff
 from support.paths import BAD
 

@@ -7,17 +7,17 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.formats.load_robot import understand
 from rosorin_compile.language.arguments import read
 from rosorin_compile.language.explain.answer import NotThere, explain
 from rosorin_compile.language.explain.explanation import Answer, Explanation, Meaning, Number, Origin, Where
-from rosorin_compile.output.pipeline import understand
 from support.commands import HANDY
 
 PROJECT = HANDY
 
 
 def answers(*names: str, pose: str = "", **given: str) -> list[Explanation | Answer]:
-    expanded, lowered, diagnostics, _ = understand(Path("descriptions/handy/robot.yaml"), given)
+    expanded, lowered, diagnostics, *_ = understand(Path("descriptions/handy/robot.yaml"), given)
     assert lowered is not None, diagnostics
     return explain(expanded, lowered, given, names, pose)
 

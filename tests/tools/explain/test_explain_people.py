@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.new_robot import start
+from rosorin_compile.importing.new_robot import start
 from support.commands import HANDY
 
 PROJECT = HANDY

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import frames as command
 from rosorin_compile.cli.main import main
 from support.paths import ROOT
-from support.robots import compiled, copy_of_rosorin
+from support.robots import copy_of_rosorin
 from support.shown import read
 
 Shown = pytest.CaptureFixture[str]
@@ -280,21 +279,6 @@ def test_nothing_heavy_is_imported() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=dict(os.environ))
     assert done.stdout.splitlines()[-1] == "[]", done.stderr
-
-
-def test_the_sentences_are_those_of_the_list_of_frames() -> None:
-    """Each edge of the robot is said once, whichever frame is asked for."""
-    from rosorin_compile.model.frame_tree import rows
-    from rosorin_compile.viewer.drawing.situations import situations
-
-    robot = compiled().robot
-    assert robot is not None
-    every, found = rows(robot), situations(robot, {})
-    said = [
-        line for frame in dict.fromkeys(row.child for row in every) for line in command._answers(every, found, frame)
-    ]
-    assert len(said) == len(every)
-    assert sum(line.startswith("nobody") for line in said) == 7
 
 
 def test_what_is_no_file_is_not_replaced(rosorin: Path, capsys: Shown) -> None:

@@ -14,8 +14,8 @@ from typing import Any
 import jsonschema
 import pytest
 
+from rosorin_compile.cli.command import PAGE_MEGABYTES
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.options import PAGE_MEGABYTES
 from rosorin_compile.viewer.page import MAX_MEGABYTES, data_of, html
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT

@@ -17,10 +17,11 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from rosorin_compile.cli import view as command
-from rosorin_compile.output.request import Request
+from rosorin_compile.cli.view import contacts
+from rosorin_compile.request import Request
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.project import Description
+from rosorin_compile.viewer.live import LiveRobot
 from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
@@ -284,12 +285,11 @@ def test_a_browser_that_goes_away_says_nothing_here(project: Path) -> None:
 @pytest.mark.usefixtures("project")
 def test_memory_stays_flat_over_many_saves() -> None:
     (description,) = Description.find([])
-    followed = command._Followed(Request(description), quiet=False)
-    followed.console = Console("text")
+    followed = LiveRobot(Request(description), Console("text"), contacts)
     counts = []
     for save in range(60):
         os.utime(ROBOT, ns=(save, save))
-        followed.inputs.read(followed._compile)
+        followed.inputs.read(followed.compile)
         if save in (9, 59):
             gc.collect()
             counts.append(len(gc.get_objects()))

@@ -13,7 +13,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.model import Mesh as MeshShape
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.output.pipeline import read
+from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, did_you_mean
 from rosorin_compile.source.packages import Packages
@@ -103,7 +103,7 @@ def _described(word: str, options: ReadOptions) -> RobotSource:
         (description,) = Description.find([word])
     except NoDescription as problem:
         raise NotThere.of("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
-    found = read(description.path, options.arguments, options.packages, tell=options.tell)
+    found = Request.of(description.path, options.arguments, options.packages, warn=options.tell).read()
     if found.robot is None:
         raise SourceProblem(found.diagnostics)
     assert found.tree is not None  # a model is made of a tree  # noqa: S101

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.compare.proof import Proof, Tolerance
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.model import Robot
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
 from rosorin_compile.source.load import LoadError, parse_yaml

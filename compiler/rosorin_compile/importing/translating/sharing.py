@@ -254,14 +254,14 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
 def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
     """Return the robot of a description by what its arguments are; what is wrong in words where there is none."""
     from rosorin_compile.language.arguments import Argument
-    from rosorin_compile.output.pipeline import read as read_description
+    from rosorin_compile.request import Request
 
     arguments, wrong = Argument.declared(root, {}, packages)
     if has_errors(wrong):
         return {(): _in_words(wrong[0])}
     made: dict[tuple[str, ...], Robot | str] = {}
     for given in islice(Argument.combinations(arguments), MAX_COMBINATIONS):
-        found = read_description(root, given, packages)
+        found = Request.of(root, given, packages).read()
         robot = found.robot
         errors = [_in_words(one) for one in found.diagnostics if one.severity == ERROR]
         made[tuple(f"{one}:={value}" for one, value in given.items())] = robot if robot and not errors else errors[0]

@@ -11,7 +11,7 @@ from typing import Annotated
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.model import DisabledCollision, Robot
 from rosorin_compile.output import OutputError, may_replace, write_file
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, counted, error
 from rosorin_compile.source.rule_registry import Heading, Rule

@@ -7,6 +7,7 @@ numbers what stands in ``<replicate>``, and with a site the sensors that measure
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.templating import Templates
@@ -127,9 +128,7 @@ class _Printer:
 
 
 def _rendered(robot: Robot, sensor: Sensor, part: Simulated, templates: Templates, number: NumberFormat) -> str:
-    def printed(numbers: Sequence[float]) -> str:
-        return vector(numbers, number)
-
+    printed = partial(vector, number=number)
     values: dict[str, Any] = {"robot": robot, "sensor": sensor, "element": part, "number": number, "vector": printed}
     return templates.render(part.element, values).strip()
 

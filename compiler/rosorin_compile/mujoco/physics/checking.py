@@ -6,7 +6,7 @@ import os
 import warnings
 
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import MissingPackages, arrange

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.model import Controller
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import (
     ERROR,

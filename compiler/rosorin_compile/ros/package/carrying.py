@@ -27,9 +27,9 @@ from .naming import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 
 if TYPE_CHECKING:
+    from rosorin_compile.formats.compiled import Compiled
     from rosorin_compile.language.arguments import Argument
-    from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.output.request import Request
+    from rosorin_compile.request import Request
 
     from .package import Options
 

@@ -23,7 +23,7 @@ from .bringup import Bringup, bringup
 from .naming import file_name
 
 if TYPE_CHECKING:
-    from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.formats.compiled import Compiled
 
     from .carrying import Carried
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.output import OutputError, PackageFolder, open_package_folder
-from rosorin_compile.output.pipeline import Compiled
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
 
 from .carrying import Carried, described, proven

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rosorin_compile.output import OutputError, write_file
-from rosorin_compile.output.request import Request
+from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError
 from rosorin_compile.viewer.showing import look, on_disk
 

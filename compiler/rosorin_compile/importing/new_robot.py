@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.formats.schemas import schema_text
+from rosorin_compile.output import locked, staging_folder
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.project import DESCRIPTIONS, ROOT_FILE, SCHEMA, data_folder
-
-from . import locked, staging_folder
 
 
 class Template(NamedTuple):

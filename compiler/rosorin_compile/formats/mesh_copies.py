@@ -16,14 +16,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rosorin_compile.formats.mesh_files import Found, Searched, files_diagnostic
-from rosorin_compile.formats.named_files import OF_ELEMENT, Named
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import FORMATS, Rule
+
+from .mesh_files import Found, Searched, files_diagnostic
+from .named_files import OF_ELEMENT, Named
 
 RULES = (
     Rule(
@@ -54,7 +55,7 @@ _OBJ_INDEX = re.compile(rb"(?:^|(?<=[ \t]))(-?\d+)", re.MULTILINE)
 _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
-def brought(searched: Searched, outputs: Path) -> Searched:
+def read_meshes(searched: Searched, outputs: Path) -> Searched:
     """Read the meshes and textures that belong to the artifacts, and add their contents to the result of the search.
 
     Those that cannot be read are added to ``missing`` and reported.

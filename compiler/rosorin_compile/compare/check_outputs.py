@@ -1,0 +1,116 @@
+"""Compare compiled artifacts with the committed files: artifacts by meaning, meshes by bytes, and with engines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, NamedTuple
+
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.model import Mesh
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
+from rosorin_compile.source.rule_registry import WRITING, Rule
+from rosorin_compile.source.tree import locate
+
+from .committed import Comparison, compare, lines
+
+if TYPE_CHECKING:
+    from rosorin_compile.formats import Artifact
+    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.formats.format import Refusal
+    from rosorin_compile.rules.case import Case
+
+RULES = (
+    Rule(
+        "outputs-differ",
+        "The committed artifacts are not those of the description (in the forms for programs).",
+        "`rosorin-compile all`, if that is what you meant.",
+        WRITING,
+    ),
+    Rule(
+        "engine-refuses",
+        "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` asks MuJoCo, "
+        "where it is installed; of one that is too old, it is a warning.",
+        "As the message says; a mesh is looked for from the folder of the artifact.",
+        WRITING,
+    ),
+)
+
+
+class Committed(NamedTuple):
+    """The differences between committed files and compiled artifacts, and why engines reject artifacts.
+
+    ``meshes`` are the mesh files that differ, each with a description of the difference.
+    """
+
+    comparison: Comparison
+    committed: Mapping[str, bytes]
+    meshes: tuple[tuple[str, str], ...]
+    diagnostics: list[Diagnostic]
+
+    @property
+    def same(self) -> bool:
+        """Whether no file differs."""
+        return self.comparison.same and not self.meshes
+
+    def differing(self) -> tuple[str, ...]:
+        """Return the names of the files that are not as compiled."""
+        return (*(text.file for text in self.comparison.texts), *(name for name, _ in self.meshes))
+
+    def lines(self, full: bool = False) -> list[str]:
+        """Return the differences as lines; texts are shortened unless ``full``."""
+        return [*lines(self.comparison, full), *(f"{name}: {what}" for name, what in self.meshes)]
+
+
+def compare_committed(
+    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, load: Callable[[], Case | None]
+) -> Committed:
+    """Compare a compiled robot without errors with the files in its outputs folder.
+
+    ``load`` returns the robot with its positions in files, for errors of engines.
+    """
+    if compiled.robot is None:
+        raise ValueError("a robot with errors has no artifacts")
+    meshes = compiled.mesh_files
+    present = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
+    path = request.description.path
+    files = {name: data for name, data in committed.items() if name not in meshes}
+    comparison = compare(compiled.robot, compiled.artifacts, files, Templates(path.parent, first=path))
+    changed = []
+    for name, data in meshes.items():
+        if data != committed.get(name):
+            what = "another file than the mesh is" if name in committed else "missing"
+            changed.append((name, f"{what}; rosorin-compile all writes it"))
+    return Committed(comparison, committed, tuple(changed), _refused(present, folder, load))
+
+
+def _refused(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
+    """Return why the engines of artifacts in a folder do not load them; an engine that is too old is a warning."""
+    diagnostics = []
+    for artifact in artifacts:
+        engine = FORMATS[artifact.backend].proving.refusal
+        found = engine(artifact.text, (folder / artifact.file).parent) if engine else None
+        if found is not None and found.reason:
+            diagnostics += _refusal(artifact, found, load)
+    return diagnostics
+
+
+def _refusal(artifact: Artifact, found: Refusal, load: Callable[[], Case | None]) -> list[Diagnostic]:
+    """Return why an engine does not load an artifact, at the meshes that it names, or else at the output."""
+    message = f"MuJoCo cannot load {artifact.file}: {found.reason}"
+    if found.outdated:
+        return [Diagnostic("engine-refuses", WARNING, message)]
+    case = load()
+    if case is None:
+        return [error("engine-refuses", message, None)]
+    help = "correct the file, or name another one; it is looked for from the folder of the artifact"
+    at_meshes = [
+        case.problem("engine-refuses", message, case.link(link.name, purpose, index, "mesh", "file"), help)
+        for link in case.robot.links
+        for purpose in ("collision", "visual")
+        for index, shape in enumerate(getattr(link, purpose))
+        if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason
+    ]
+    output = locate(case.tree, ("outputs", artifact.output), key=True)
+    return at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]

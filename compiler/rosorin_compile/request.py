@@ -1,0 +1,200 @@
+"""A request: one robot with the arguments, packages and trust to load or compile it with.
+
+Every feature that needs a robot takes a ``Request``. The command line and the Python API both build one.
+"""
+
+from __future__ import annotations
+
+import codecs
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.compiled import Compiled, Reading, compile_robot, emit
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.load_robot import Understood, judge_foreign, understand, understand_foreign
+from rosorin_compile.language import asked
+from rosorin_compile.language.arguments import read as read_argument_files
+from rosorin_compile.language.expand import Expanded
+from rosorin_compile.source.diagnostics import Diagnostic, arrange, has_errors
+from rosorin_compile.source.files import shown
+from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.project import ENDINGS, Description, NoDescription, stdin_of
+
+if TYPE_CHECKING:
+    from rosorin_compile.formats.mesh_files import Searched
+    from rosorin_compile.model import Output
+    from rosorin_compile.source.tree import Map
+
+FilePath = str | os.PathLike[str]
+
+
+@dataclass(frozen=True)
+class Request:
+    """One robot, with the arguments to compile it with.
+
+    ``arguments`` are texts, as in ``-a NAME=TEXT``, or values of Python; they override those in ``argument_files``.
+    ``packages`` maps names of ROS packages to folders. ``trust`` permits a xacro to run Python code without a warning.
+    ``warn`` receives the warnings that have to be printed before code is executed; without it they are among the
+    diagnostics. With ``problems`` there is no such robot: loading or compiling it returns them.
+    """
+
+    description: Description
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    argument_files: tuple[Path, ...] = ()
+    packages: Mapping[str, Path] = field(default_factory=dict)
+    trust: bool = False
+    warn: Callable[[Diagnostic], None] | None = field(default=None, compare=False, repr=False)
+    problems: tuple[Diagnostic, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        robot: FilePath | Request,
+        arguments: Mapping[str, Any] | None = None,
+        packages: Mapping[str, FilePath] | None = None,
+        outputs: FilePath | None = None,
+        trust: bool = False,
+        warn: Callable[[Diagnostic], None] | None = None,
+    ) -> Request:
+        """Return the request for a robot that an argument of the API names.
+
+        ``outputs`` is the folder that contains a folder of artifacts for each robot.
+        """
+        if isinstance(robot, Request):
+            return robot
+        found = asked.ask(robot, arguments, packages)
+        problems = found.diagnostics
+        description = Description(Path(found.name).stem or str(robot), Path(found.name), Path())
+        if not problems:
+            try:
+                description = Description.find([found.name], None if outputs is None else os.fsdecode(outputs))[0]
+            except (NoDescription, OSError) as problem:
+                if description.path.suffix.lower() in ("", *ENDINGS):  # otherwise its reader reports the reason
+                    problems = [asked.unreadable(problem)]
+        return cls(description, found.arguments, (), found.packages, trust, warn, tuple(problems))
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether the robot is in another format than ours: URDF, xacro, SDF, MJCF or a driver's JSON."""
+        return is_foreign(self.description.path)
+
+    @property
+    def tell(self) -> Callable[[Diagnostic], None] | None:
+        """The receiver of warnings before code is executed; it ignores them if the code is trusted."""
+        return (lambda _warning: None) if self.trust else self.warn
+
+    def values(self) -> dict[str, Any]:
+        """Return all arguments by name. Raises LoadError for a file of arguments that is invalid."""
+        return read_argument_files(self.argument_files, self.arguments) if self.argument_files else {**self.arguments}
+
+    def read_options(self, lenient: bool = True) -> ReadOptions:
+        """Return how a robot in another format is read. Raises LoadError for an argument that is no text or number."""
+        texts, wrong = asked.as_texts(self.values())
+        if wrong:
+            raise LoadError(wrong[0])
+        return ReadOptions(texts, self.packages, lenient, tell=self.tell, trust=self.trust)
+
+    def compile(
+        self, outputs: Sequence[str] = (), *, meshes: bool = True, foreign: bool = False, lenient: bool = False
+    ) -> Compiled:
+        """Compile the robot and read its artifacts back; nothing is written.
+
+        ``outputs`` are the names of the only outputs to generate. Without ``meshes``, mesh files are not searched and
+        nothing is read back. With ``foreign``, a robot in another format is accepted: its outputs are those of the
+        description that ``import`` would write, and ``lenient`` accepts one that violates its specification.
+        """
+        if self.problems:
+            return Compiled(None, (), [*self.problems], ())
+        path, search = self.description.path, self.search_meshes if meshes else None
+        try:
+            if foreign and self.is_foreign:
+                compiled = emit(judge_foreign(path, self.read_options(lenient), outputs), path, search, outputs)
+            else:
+                compiled = compile_robot(path, self.values(), self.tell, self.packages, search, outputs)
+        except LoadError as problem:
+            return Compiled(None, (), [problem.diagnostic], ())
+        return prove(compiled) if meshes else compiled
+
+    def understand(self, foreign: bool = True, outputs: bool = False) -> Understood:
+        """Load the robot without generating artifacts.
+
+        With ``foreign``, a robot in another format is accepted; with ``outputs`` it gets all outputs that its
+        description would list.
+        """
+        path = self.description.path
+        try:
+            if self.problems:
+                return Understood(Expanded(None, [], (path,)), None, [*self.problems])
+            if foreign and self.is_foreign:
+                options = self.read_options()
+                return judge_foreign(path, options, optional=True) if outputs else understand_foreign(path, options)
+            return understand(path, self.values(), self.tell, self.packages)
+        except LoadError as problem:
+            return Understood(Expanded(None, [], (path,)), None, [problem.diagnostic])
+
+    def read(self, lenient: bool = False) -> Reading:
+        """Read the robot in any format; ``lenient`` accepts one that violates the specification of its format."""
+        path = self.description.path
+        if self.problems or asked.is_description(path):
+            found = self.understand(foreign=False)
+            return Reading(found.robot, found.diagnostics, found.expanded.files, found.expanded.tree)
+        try:
+            options = self.read_options(lenient)
+        except LoadError as problem:
+            return Reading(None, [problem.diagnostic], ())
+        found = understand_foreign(path, options)
+        diagnostics, imported = found.diagnostics, found.imported
+        if options.arguments and imported and imported.tree is not None and not imported.takes_arguments:
+            diagnostics = arrange([*diagnostics, asked.deaf(path)])
+        if found.robot is None or imported is None or has_errors(diagnostics):
+            return Reading(None, diagnostics, found.expanded.files)
+        return Reading(replace(found.robot, outputs=()), diagnostics, found.expanded.files, imported.tree)
+
+    def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> Searched:
+        """Search the meshes of a robot, and read those that belong to its artifacts."""
+        from rosorin_compile.formats.mesh_copies import read_meshes
+        from rosorin_compile.formats.mesh_files import Places, search
+
+        folder = self.description.outputs
+        places = Places(self.description.path, folder, self.packages, os.environ)
+        return read_meshes(search(tree, outputs, places), folder)
+
+    def inputs(self, compiled: Compiled) -> list[Path]:
+        """Return the files that a compilation has read, files of arguments included."""
+        return [path for path in dict.fromkeys([*compiled.files_read, *self.argument_files]) if stdin_of(path) is None]
+
+    def watched(self, compiled: Compiled, made: Sequence[Path]) -> list[Path]:
+        """Return what a build tool has to watch: the inputs, and the folders in which files were not found.
+
+        The folders are listed instead of the missing files, because a build tool would try to make those. Folders
+        outside of the project, and folders of the files that this run has ``made``, change for other reasons.
+        """
+        projects = Description.at(compiled.inputs[0]).projects if compiled.missing else ()
+        written = {path.absolute().parent for path in made}
+        folders: dict[Path, None] = {}
+        for path in compiled.missing:
+            folder = next(parent for parent in path.absolute().parents if parent.is_dir())
+            if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
+                folders[Path(shown(folder))] = None
+        return [*self.inputs(compiled), *folders]
+
+
+def prove(compiled: Compiled) -> Compiled:
+    """Read the artifacts back; if one contradicts the robot, return the result without them and with the reason."""
+    from rosorin_compile.compare.agreement import agreement
+
+    wrong = agreement(compiled.robot, compiled.artifacts) if compiled.robot is not None else []
+    return replace(compiled, artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled
+
+
+def is_foreign(path: Path) -> bool:
+    """Return True if a file is a robot in another format than ours, by its name; on standard input by its text."""
+    text = stdin_of(path)
+    if text is not None:
+        return text[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")
+    suffix = path.suffix.lower()
+    return suffix not in ("", *ENDINGS) and suffix in FORMATS.endings()

@@ -105,6 +105,9 @@ def _do(job: Mapping[str, Any], own: Sequence[str], learned: Path) -> NoReturn:
 
 def _settle(job: Mapping[str, Any], own: Sequence[str]) -> None:
     """Take the folder, the environment, the path of modules and the streams of a command line."""
+    from rosorin_compile import formats
+
+    formats._names.cache_clear()  # a module may have looked at the formats, without those of plug-ins
     given = job["environment"]
     os.chdir(job["folder"])
     os.environ.clear()

@@ -64,17 +64,17 @@ class Committed(NamedTuple):
 
 
 def compare_committed(
-    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, load: Callable[[], Case | None]
+    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, path: Path, load: Callable[[], Case | None]
 ) -> Committed:
     """Compare a compiled robot without errors with the files in its outputs folder.
 
-    ``load`` returns the robot with its positions in files, for errors of engines.
+    ``path`` is the main file of the description. ``load`` returns the robot with its positions in files, for errors of
+    engines.
     """
     if compiled.robot is None:
         raise ValueError("a robot with errors has no artifacts")
     meshes = compiled.mesh_files
     present = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
-    path = request.description.path
     files = {name: data for name, data in committed.items() if name not in meshes}
     comparison = compare(compiled.robot, compiled.artifacts, files, Templates(path.parent, first=path))
     changed = []

@@ -47,18 +47,16 @@ def ball(link: Link) -> Sphere | None:
 def view(robot: Robot, output: Output) -> Robot:
     """Return what the artifact is meant to contain, with the digits that it prints."""
     digits = output.options.get("digits", 6)
-    degrees = output.options.get("angles") == "deg"
-
-    def printed(value: float, is_angle: bool = False) -> float:
-        turned = is_angle and degrees
-        number = round(math.degrees(value) if turned else value, digits)
-        return math.radians(number) if turned else number
-
-    links = [Link(link.name, weight(printed(link.inertial.mass)) if ball(link) else None) for link in robot.links]
+    unit = math.radians(1) if output.options.get("angles") == "deg" else 1.0
+    links = []
+    for link in robot.links:
+        inertial = weight(round(link.inertial.mass, digits)) if ball(link) else None
+        links.append(Link(link.name, inertial))
     joints = []
     for joint in robot.joints:
-        pose = Pose(tuple(map(printed, joint.origin.xyz)), tuple(printed(angle, True) for angle in joint.origin.rpy))
-        joints.append(Joint(joint.name, joint.type, joint.parent, joint.child, pose))
+        xyz = tuple(round(length, digits) for length in joint.origin.xyz)
+        rpy = tuple(round(angle / unit, digits) * unit for angle in joint.origin.rpy)
+        joints.append(Joint(joint.name, joint.type, joint.parent, joint.child, Pose(xyz, rpy)))
     return Robot(robot.name, tuple(links), tuple(joints))
 
 

@@ -178,8 +178,8 @@ class Describer:
         if kind == "pose":
             joint = self.robot.joint.get(quantity)
             return "" if joint is None else _POSITION[joint.type == "prismatic"]
-        if quantity == "rad per pulse":
-            return "rad"
+        if quantity in ("rad per pulse", "radius"):
+            return "rad" if quantity == "rad per pulse" else "m"
         return "kg" if quantity == "mass" else "m" if kind == "height map" else ""
 
     def _mimic(self, joint: str, side: int) -> str:

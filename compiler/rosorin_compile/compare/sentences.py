@@ -271,7 +271,8 @@ def near_angles(old: Vector, new: Vector) -> Vector:
     forms = [(roll, pitch, yaw), (roll + math.pi, math.pi - pitch, yaw + math.pi)]
     near = [[b + _wrapped(a - b) for a, b in zip(form, new, strict=True)] for form in forms]
     best = min(near, key=lambda form: sum(abs(a - b) for a, b in zip(form, new, strict=True)))
-    return (best[0], best[1], best[2])
+    roll, pitch, yaw = (0.0 if abs(angle) < _LEAST else angle for angle in best)
+    return (roll, pitch, yaw)
 
 
 def _wrapped(angle: float) -> float:

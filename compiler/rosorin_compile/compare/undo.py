@@ -131,7 +131,7 @@ def _link(link: Link, one: Difference, entry: Mapping[str, Any]) -> Link:
     quantity = one.address.quantity
     if quantity in ("collision", "visual"):
         sides = [side.solids() if isinstance(side, Shapes) else [] for side in (one.old, one.new)]
-        return replace(link, **{quantity: _shapes(getattr(link, quantity), *sides)})
+        return replace(link, **{quantity: _shapes(getattr(link, quantity), *sides)})  # type: ignore[arg-type]
     if quantity in ("mass", "centre of mass", "inertia"):
         mass, centre, six = (entry.get(key) for key in ("mass", "centre of mass", "inertia"))
         known = None not in (mass, centre, six)

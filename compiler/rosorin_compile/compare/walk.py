@@ -53,6 +53,7 @@ _KINDS = {
     "sensors": "sensor",
     "publishers": "publisher",
     "disabled_contacts": "contacts",
+    "mjcf_sensors": "simulated sensor",
 }
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 # Lengths and angles: near zero they are known no better than elsewhere.
@@ -207,6 +208,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
     if robot.source.note:
         _own["source"] = robot.source.note
     _elements(robot.urdf_elements, _own)
+    _elements(robot.mjcf_elements, _own, "mjcf element")
     for link in robot.links:
         _link(link, found)
     for joint in robot.joints:
@@ -237,13 +239,15 @@ def _sections() -> Mapping[str, str]:
     own = {"materials", "servos", "sensors", "drive", "control", "controllers", "moveit", "publishers"}
     named = {name: node.compared for name, node in sections().items() if node.compared}
     named |= {name: _KINDS.get(name, name) for name in own if name not in named}
-    named |= {name: name.replace("_", " ").removesuffix("s") for name in _SIMULATED if name not in named}
+    for name in _SIMULATED:
+        named.setdefault(name, _KINDS.get(name) or name.replace("_", " ").removesuffix("s"))
     return {name: word for name, word in named.items() if name not in _APART}
 
 
-_SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs", "mjcf_elements")
+_SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs")
 # Sections of a robot that are flattened in their own way.
-_APART = ("links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs", "urdf_elements")
+_APART = ("links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs")
+_APART += ("urdf_elements", "mjcf_elements")
 
 
 def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
@@ -351,10 +355,11 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
         for key, inner in value.items():
             _flatten(inner, _below(path, key), entry)
     elif is_dataclass(value) and not isinstance(value, Pose):
-        for name, default in _fields(type(value)):
+        for name, default in _fields(type(value)):  # type: ignore[arg-type]
             inner = getattr(value, name)
             if inner != default:
-                _flatten(inner, _below(path, name.replace("_", " ")), entry)
+                whole = name in ("values", "mjcf")  # they hold words by name
+                _flatten(inner, path if whole else _below(path, name.replace("_", " ")), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
             _flatten(inner, _below(path, getattr(inner, "name", "") or number), entry)

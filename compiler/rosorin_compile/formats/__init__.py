@@ -14,7 +14,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import feeding
 from rosorin_compile.source.plugins import are_installed
 
-from .format import Artifact, Fact, Facts, Format, Opened, Value
+from .format import Artifact, Format, Opened
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -25,12 +25,9 @@ if TYPE_CHECKING:
 __all__ = [
     "FORMATS",
     "Artifact",
-    "Fact",
-    "Facts",
     "Format",
     "Formats",
     "Opened",
-    "Value",
     "plugged_diagnostics",
 ]
 

@@ -13,11 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, and_here, error
-from rosorin_compile.source.numbers import amount, six_digits
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.proof import Proof
-    from rosorin_compile.model import Edge, Output, Robot
+    from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.rule_registry import Rule
     from rosorin_compile.source.tree import Map
@@ -25,12 +24,6 @@ if TYPE_CHECKING:
 
     from .imported import Imported, LeftOut, ReadOptions
     from .templating import Templates
-
-
-ANGLES = ("roll", "pitch", "yaw")
-# How sentences about facts begin: kinds that are not named, and quantities that are limits.
-_BARE = ("frame", "joint", "link")
-_LIMITS = ("lower", "upper", "effort", "velocity")
 
 
 @dataclass(frozen=True)
@@ -59,80 +52,6 @@ class Refusal(NamedTuple):
 
     reason: str = ""
     outdated: bool = False
-
-
-class About(NamedTuple):
-    """What a sentence is about: a thing and a quantity of it, and what stands between them."""
-
-    name: str
-    quantity: str
-    between: str = " "
-
-    def __str__(self) -> str:
-        """Return both as they stand in a sentence."""
-        return f"{self.name}{self.between}{self.quantity}"
-
-
-class Fact(NamedTuple):
-    """What a fact is about: ``kind`` joint, link, frame or pose; its name; the quantity, such as "origin z"."""
-
-    kind: str
-    name: str
-    quantity: str
-
-    @classmethod
-    def angles(cls, frame: str) -> tuple[Fact, ...]:
-        """Return the facts that say how a frame is turned, in the order in which a pose has them."""
-        return tuple(cls("frame", frame, angle) for angle in ANGLES)
-
-    @property
-    def is_angle(self) -> bool:
-        """Whether its quantity is one of those that say how a frame is turned."""
-        return self.quantity in ANGLES
-
-    @property
-    def about(self) -> About:
-        """What a sentence about it begins with."""
-        kind, name, quantity = self
-        if kind == "frame" and quantity in ("publisher", "topic"):
-            return About(name, "published by" if quantity == "publisher" else quantity, ": ")
-        if kind == "joint" and quantity in _LIMITS:
-            return About(name, f"limit {quantity}")
-        if kind == "pose":
-            return About(f"pose {name}", quantity, ": ")
-        if kind == "height map":
-            return About(name, f"height map {quantity}")
-        if kind == "link" and quantity.startswith("inertia "):
-            quantity = quantity.replace(" ", " i")
-        if kind in _BARE or (kind, name) == ("servo", "pulse_to_rad") or kind == name:
-            return About(name, quantity)
-        return About(f"{kind} {name}", quantity)
-
-
-class Value(NamedTuple):
-    """The value of a fact: a number in SI units and how well it is known, or a text."""
-
-    value: float | str
-    unit: str = ""
-    tolerance: float = 0.0
-
-    def shown(self) -> str:
-        """Return it in print: a number with six digits, and its unit; a text as it is."""
-        if isinstance(self.value, str):
-            return self.value
-        return f"{six_digits(self.value)} {self.unit}".rstrip()
-
-    def amount(self) -> str:
-        """Return a length, angle or mass that is not negative in the unit that suits its size."""
-        return amount(float(self.value), self.unit)
-
-
-Facts = dict[Fact, Value]
-
-
-def row_name(edge: Edge) -> str:
-    """Return what the facts of an artifact call a frame in the row of a publisher that takes turns."""
-    return f"{edge.child} when {' '.join(edge.when.split())}" if edge.when else edge.child
 
 
 # The key of outputs that several formats have.

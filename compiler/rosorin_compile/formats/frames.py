@@ -126,7 +126,7 @@ def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
     rows = []
     for frame in frames:
         who, topic, when = _publishing(frame)
-        when = " ".join(when.split())  # as ``row_name`` has it
+        when = " ".join(when.split())
         motion = "moving" if frame.moving else "static"
         if frame.pose:
             numbers = _placed(frame.pose.xyz, frame.pose.rpy, number)

@@ -8,9 +8,9 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from rosorin_compile.formats.format import Value
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span
+from rosorin_compile.source.numbers import amount
 
 _WEIGHT = {ERROR: 0, WARNING: 1, NOTE: 2}
 _NEAR = math.radians(2.0)  # a turn is named a quarter or a half of one if it is one to within this
@@ -99,10 +99,7 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
     if angle > 1e-7:
         parts.append(f"turned by {_turn_text(angle, axis)}")
     if far > 1e-7:
-        steps = [
-            f"{'-' if step < 0 else '+'}{Value(abs(step), 'm').amount()} in {along}"
-            for along, step in _large(move, far)
-        ]
+        steps = [f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {along}" for along, step in _large(move, far)]
         parts.append(f"moved by {', '.join(steps)}")
     return far, angle, " and ".join(parts)
 

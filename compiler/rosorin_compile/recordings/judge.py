@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.format import Artifact, Value
+from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
 from rosorin_compile.model.kinematics import NoWay
 from rosorin_compile.source.diagnostics import (
@@ -26,6 +26,7 @@ from rosorin_compile.source.diagnostics import (
     did_you_mean,
     first_of,
 )
+from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
 
@@ -256,7 +257,7 @@ def _follower(log: JointLog, name: str, follower: Follower) -> Iterator[Diagnost
     if not follower.off or joint.mimic is None:
         return
     unit = "m" if joint.type == "prismatic" else "rad"
-    often, most = share(follower.off, follower.seen), Value(follower.farthest, unit).amount()
+    often, most = share(follower.off, follower.seen), amount(follower.farthest, unit)
     ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
     ratio += f" {joint.mimic.offset:+.6g} {unit}" if joint.mimic.offset else ""
     message = f"{name} is not {ratio} in {often} messages of {_TOPIC}, by {most} at most"
@@ -272,7 +273,7 @@ def _range(log: JointLog, name: str, seen: Range) -> Iterator[Diagnostic]:
         lower, upper = log.limits(name)
         excess = max(lower - seen.lowest, seen.highest - upper)
         unit = "m" if log.description.robot.joint[name].type == "prismatic" else "rad"
-        often, most = share(seen.beyond, seen.seen), Value(excess, unit).amount()
+        often, most = share(seen.beyond, seen.seen), amount(excess, unit)
         message = f"{name} is beyond its limits in {often} messages, by {most} at most"
         evidence = [f"seen {_span(seen.lowest, seen.highest)} {unit}, described {_span(lower, upper)} {unit}"]
         help = "correct the limits, the zero of the servo, or what drives it there"

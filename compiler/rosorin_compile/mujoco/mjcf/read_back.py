@@ -99,7 +99,8 @@ def _joint_view(joint: Joint, robot: Robot) -> Joint:
     reach = position_range(joint)
     kind = "continuous" if joint.type == "revolute" and reach is None else joint.type
     effort = joint.limit.known("effort") if joint.limit is not None else None
-    limit = Limit(*(reach or (None, None)), effort if effort is not None and effort > 0 else None)
+    lower, upper = reach or (None, None)
+    limit = Limit(lower, upper, effort if effort is not None and effort > 0 else None)
     return Joint(joint.name, kind, *place, joint.axis, limit, joint.mimic)
 
 
@@ -131,7 +132,7 @@ class _Reader:
         poses = tuple(map(self._pose, self.root.iterfind("keyframe/key")))
         touching = self._pairs()
         robot = Robot("", tuple(self.links), tuple(self.joints), poses=poses)
-        return Mjcf(robot, **self.sections, excluded_contacts=frozenset(self._excluded()), **touching)
+        return Mjcf(robot, **self.sections, excluded_contacts=frozenset(self._excluded()), **touching)  # type: ignore[arg-type]
 
     def _entry(self, kind: str, name: str) -> dict[str, Any]:
         return self.sections.setdefault(kind, {}).setdefault(name, {})
@@ -201,10 +202,10 @@ class _Reader:
         joint = joints[0]
         if joint.get("type") == "ball":
             return Joint(first, "ball", parent, child, place)
-        ends = numbers_of(joint.get("range", ""))
-        kind = "prismatic" if joint.get("type") == "slide" else "revolute" if ends else "continuous"
+        reach = numbers_of(joint.get("range", ""))
+        kind = "prismatic" if joint.get("type") == "slide" else "revolute" if reach else "continuous"
         effort = numbers_of(joint.get("actuatorfrcrange", ""))[1:]
-        lower, upper = ends if len(ends) == 2 else (None, None)
+        lower, upper = reach if len(reach) == 2 else (None, None)
         limit = Limit(lower, upper, effort[0] if effort else None)
         dynamics = Dynamics(
             *((numbers_of(joint.get(key, "")) or (0.0,))[0] for key in ("damping", "frictionloss", "armature"))
@@ -299,7 +300,8 @@ class _Reader:
 
     def _pairs(self) -> dict[str, frozenset[str]]:
         """Return the links of which shapes may touch where MuJoCo would not let them, without friction and with it."""
-        plain, rough = set(), set()
+        plain: set[str] = set()
+        rough: set[str] = set()
         for pair in self.root.iterfind("contact/pair"):
             names = " - ".join(sorted(self.geoms.get(_text(pair, word), "") for word in ("geom1", "geom2")))
             (plain if pair.get("condim") == "1" else rough).add(names)

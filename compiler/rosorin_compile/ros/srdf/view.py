@@ -101,7 +101,7 @@ def read(text: str) -> Srdf:
     for element in root:
         if element.tag in _READERS:
             _READERS[element.tag](element, entries, sets)
-    return Srdf(**entries, **{name: frozenset(found) for name, found in sets.items()})
+    return Srdf(**entries, **{name: frozenset(found) for name, found in sets.items()})  # type: ignore[arg-type]
 
 
 def _text(element: Element, attribute: str) -> str:

@@ -246,8 +246,9 @@ def _sections() -> Mapping[str, str]:
 
 _SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs")
 # Sections of a robot that are flattened in their own way.
-_APART = ("links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs")
-_APART += ("urdf_elements", "mjcf_elements")
+_APART = frozenset(
+    {"links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs", "urdf_elements", "mjcf_elements"}
+)
 
 
 def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
@@ -284,7 +285,7 @@ def _inertial(inertial: Inertial, entry: dict[str, Any]) -> None:
     if any((inertial.mass, *six)):
         entry["mass"] = inertial.mass
         entry["centre of mass"] = inertial.pose.xyz
-        entry["inertia"] = along_link(six, inertial.pose.transform())  # type: ignore[arg-type]
+        entry["inertia"] = along_link(six, inertial.pose.transform())
 
 
 def _joint(joint: Joint, found: Leaves) -> None:

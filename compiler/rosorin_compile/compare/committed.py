@@ -23,7 +23,7 @@ from .pairs import Pair, contents, links_of, pair_of, with_new_names
 from .precision import NOISE, POSE_NOISE, Precision, exact
 from .sentences import NEW, REMOVED, Sentence, brief, renamed
 from .shape_sentences import NO_WORD, shapes_change
-from .solids import Delta, Solid, delta, same_set
+from .solids import Solid, delta, same_set
 from .text_report import CHANGED, EXTRA, MISSING, NOT_TEXT, TextDifference, differing_values, report_lines, unified
 from .undo import undo
 from .walk import Address, Difference, Leaves, Shapes, compare_leaves
@@ -274,7 +274,7 @@ class _Changes:
         meant = one.new if before is None else before.get(("link", link), {}).get(quantity)
         old, now = (_solids(s, p) for s, p in zip((one.old, one.new), pair.precisions, strict=True))
         expected = _solids(meant, pair.precisions[1])
-        if _size(delta(old, expected)) >= _size(delta(old, now)):
+        if _size(old, expected) >= _size(old, now):
             meant, expected = one.new, now
         elif not same_set(expected, now):
             self._attach(pair, link, quantity)
@@ -330,8 +330,11 @@ class _Changes:
         return [(one, old[name]) for one, name in zip(change.differences, change.artifacts, strict=False)]
 
 
-def _size(difference: Delta) -> int:
-    return len(difference.removed) + len(difference.added)
+def _size(old: Sequence[Solid], new: Sequence[Solid]) -> tuple[int, int]:
+    """Return in how many solids two sets differ, without looks and names, and with them."""
+    bare = delta([one.bare for one in old], [one.bare for one in new])
+    whole = delta(old, new)
+    return len(bare.removed) + len(bare.added), len(whole.removed) + len(whole.added)
 
 
 def _solids(side: Any, precision: Precision) -> list[Solid]:

@@ -179,37 +179,36 @@ def _reduce(
     robots: tuple[Robot, Robot],
     coordinates: Coordinates,
 ) -> None:
+    """Take out of the entries of a thing what is compared elsewhere, and what is no difference."""
     kind, name = thing
+    keys = {*entries[0], *entries[1]}
+    gone: set[str] = set()
+    if kind == "frame" and name in robots[0].joint_to:
+        gone = {"parent", "origin"}
+        publishers = [entry.get("publisher") for entry in entries]
+        if name in robots[1].joint_to and publishers[0] is not None and publishers[0] == publishers[1]:
+            for entry, robot in zip(entries, robots, strict=True):
+                entry["kind of publisher"] = robot.joint_to[name].publisher.kind
+    elif kind == "joint":
+        types = [entry.get("type") for entry in entries]
+        free = "continuous" in types or (name in coordinates and coordinates[name].same_limits)
+        gone = {"child", "axis"} | ({"limit lower", "limit upper"} if free else set())
+        gone |= keys - {"type"} if "fixed" in types else set()
+        for entry in entries:
+            entry.update({word: entry.get(word, 0.0) for word in keys.intersection(_ZERO)})
+    elif kind == "sensor":
+        gone = {"joint"}
+    elif kind == "drive" and entries[0].get("kind") != entries[1].get("kind"):
+        gone = keys - {"kind"}
+    elif kind == "pose":  # a joint that no pose names is at zero, a follower where its leader puts it
+        both = robots[0].joint.keys() & robots[1].joint.keys()
+        own = robots[0].joint.keys() | robots[1].joint.keys()
+        gone = keys & (own - both) | {word for word in keys & both if any(robot.joint[word].mimic for robot in robots)}
+        for entry in entries:
+            entry.update({joint: entry.get(joint, 0.0) for joint in keys & both})
     for entry in entries:
-        if kind == "frame" and name in robots[0].joint_to:
-            for word in ("parent", "origin"):
-                entry.pop(word, None)
-        elif kind == "joint":
-            types = [other.get("type") for other in entries]
-            for word in ("child", "axis"):
-                entry.pop(word, None)
-            if "fixed" in types:
-                for word in entry.keys() - {"type"}:
-                    del entry[word]
-            if "continuous" in types or (name in coordinates and coordinates[name].same_limits):
-                entry.pop("limit lower", None)
-                entry.pop("limit upper", None)
-            for word in _ZERO:
-                if any(word in other for other in entries):
-                    entry.setdefault(word, 0.0)
-        elif kind == "drive" and entries[0].get("kind") != entries[1].get("kind"):
-            for word in entry.keys() - {"kind"}:
-                del entry[word]
-        elif kind == "sensor":
-            entry.pop("joint", None)
-        elif kind == "pose":
-            for word in [*entry]:
-                joints = [robot.joint.get(word) for robot in robots]
-                if any(joint is not None for joint in joints) and any(j is None or j.mimic for j in joints):
-                    del entry[word]
-            for joint in robots[0].joint:
-                if any(joint in other for other in entries):
-                    entry.setdefault(joint, 0.0)
+        for word in gone:
+            entry.pop(word, None)
 
 
 def _once(differences: Sequence[Difference], robots: tuple[Robot, Robot]) -> list[Difference]:

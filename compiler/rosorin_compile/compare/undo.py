@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
-from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Pose, Robot, Shape
+from rosorin_compile.model import Capsule, Cylinder, HeightMap, Joint, Link, Mesh, Pose, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Mimic
 from rosorin_compile.model.link import Inertial
 from rosorin_compile.model.shape import MERGED, ROWS
@@ -168,13 +168,17 @@ Pieces = list[tuple[Shape, Shape]]
 def _own(shapes: Sequence[Shape], solids: Sequence[Solid], form: str) -> tuple[Pieces, dict[int, int]]:
     """Return shapes with their pieces, and which of some solids these are; ``form`` is how height maps are cut."""
     pieces = [(shape, piece) for shape in shapes for piece in shape.solids(form)]
-    return pieces, dict(match([solid_of(piece).bare for _, piece in pieces], solids).pairs)
+    bare = [solid_of(piece).bare for _, piece in pieces]
+    own = dict(match(bare, solids).pairs)
+    return pieces, own or dict(match([solid.as_cylinder for solid in bare], solids).pairs)
 
 
 def _placed(shape: Shape, was: Solid) -> Shape:
     """Return a shape with the geometry and the place that it had."""
     made = shape_of(was)
     geometry = made.geometry
+    if isinstance(geometry, Cylinder) and isinstance(shape.geometry, Capsule):  # which a format without them has
+        geometry = Capsule(geometry.radius, max(0.0, geometry.length - 2 * geometry.radius))
     if isinstance(geometry, Mesh) and isinstance(shape.geometry, Mesh):
         geometry = replace(shape.geometry, scale=geometry.scale)
     return replace(shape, geometry=geometry, pose=made.pose)

@@ -55,6 +55,7 @@ _KINDS = {
     "disabled_contacts": "contacts",
     "mjcf_sensors": "simulated sensor",
 }
+_EMPTY: frozenset[str] = frozenset()
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 # Lengths and angles: near zero they are known no better than elsewhere.
 _ABSOLUTE = frozenset(
@@ -82,7 +83,9 @@ def compare_leaves(
     for thing in dict.fromkeys([*old, *new]):
         first, second = old.get(thing), new.get(thing)
         if first is None or second is None:
-            found.append(Difference(Address(*thing), first, second))
+            sides = [_EMPTY if side is None else side.get("", side) for side in (first, second)]
+            is_set = any(isinstance(side, frozenset) and side for side in sides)
+            found.append(Difference(Address(*thing), *(sides if is_set else (first, second))))
             continue
         for quantity in dict.fromkeys([*first, *second]):
             values = first.get(quantity), second.get(quantity)

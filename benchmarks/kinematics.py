@@ -17,10 +17,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 from numpy.typing import NDArray
+from rosorin_compile.output.pipeline import compile_robot
 
 from pairs import compare, row
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model.kinematics import Kinematics
-from rosorin_compile.output.pipeline import compile_robot
 
 STATES = 100_000
 BASE, CAMERA = "base_link", "depth_camera_link"

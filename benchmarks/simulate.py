@@ -16,10 +16,11 @@ from functools import partial
 from pathlib import Path
 
 import mujoco
+from rosorin_compile.output.pipeline import compile_robot
 
 from pairs import compare, row
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model.driving import Twist, driving_of
-from rosorin_compile.output.pipeline import compile_robot
 
 STEPS, SETTLE = 4000, 500
 GOAL = 6.6  # times the box, which does some 132,000 steps a second where the robot is to do 20,000

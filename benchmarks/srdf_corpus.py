@@ -25,12 +25,13 @@ from typing import Any
 
 import coal
 import pinocchio
+from rosorin_compile.output.pipeline import compile_robot
 
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.importing.description import write
 from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.project import ROOT_FILE
 

@@ -23,7 +23,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.check_outputs import compare_committed
+from rosorin_compile.compare.check_outputs import compare_committed, judged
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from rosorin_compile.compare.precision import printing_of
@@ -76,7 +76,7 @@ if TYPE_CHECKING:
     from rosorin_compile.importing.import_robot import ImportResult
     from rosorin_compile.importing.new_robot import NewRobot
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
-    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
@@ -227,7 +227,8 @@ def write(
         done = write_artifacts(folder, files, prune, complete=not only)
     except OutputError as problem:
         return Written(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
-    more = done.diagnostics(folder)
+    changed = [artifact for artifact in artifacts if artifact.file in done.written]
+    more = [*done.diagnostics(folder), *judged(changed, folder, lambda: request.understand().case)]
     for name in () if only else done.kept:
         message = f"{folder}/{name} is no artifact of this robot; it is kept"
         more.append(Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it"))

@@ -175,19 +175,19 @@ def test_a_whole_document() -> None:
     )
     head = ("what", "quantity", "before", "after", "by", "artifacts")
     arm = Section("arm")
-    arm.wrong.append("not as committed")
+    arm.wrong.append("not up to date")
     arm.blocks += [Table("change", head, (row,)), Diff("arm.urdf", "", ("-a", "+b"), 3)]
     arm.diagnostics += [
         Diagnostic("axis-not-unit", WARNING, "long", span, (), "make it short"),
         Diagnostic("stand-in", NOTE, "guessed", span),
     ]
-    cart = Section("cart", ["4 artifacts as committed in outputs/cart"])
+    cart = Section("cart", ["4 artifacts up to date in outputs/cart"])
     assert (
         document([cart, arm])
         == """\
 ## Robots: 1 of 2 with problems
 
-### `arm`: not as committed and 1 warning
+### `arm`: not up to date and 1 warning
 
 | what | quantity | before | after | by | artifacts |
 | --- | --- | --- | --- | --- | --- |
@@ -215,7 +215,7 @@ def test_a_whole_document() -> None:
 
 </details>
 
-- `cart`: 4 artifacts as committed in outputs/cart
+- `cart`: 4 artifacts up to date in outputs/cart
 """
     )
 
@@ -226,7 +226,7 @@ def test_it_is_bounded_and_says_what_is_left_out(robots: int, rows: int) -> None
     cell = ("some words " * 20,)
     table = Table("change", ("a", "b"), ((cell, cell),) * min(rows, 30_000 // robots))
     diffs = [Diff(f"{n}.urdf", "", ("+" + "x" * 100,) * 40) for n in range(min(rows, 30))]
-    sections = [Section(f"robot{n}", wrong=["not as committed"], blocks=[table, *diffs]) for n in range(robots)]
+    sections = [Section(f"robot{n}", wrong=["not up to date"], blocks=[table, *diffs]) for n in range(robots)]
     told = document(sections)
     assert len(told.encode()) <= MAX_BYTES
     named = len(set(re.findall(r"`robot\d+`", told)))

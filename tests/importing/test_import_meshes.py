@@ -142,7 +142,7 @@ LEADING = {
     "a package by its manifest": ("package://other/meshes/base.stl", "pkg/a/b", "pkg/meshes", ""),
     "a package beside": ("package://next_one/base.stl", "pkg/urdf", "next_one", ""),
     "a package with a slash more": ("package:///pkg/meshes/base.stl", "pkg/urdf", "pkg/meshes", ""),
-    "a model": ("model://pkg/meshes/base.stl", "pkg/urdf", "pkg/meshes", ""),
+    "a model": ("model://pkg/meshes/base.stl", "pkg/urdf", "pkg/meshes", "meshes/pkg/meshes/base.stl"),
 }
 
 
@@ -234,6 +234,9 @@ def test_a_model_of_gazebo(
     assert ("packages:" in (here / "descriptions/crate/robot.yaml").read_text("utf-8")) == (by == "its own folder")
     made = ET.parse(here / "outputs" / "crate" / "crate.sdf")
     assert [one.text for one in made.iter("uri")] == ["model://crate/meshes/base.stl", "meshes/base.stl"]
+    urdf = here / "outputs" / "crate" / "crate.urdf"
+    assert names(urdf) == ["meshes/crate/meshes/base.stl", "meshes/base.stl"]
+    assert all((urdf.parent / name).is_file() for name in names(urdf))
     assert (here / "outputs" / "crate" / "meshes" / "base.stl").is_file()
 
 

@@ -27,7 +27,8 @@ ROBOT = """<mujoco model="arm"><asset><mesh name="tip" file="meshes/tip.obj"/></
 """
 TIP = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 HOLDS = (
-    "MuJoCo's model of the MJCF is that of the source, in every field that it decides; 250 steps with moving controls"
+    "MuJoCo's model of the MJCF is that of the source, in every field that it decides; frames and accelerations in 20"
+    " random states"
 )
 
 
@@ -52,7 +53,7 @@ def test_what_is_listed_is_known(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["import", "arm.xml"]) == 0
     said = "".join(capsys.readouterr())
     assert "note[import-ignored]: 1 light of the world: the scene is no part of the robot" in said
-    assert "is that of the source, but for what is listed above (lights); 250 steps" in said
+    assert "is that of the source, except for what is listed above (light); frames and accelerations" in said
     assert "import-untold" not in said
 
 
@@ -62,7 +63,8 @@ def test_what_nobody_said_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytes
     assert main(["import", "arm.xml"]) == 1
     said = "".join(capsys.readouterr())
     assert (
-        "error[import-untold]: 1 thing comes out otherwise than in the source, and nothing above says so: damping\n"
+        "error[import-untold]: 1 thing comes out otherwise than in the source, and nothing above says so: joint"
+        " damping\n"
         "    please report it with the file; --lenient writes it all the same\n"
         "      joint turn: damping 0.5 in the source, 0 in ours\n"
     ) in said
@@ -82,46 +84,31 @@ def test_lenient_writes_it_all_the_same(
     assert Path("descriptions").exists() == (code == 0)
 
 
-def test_a_motion_that_differs_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What no field shows would be a fault of the comparison; here the simulation says so by itself."""
-    motion = {"verdict": "differs", "steps": 250, "largest": 0.1, "body": "body arm"}
-    monkeypatch.setattr(proof, "ask", lambda *_: {"differences": [], "motion": motion})
+@pytest.mark.parametrize("differs", [True, False])
+def test_a_motion_that_differs_is_told(differs: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What no field shows would be a fault of the comparison; here the accelerations differ by themselves."""
+    motion = {"differs": differs, "states": 20, "largest": 0.1, "where": "joint arm", "constraints": 3, "scene": 0}
+    monkeypatch.setattr(proof, "prove_in_child", lambda *_: {"differences": [], "motion": motion})
     found = proof.prove(_imported(), "", {})
-    assert found.wrong == {"motion": ["after 250 steps with moving controls the two are apart by 0.1 (body arm)"]}
-    assert found.said == ""
-
-
-@pytest.mark.parametrize(
-    ("motion", "words"),
-    [
-        ({"verdict": "same", "largest": 0.1},
-         "; 250 steps with moving controls and up to 3 contacts: largest difference 0.1"),
-        ({"verdict": "unstable"}, "; the source does not come through a simulation with moving controls"),
-        (
-            {"verdict": "chaotic", "largest": 0.1, "itself": 0.01, "without_contact": 1e-9},
-            "; 250 steps with moving controls are chaotic: apart by 0.1, where the source, moved by no more"
-            " than rounding, is apart from itself by 0.01; without contact by 1e-09",
-        ),
-    ],
-)  # fmt: skip
-def test_how_it_moved_is_said(motion: dict[str, Any], words: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer = {"differences": [], "motion": {"steps": 250, "contacts": 3, **motion}}
-    monkeypatch.setattr(proof, "ask", lambda *_: answer)
-    assert proof.prove(_imported(), "", {}).said.endswith(words)
+    told = {"motion": ["frames or accelerations differ by 0.1 (joint arm)"]}
+    assert found.wrong == (told if differs else {})
+    said = "; frames and accelerations in 20 random states with 3 constraints: largest difference 0.1"
+    assert found.said == "" if differs else found.said.endswith(said)
 
 
 def test_a_crash_of_mujoco_is_no_fault_of_the_robot(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(process, "_START_PROVE", "import os; os.abort()")
+    crash = f"import os, sys; sys.argv[2] != 'prove' or os.abort(); {process._START}"
+    monkeypatch.setattr(process, "_START", crash)
     assert main(["import", "arm.xml"]) == 0
     said = "".join(capsys.readouterr())
     assert "not held against the source in its engine: MuJoCo crashed on the file (signal 6)" in said
 
 
 def test_a_proof_that_waits_for_others_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    slow = "import sys, time; time.sleep(1.2); open(sys.argv[3], 'w').write('{}')"
-    monkeypatch.setattr(process, "_START_PROVE", slow)
+    slow = "import sys, time; time.sleep(1.2); open(sys.argv[4], 'w').write('{}')"
+    monkeypatch.setattr(process, "_START", slow)
     monkeypatch.setattr(process, "_PATIENCE", 600)
     assert process.prove(Path("arm.xml"), {}, seconds=1) == {}
 
@@ -131,7 +118,7 @@ def test_a_proof_has_an_end(child: str, monkeypatch: pytest.MonkeyPatch) -> None
     limited = (
         "import sys; sys.path[:0] = [sys.argv[1]]\nfrom rosorin_compile.mujoco.mjcf import engine\nengine._limit(1)\n"
     )
-    monkeypatch.setattr(process, "_START_PROVE", child.format(limited))
+    monkeypatch.setattr(process, "_START", child.format(limited))
     monkeypatch.setattr(process, "_PATIENCE", 1 if "sleep" in child else 600)
     assert process.prove(Path("arm.xml"), {}, seconds=1) == "MuJoCo did not come to an end with the file in 1 s"
 

@@ -15,7 +15,7 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.mesh_triangles import load_mesh
 from rosorin_compile.mujoco.physics import checking
-from rosorin_compile.mujoco.physics.scene import winding
+from rosorin_compile.mujoco.physics.solids import winding
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
@@ -147,7 +147,7 @@ def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypa
     absent = ("mujoco", "collada")
     monkeypatch.setattr(checking, "is_installed", lambda name: name not in absent)
     assert main(["check", "physics"]) == 2
-    said = "rosorin-compile: check physics needs what is not installed: pip install 'mujoco>=4' pycollada\n"
+    said = "rosorin-compile: check physics needs what is not installed: pip install 'mujoco>=3.12' pycollada\n"
     assert capsys.readouterr().err == said
 
 

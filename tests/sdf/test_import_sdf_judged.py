@@ -18,7 +18,6 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.sdf.proof import prove
 from support import in_drake, sdformat
 from support.paths import DATA
 
@@ -98,22 +97,3 @@ def test_a_planted_difference_is_seen(tmp_path):
     moved.write_text(path.read_text("utf-8").replace("0.1 0 0.5 0 0.3 0", "0.1 0 0.5 0 0.3001 0"), "utf-8")
     one, other = (in_drake.ask(file, "world", quiet=False)["frames"][0]["arm"] for file in (path, moved))
     assert np.abs(np.array(one) - np.array(other)).max() > TOLERANCE
-
-
-@pytest.mark.tier("engines")
-def test_the_import_proves_itself_in_drake(tmp_path):
-    """What ``import`` says where its Python has Drake, and what it finds where something differs."""
-    in_drake.need()
-    path = DATA / "sdf" / "corners" / "frames.sdf"
-    made = read_robot(path, ReadOptions(environment={}))
-    text = written(imported(path), tmp_path).read_text("utf-8")
-    proof = prove(made, text, {}, in_drake.PYTHON)
-    assert not proof.wrong
-    assert proof.said.startswith("Drake sees the same robot: 8 frames at 20 random joint states, largest difference ")
-    assert proof.said.endswith("and 3 masses with their inertias")
-    heavier = prove(made, text.replace("<mass>1.5</mass>", "<mass>1.6</mass>", 1), {}, in_drake.PYTHON)
-    assert list(heavier.wrong) == ["masses"]
-    elsewhere = prove(made, text.replace("0.1 0 0.5 0 0.3 0", "0.1 0 0.6 0 0.3 0"), {}, in_drake.PYTHON)
-    assert list(elsewhere.wrong) == ["frames"]
-    broken = prove(made, text.replace("<mass>", "<maas>").replace("</mass>", "</maas>"), {}, in_drake.PYTHON)
-    assert broken.unknown.startswith("Drake does not load what it becomes: ")

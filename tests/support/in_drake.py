@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.sdf import engine
+ENGINE = Path(__file__).with_name("drake_engine.py")
 
 PYTHON = os.environ.get("DRAKE", "")
 
@@ -36,7 +36,7 @@ def ask(path: Path, root: str, states: list[dict[str, Any]] | None = None, *, qu
     """
     words = json.dumps({"files": [str(path)], "root": root, "states": states or [{}]})
     ran = subprocess.run(
-        [PYTHON, "-P", engine.__file__], input=words, capture_output=True, text=True, timeout=120, check=False
+        [PYTHON, "-P", str(ENGINE)], input=words, capture_output=True, text=True, timeout=120, check=False
     )
     assert ran.returncode == 0, ran.stderr
     found: dict[str, Any] = json.loads(ran.stdout)[0]

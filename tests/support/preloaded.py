@@ -30,9 +30,13 @@ from rosorin_compile.mujoco.mjcf import process
 from support.paths import COMPILER, TESTS
 
 MJCF = "rosorin_compile.mujoco.mjcf"
-MUJOCO = ("mujoco", "numpy", *(f"{MJCF}.{name}" for name in ("engine", "matched", "moves", "compared")))
+MUJOCO = (
+    "mujoco",
+    "numpy",
+    *(f"{MJCF}.{name}" for name in ("engine", "compiled_model", "compare_models", "accelerations")),
+)
 XACRO = ("xacro", "yaml", "rosorin_compile.importing.xacro.child")
-OF_MUJOCO = (process._START, process._START_LOAD, process._START_PROVE)
+OF_MUJOCO = process._START
 OF_XACRO = expanding._CHILD
 SECONDS, XACRO_SECONDS = process.SECONDS, expanding.MAX_SECONDS
 Done = subprocess.CompletedProcess[bytes]
@@ -52,7 +56,7 @@ def _mujoco(start: Any) -> Any:
 
     def run(command: list[str], folder: str, seconds: int) -> Done:
         python, _, program, *words = command
-        same = python == sys.executable and program in OF_MUJOCO and seconds == SECONDS
+        same = python == sys.executable and program == OF_MUJOCO and seconds == SECONDS
         if not same or subprocess.run is not new_process:
             return start(command, folder, seconds)
         code, _, errors = _ask(MUJOCO, program, words, folder, process._environment())

@@ -19,7 +19,7 @@ def test_the_folder_is_that_of_the_artifacts(project: Path, capsys: Shown) -> No
     assert "2 artifacts in made/here, written: frames.md, lamp.urdf" in ask(capsys, "all", "lamp", "-o", "made/here")
     assert names(project / "made") == ["here/frames.md", "here/lamp.urdf"]
     assert "unchanged" in ask(capsys, "all", "lamp", "-o", "made/here")
-    assert "as committed in made/here" in ask(capsys, "all", "lamp", "-o", "made/here", "-n")
+    assert "up to date in made/here" in ask(capsys, "all", "lamp", "-o", "made/here", "-n")
     assert not (project / "outputs").exists()
 
 

@@ -62,7 +62,10 @@ def test_a_mesh_that_is_left_out_is_told_at_its_line_and_mujoco_loads_the_rest(
 @pytest.mark.slow
 def test_a_flat_mesh_is_told_by_its_file(project: Path, capsys: Shown) -> None:
     (project / "descriptions/cart/cover.obj").write_text(OBJ.replace("0 0 0.1", "0.1 0.1 0"))
-    assert main(["all"]) == 0
+    assert main(["all"]) == 1
+    shown = capsys.readouterr()
+    assert "mesh 'cart_mesh_1' has coplanar vertices" in shown.err
+    assert "cart.xml" in shown.out  # it is written: MuJoCo looks for meshes beside it
     (line,) = said(capsys, 1)
     assert line.startswith("descriptions/cart/robot.yaml:7:22: error[engine-refuses]")
     assert "cover.obj: mesh 'cart_mesh_1' has coplanar vertices" in line
@@ -97,7 +100,7 @@ def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys:
     assert FORMATS["mjcf"].proving.refusal is not None
     text = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
     reason = "mass and inertia of moving bodies must be larger than mjMINVAL Element name '', id 1, line 1"
-    assert FORMATS["mjcf"].proving.refusal(text, project) == (reason, False)
+    assert FORMATS["mjcf"].proving.refusal(text, project) == (reason, False, "")
 
 
 def test_a_refusal_that_names_no_mesh_stands_at_the_output(
@@ -114,10 +117,29 @@ def test_a_refusal_that_names_no_mesh_stands_at_the_output(
 
 
 @pytest.mark.usefixtures("project")
-def test_without_mujoco_nothing_is_asked(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("command", ["check", "all"])
+def test_without_mujoco_a_note_says_so(command: str, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process, "is_installed", lambda _: False)
+    if command == "check":
+        assert main(["all"]) == 0
+        capsys.readouterr()
+    note = "MuJoCo not installed: cart.xml was not loaded"
+    assert main([command]) == 0
+    assert f"note[engine-missing]: {note}\n" in capsys.readouterr().err
+    for form, line in (("github", f"::notice title=engine-missing::{note}"), ("sarif", note), ("json", note)):
+        assert main(["check", "--format", form]) == 0
+        assert line in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("project")
+def test_without_mujoco_changes_of_mjcf_are_named(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(["all"]) == 0
     monkeypatch.setattr(process, "is_installed", lambda _: False)
-    assert said(capsys, 0) == []
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    edit(Path("descriptions/cart/robot.yaml"), "mass: 1 kg", "mass: 2 kg")
+    capsys.readouterr()
+    assert main(["check"]) == 1
+    assert capsys.readouterr().out.startswith("body mass 1 -> 2 kg (+1.0 kg): urdf, mjcf\n")
 
 
 def test_an_engine_that_is_too_old_is_a_warning(home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:

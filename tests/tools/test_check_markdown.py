@@ -47,7 +47,7 @@ def of(name: str) -> Path:
 
 @pytest.mark.usefixtures("committed")
 def test_robots_without_a_change_are_a_line_each(capsys: Shown) -> None:
-    lines = [f"- `{name}`: 2 artifacts as committed in outputs/{name}\n" for name in NAMES]
+    lines = [f"- `{name}`: 2 artifacts up to date in outputs/{name}\n" for name in NAMES]
     assert told(capsys, code=0) == "## Robots: no problems\n\n" + "".join(lines)
 
 
@@ -60,11 +60,11 @@ def test_one_that_moved_and_one_that_does_not_compile(capsys: Shown) -> None:
         "## Robots: 2 of 3 with problems\n\n### `arm`: 1 error\n\n|  | rule | place | message | way out |\n"
     )
     assert "| error | `unknown-key` | `descriptions/arm/robot.yaml:5:" in made
-    assert "### `dog`: not as committed\n\nrosorin-compile all writes them anew\n" in made
+    assert "### `dog`: not up to date\n\nrosorin-compile all writes them anew\n" in made
     row = "| `mast` in `base_link` | origin z | 0.1 m | 0.12 m | 20.0 mm | `urdf`, `frames` |"
     assert made.count(row) == 1
     assert "<details><summary><code>dog.urdf</code>: different text</summary>" in made
-    assert made.endswith("</details>\n\n- `cart`: 2 artifacts as committed in outputs/cart\n")
+    assert made.endswith("</details>\n\n- `cart`: 2 artifacts up to date in outputs/cart\n")
 
 
 @pytest.mark.usefixtures("committed")

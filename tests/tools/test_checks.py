@@ -88,7 +88,7 @@ def test_a_robot_that_is_called_as_a_check_is_reached_by_its_path(capsys: Shown)
     assert main(["check", "descriptions/physics"]) == 0
     shown = capsys.readouterr()
     assert "is a check" not in shown.err
-    assert shown.out == "physics: 1 artifact as committed in outputs/physics\n"
+    assert shown.out == "physics: 1 artifact up to date in outputs/physics\n"
 
 
 @pytest.mark.usefixtures("carts")

@@ -143,7 +143,7 @@ def test_right_robots(repository: Path) -> None:
     job = act(repository, STEPS[1:], working_directory="robots")
     assert job.code == 0, job.printed
     assert "::error" not in job.printed
-    assert job.summary.startswith("## Robots: no problems\n\n- `arm`: 1 artifact as committed")
+    assert job.summary.startswith("## Robots: no problems\n\n- `arm`: 1 artifact up to date")
     assert {name: job.outputs[name] for name in ("passed", "code")} == {"passed": "true", "code": "0"}
     assert Path(job.outputs["summary"]).read_text("utf-8") == job.summary
 
@@ -217,4 +217,4 @@ def test_the_whole_action(repository: Path) -> None:
     snapshot(repository.parent / "action")
     job = act(repository, STEPS, working_directory="robots", python=sys.executable)
     assert job.code == 0, job.printed
-    assert "`dog`: 1 artifact as committed" in job.summary
+    assert "`dog`: 1 artifact up to date" in job.summary

@@ -129,7 +129,7 @@ def test_the_command_and_the_check(machine: Machine):
 
 def test_all_and_check(machine: Machine):
     machine.run("all", "cart", code=0)
-    assert "2 artifacts as committed" in machine.run("check", "cart", code=0)
+    assert "2 artifacts up to date" in machine.run("check", "cart", code=0)
     text = machine.read("outputs/cart/cart.toy")
     machine.write("outputs/cart/cart.toy", text.replace("2.000000", "2.500000").replace("0.785398", "0.700000"))
     printed = machine.run("check", "cart", code=1)
@@ -157,7 +157,7 @@ def test_it_is_held_against_the_other_artifacts_before_it_is_used(machine: Machi
 def test_a_format_that_cannot_be_read_is_compared_as_text(machine: Machine):
     machine.record("view=None, read=None")
     machine.run("all", "cart", code=0)
-    assert "as committed" in machine.run("check", "cart", code=0)
+    assert "up to date" in machine.run("check", "cart", code=0)
     text = machine.read("outputs/cart/cart.toy")
     machine.write("outputs/cart/cart.toy", text.replace("0.150000", "0.160000"))
     printed = machine.run("check", "cart", code=1)

@@ -48,7 +48,7 @@ def user(home: Path, capsys: Shown) -> Path:
 @pytest.mark.usefixtures("user")
 def test_a_file_stands_for_the_robots_of_its_project(capsys: Shown) -> None:
     assert main(["check", "--hook", ARM, "README.md", "ml/outputs/weights.txt"]) == 0
-    said = [f"{name}: 1 artifact as committed in ws/src/arm/outputs/{name}" for name in ("arm", "cell")]
+    said = [f"{name}: 1 artifact up to date in ws/src/arm/outputs/{name}" for name in ("arm", "cell")]
     assert capsys.readouterr().out.splitlines() == said
     edit(Path(CELL), "100 mm", "120 mm")
     assert main(["check", "--hook", "ws/src/arm/outputs/arm/arm.urdf"]) == 1
@@ -67,13 +67,13 @@ def test_files_of_no_project(capsys: Shown) -> None:
 @pytest.mark.usefixtures("user")
 def test_a_project_that_is_looked_at_each_time(capsys: Shown) -> None:
     assert main(["check", "--hook", "dog/descriptions", "README.md"]) == 0
-    assert capsys.readouterr().out == "dog: 1 artifact as committed in dog/outputs/dog\n"
+    assert capsys.readouterr().out == "dog: 1 artifact up to date in dog/outputs/dog\n"
 
 
 def test_a_file_from_within_a_project(user: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(user / "dog/descriptions/dog")
     assert main(["check", "--hook", "robot.yaml"]) == 0
-    assert capsys.readouterr().out.startswith("dog: 1 artifact as committed in ")
+    assert capsys.readouterr().out.startswith("dog: 1 artifact up to date in ")
     assert main(["check", "--hook"]) == 0  # as without: every robot of the project here
     assert capsys.readouterr().out.startswith("dog: ")
 

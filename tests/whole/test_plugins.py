@@ -327,7 +327,7 @@ def test_a_robot_goes_before_a_check_of_a_plugin(machine: Machine):
     said = '"light" is a robot here; the check of that name of toy-robot: rosorin-compile check toy-robot:light\n'
     code, printed = machine.run("check", "light")
     assert (code, printed.count(said)) == (0, 1)
-    assert "light: 1 artifact as committed in outputs/light\n" in printed
+    assert "light: 1 artifact up to date in outputs/light\n" in printed
     assert machine.run("check", "toy-robot:light") == (1, "light enough:\n")
 
 

@@ -74,7 +74,8 @@ def _write(run: Run, description: Description) -> int:
     if not compiled.artifacts:
         unknown = any(one.rule == UNKNOWN for one in compiled.diagnostics)
         return max(nothing_written(console, name, compiled.diagnostics), USAGE if unknown else FINE)
-    if has_errors(result.diagnostics):
+    failed = has_errors(result.diagnostics)
+    if failed and not (result.written or result.unchanged):
         return PROBLEMS
     names = {"written": result.written, "unchanged": result.unchanged, "removed": result.removed}
     run.add_to_result({"folder": str(result.folder), **{key: list(files) for key, files in names.items()}})
@@ -87,8 +88,9 @@ def _write(run: Run, description: Description) -> int:
         made = [description.outputs / file for file in (*files, *meshes)]
         newer = [file for file in made if os.path.realpath(file) not in read]
         watched = request.watched(compiled, [*made, Path(options.depfile)])
-        return write_depfile(run, options.depfile_target or str(made[0]), watched, made, newer)
-    return PROBLEMS if options.hook and (result.written or result.removed) else FINE
+        code = write_depfile(run, options.depfile_target or str(made[0]), watched, made, newer)
+        return PROBLEMS if failed else code
+    return PROBLEMS if failed or (options.hook and (result.written or result.removed)) else FINE
 
 
 def _changes(result: Written, meshes: Sequence[str]) -> str:

@@ -20,6 +20,7 @@ from rosorin_compile.language.arguments import Argument, Choice, Combination, co
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, arrange, error, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ON_STDIN, Description
+from rosorin_compile.source.staged import NotStaged, staged_files
 from rosorin_compile.source.wording import counted
 from rosorin_compile.viewer.changed import Pictures
 
@@ -58,11 +59,38 @@ def _checks() -> dict[str, list[tuple[str, str]]]:
     "--every-argument",
     help="compile with all combinations of arguments that have a list of values; do not compare",
 )
+@flag("--staged", help="compare what Git has staged for the next commit, not the files on disk")
 @full_option
 @page_options("write a page that shows the robots, as committed and as compiled, and the changes")
 @depfile_options("required with --depfile")
 def run(options: Options) -> int:
-    """Compile each robot and compare with what is committed."""
+    """Compile each robot and compare with its artifacts."""
+    if options.staged:
+        return _check_staged(options)
+    return _check(options)
+
+
+def _check_staged(options: Options) -> int:
+    """Check the staged files in a copy of the repository, so that messages have the paths of the repository."""
+    absolute = [word for word in options.words if Path(word).is_absolute()]
+    if absolute:
+        raise RequestError(f"--staged takes paths from this folder, not {absolute[0]}")
+    here = Path.cwd()
+    for name in ("html", "summary", "depfile"):
+        if getattr(options, name, None) is not None:
+            setattr(options, name, str(here / getattr(options, name)))
+    try:
+        with staged_files(here) as folder:
+            os.chdir(folder)
+            try:
+                return _check(options)
+            finally:
+                os.chdir(here)
+    except NotStaged as problem:
+        raise RequestError(f"--staged: {problem}") from None
+
+
+def _check(options: Options) -> int:
     if options.every_argument and options.html is not None:
         raise RequestError("--html shows a comparison with what is committed; it does not go with this option")
     check_depfile(options)
@@ -120,14 +148,14 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
 
         lines = committed.lines(full=getattr(options, "full", False))
         found = error("outputs-differ", "\n".join(lines), None, "rosorin-compile all writes them anew")
-        console.differ("not as committed", lines, found, blocks)
+        console.differ("not up to date", lines, found, blocks)
         if options.output is not None and not folder.is_dir():
             way = "rosorin-compile all with the same -o and arguments writes it"
             console.warn(f"{name}: there is no folder {folder}; {way}")
         return PROBLEMS
     if failed:
         return PROBLEMS
-    console.say(f"{name}: {count(compiled.artifacts, compiled.mesh_files)} as committed in {folder}")
+    console.say(f"{name}: {count(compiled.artifacts, compiled.mesh_files)} up to date in {folder}")
     if options.depfile is None:
         return FINE
     watched = request.watched(compiled, [Path(options.depfile)])

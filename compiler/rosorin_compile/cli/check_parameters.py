@@ -46,11 +46,8 @@ def run(options: Options) -> int:
         result = api.check_parameters(
             run.request(description),
             options.parameters,
-            controllers=options.controllers,
-            launch=options.launch,
+            **options.pick("controllers launch namespace distribution"),
             remaps=options.remap,
-            namespace=options.namespace,
-            distribution=options.distribution,
         )
         failed = run.show(result)
         if not result.robot:

@@ -26,7 +26,7 @@ from rosorin_compile.source.system import missed
 
 from . import complete
 from .answer import FINE, PROBLEMS, Answer
-from .registry import entry
+from .table import entry
 
 RULES = (
     Rule(
@@ -54,6 +54,10 @@ _ARGUMENTS = "Arguments of the description or the xacro file"
 
 class Options(SimpleNamespace):
     """The parsed options of one run by name; repeatable options and ``words`` are lists."""
+
+    def pick(self, names: str) -> dict[str, Any]:
+        """Return the values of some options by name, as arguments of the API."""
+        return {name: getattr(self, name) for name in names.split()}
 
 
 Run = Callable[[Options], int]
@@ -165,8 +169,11 @@ class Command(click.Command):
         answer = ctx.obj if isinstance(ctx.obj, Answer) else Answer()
         options = self.options(ctx)
         options.answer, answer.command, answer.form = answer, self.called, options.format
-        if getattr(options, "xacro_seconds", None):
-            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
+        seconds = getattr(options, "xacro_seconds", None)
+        if seconds is not None:
+            if seconds < 1:
+                raise RequestError(f"--xacro-seconds takes 1 or more seconds, not {seconds}")
+            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(seconds)  # for all processes of the run
         if options.format in ("text", "github", "markdown") and not options.quiet:
             show_progress()
         with self.guarded():
@@ -360,7 +367,7 @@ robot_options = combined(
     flag("--trust", help="do not warn about code that a xacro file can run"),
     option(
         "--xacro-seconds",
-        type=click.IntRange(1),
+        type=int,
         metavar="S",
         help="time limit for a xacro file in seconds; default: 60",
     ),

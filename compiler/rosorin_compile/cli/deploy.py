@@ -43,8 +43,8 @@ def run(options: Options) -> int:
     console = run.console
     console.begin(description.name)
     places = assignments(options.map, "OUTPUT=PLACE, such as urdf=urdf/robot.urdf")
-    settings = {"places": places, "install": options.install, "dry_run": options.dry_run, "full": options.full}
-    result = api.deploy(run.request(description), options.output, **settings)
+    settings = options.pick("install dry_run full")
+    result = api.deploy(run.request(description), options.output, places=places, **settings)
     console.tell_read(result.inputs)
     failed = run.show(result)
     if not result.robot:

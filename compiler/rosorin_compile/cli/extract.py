@@ -27,8 +27,8 @@ from .command import (
     robot_options,
     words_argument,
 )
-from .registry import entry
 from .run import Run, refuse_stdin
+from .table import entry
 
 _LENGTH, _ANGLE, _NUMBER = Quantity.one("m"), Quantity.one("rad"), Quantity.one()
 _SETTINGS: dict[str, Any] = {"within": "extract", "exits": "0 written, 1 errors"}
@@ -84,15 +84,9 @@ def boxes(options: Options) -> int:
     result = api.extract_boxes(
         run.words,
         **run.read_options(),
+        **options.pick("section shape stack axis digits output force"),
         links=options.link,
-        section=options.section,
         scale=_scale(options.scale),
-        shape=options.shape,
-        stack=options.stack,
-        axis=options.axis,
-        digits=options.digits,
-        output=options.output,
-        force=options.force,
     )
     return _print(run, result, result.parts)
 
@@ -135,18 +129,10 @@ def heightmap(options: Options) -> int:
         run.words,
         **run.read_options(),
         **_grid(options),
-        link=options.link,
-        section=options.section,
+        **options.pick("link section frame bottom into status note output force"),
         scale=_scale(options.scale),
-        frame=options.frame,
         xyz=_numbers(options.xyz, "--xyz", 3),
         rpy=_numbers(options.rpy, "--rpy", 3, _ANGLE),
-        bottom=options.bottom,
-        into=options.into,
-        status=options.status,
-        note=options.note,
-        output=options.output,
-        force=options.force,
     )
     if options.into:
         failed = run.show(result)
@@ -178,11 +164,8 @@ def factory(options: Options) -> int:
         options.output,
         **run.read_options(),
         **_grid(options),
-        robot=options.robot,
+        **options.pick("robot frame section lenient"),
         height_map_link=options.heightmap_link,
-        frame=options.frame,
-        section=options.section,
-        lenient=options.lenient,
     )
     failed = run.show(result)
     if result.written:

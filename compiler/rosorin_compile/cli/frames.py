@@ -59,11 +59,8 @@ def run(options: Options) -> int:
     run, description = Run.alone(options, "one robot at a time", "rosorin-compile frames ROBOT")
     found = api.frames(
         run.request(description),
-        frame=options.frame,
-        publisher=options.publisher,
+        **options.pick("frame publisher output force"),
         modes=mode_states(options.modes),
-        output=options.output,
-        force=options.force,
     )
     failed, robot = run.show(found), found.robot
     if robot is None:

@@ -80,16 +80,9 @@ def run(options: Options) -> int:
         source,
         options.into,
         **run.read_options(),
-        output=options.output,
-        name=options.name,
-        meshes=options.meshes,
+        **options.pick("output name meshes strict lenient verbatim flat force"),
         companions={name: file for name, file in files.items() if file is not None},
-        strict=options.strict,
-        lenient=options.lenient,
         parts=not options.no_parts,
-        verbatim=options.verbatim,
-        flat=options.flat,
-        force=options.force,
         keep_edits=options.ours,
     )
     console.tell_read(result.inputs)

@@ -22,7 +22,7 @@ from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 
-from . import registry
+from . import registry, table
 from .answer import FINE, PROBLEMS, USAGE, Answer, requested_format
 
 PROGRAM = "rosorin-compile"
@@ -41,7 +41,7 @@ _INSTEAD = {
     "validate": "check",
 }
 _REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
-_STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+_STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
 
 class Program(click.Group):
@@ -49,7 +49,7 @@ class Program(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands; nothing is imported."""
-        return list(registry.names("commands"))
+        return list(table.names("commands"))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the command of a name."""
@@ -63,7 +63,7 @@ class Program(click.Group):
         found = registry.command(name)
         if found is None:
             raise click.UsageError(f'there is no command "{name}"; {_suggestion(name)}')
-        if name == registry.CHECK and getattr(found, "plugin", None) is None:
+        if name == table.CHECK and getattr(found, "plugin", None) is None:
             return registry.resolve_check(found, rest)
         return name, found, rest
 
@@ -79,7 +79,7 @@ class Program(click.Group):
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Return the commands that a shell offers; nothing is imported."""
-        entries = registry.names("commands").items()
+        entries = table.names("commands").items()
         items = [CompletionItem(name, help=help) for name, help in entries if name.startswith(incomplete)]
         return items + click.Command.shell_complete(self, ctx, incomplete)
 
@@ -89,8 +89,8 @@ def _suggestion(word: str) -> str:
     from rosorin_compile.source.diagnostics import did_you_mean
 
     instead = _INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
-    aliases = [name for one in registry.COMMANDS for name in one.also]
-    return f'say "{instead}"' if instead else did_you_mean(word, [*registry.names("commands"), *aliases])
+    aliases = [name for one in table.COMMANDS for name in one.also]
+    return f'say "{instead}"' if instead else did_you_mean(word, [*table.names("commands"), *aliases])
 
 
 def _version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:

@@ -48,17 +48,9 @@ def run(options: Options) -> int:
     result = api.package(
         run.request(description),
         options.output,
-        name=options.name,
-        build_type=options.build_type,
+        **options.pick("name build_type maintainer license url compile_at_launch control moveit nav2"),
         version=options.package_version,
-        maintainer=options.maintainer,
-        license=options.license,
-        url=options.url,
         topics=assignments(options.topics, "SENSOR=TOPIC, such as laser=/scan"),
-        compile_at_launch=options.compile_at_launch,
-        control=options.control,
-        moveit=options.moveit,
-        nav2=options.nav2,
     )
     console.tell_read(result.inputs)
     failed = run.show(result)

@@ -69,14 +69,10 @@ def run(options: Options) -> int:
             run.request(description),
             options.output,
             **state,
-            view=options.view,
+            **options.pick("view collision theme transparent force"),
             size=(int(size[1]), int(size[2])),
-            collision=options.collision,
             published_frames=options.frames,
             frames=options.chosen,
-            theme=options.theme,
-            transparent=options.transparent,
-            force=options.force,
         )
     except NoPulse as problem:
         console.warn(f"rosorin-compile: {problem}")

@@ -6,13 +6,11 @@ is written beside the file that ``-o`` names.
 
 from __future__ import annotations
 
-import os
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 from rosorin_compile.language.wanted import UNKNOWN
-from rosorin_compile.source.console import Console, give
+from rosorin_compile.source.console import give
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
@@ -86,7 +84,9 @@ def run(options: Options) -> int:
         made = [Path(name) for name in (options.output, options.depfile) if name]
         if write_depfile(run, target, request.watched(compiled, made), made[:-1]):
             return PROBLEMS
-    return FINE if options.output is not None or _printed(artifact.text, console) else PROBLEMS
+    if options.output is None:
+        give(artifact.text)
+    return FINE
 
 
 def _requested(words: list[str]) -> tuple[Description, str]:
@@ -121,21 +121,6 @@ def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
     write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
     if not is_generated(data):
         remember(path)
-
-
-def _printed(text: str, console: Console) -> bool:
-    """Print an artifact; return True unless standard output cannot be written. Raises BrokenPipeError."""
-    try:
-        give(text)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        raise
-    except OSError as problem:
-        console.warn(f"cannot write to standard output: {problem.strerror or problem}")
-        with Path(os.devnull).open("wb") as nowhere:
-            os.dup2(nowhere.fileno(), sys.__stdout__.fileno() if sys.__stdout__ else 1)
-        return False
-    return True
 
 
 def _list(run: Run) -> int:

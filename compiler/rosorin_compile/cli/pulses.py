@@ -55,10 +55,8 @@ def run(options: Options) -> int:
         found = api.pulses(
             run.request(description),
             assignments((word for word in run.words if "=" in word), "JOINT=VALUE"),
-            pose=options.pose,
+            **options.pick("pose model strict"),
             unit="deg" if options.degrees else "rad" if options.radians else "",
-            model=options.model,
-            strict=options.strict,
         )
     except (NoPulse, NoModel) as problem:
         console.warn(f"{options.model if isinstance(problem, NoModel) else 'rosorin-compile'}: {problem}")

@@ -47,7 +47,7 @@ def run(options: Options) -> int:
         run.give(result)
     else:
         print(f"{name}: {report.about(result)}\n")
-        print(report.text(report.tables(result)))
+        print(report.text(result))
         if result.timing is not None:
             steps, speed = result.timing.steps_per_cpu_second, result.timing.times_real_time
             print(f"speed   {steps:,.0f} steps a CPU second, {speed:,.1f} times real time")

@@ -42,10 +42,7 @@ def run(options: Options) -> int:
             run.request(description),
             options.over,
             options.output,
-            jobs=options.jobs,
-            whole=options.whole,
-            dask=options.dask,
-            prune=options.prune,
+            **options.pick("jobs whole dask prune"),
             report=lambda diagnostic: console.show([diagnostic]),
         )
     except KeyboardInterrupt as stop:

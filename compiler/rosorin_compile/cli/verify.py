@@ -65,15 +65,9 @@ def run(options: Options) -> int:
     result = api.verify(
         run.request(description),
         source,
+        **options.pick("without pose since until stale namespace prefix"),
         modes=mode_states(options.modes),
-        without=options.without,
-        pose=options.pose,
         frames=tuple(options.frames) if options.frames else None,
-        since=options.since,
-        until=options.until,
-        namespace=options.namespace,
-        prefix=options.prefix,
-        stale=options.stale,
     )
     if result.verdict is None:
         run.console.show(result.diagnostics)

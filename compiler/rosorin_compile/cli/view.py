@@ -71,6 +71,6 @@ def run(options: Options) -> int:
 
 def contacts(shown: Shown) -> Any:
     """Return the engine that finds links of a robot that are inside each other."""
-    from rosorin_compile.mujoco.physics.touching import Touching
+    from rosorin_compile.mujoco.physics.checking import OverlapFinder
 
-    return Touching(shown.case, shown.meshes)
+    return OverlapFinder(shown.case, shown.meshes)

@@ -5,15 +5,13 @@ from __future__ import annotations
 import signal
 import sys
 import time
-from collections import Counter
-from collections.abc import Iterable
 from pathlib import Path
 
 from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.output import OutputError, read_set, write_artifacts
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.watched_files import INTERVAL, WatchedFiles
@@ -74,32 +72,8 @@ def _add_new(watched: dict[Path, WatchedRobot], run: Run) -> None:
             watched[description.path].compile()
 
 
-class ReportedDiagnostics:
-    """The diagnostics that were reported about a robot, so that they are not repeated at each save."""
-
-    def __init__(self) -> None:
-        self._reported: Counter[tuple[str, ...]] = Counter()
-
-    def new(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-        """Return the diagnostics that the previous run did not have, and remember all of them.
-
-        One whose line has only moved is the same. While there are errors, other rules may not be checked, so what they
-        reported is remembered until a run without errors.
-        """
-        current = list(diagnostics)
-        left, new = self._reported.copy(), []
-        for diagnostic in current:
-            key = _key(diagnostic)
-            if left[key]:
-                left[key] -= 1
-            else:
-                new.append(diagnostic)
-        hidden = Counter({key: n for key, n in left.items() if key[0] != ERROR}) if has_errors(current) else Counter()
-        self._reported = Counter(map(_key, current)) + hidden
-        return new
-
-
 def _key(diagnostic: Diagnostic) -> tuple[str, ...]:
+    """Return what identifies a diagnostic whose line has moved."""
     span = diagnostic.span
     place = (span.source.path, span.source.line(span.line).strip()) if span else ()
     return (diagnostic.severity, diagnostic.rule, diagnostic.message, *place)
@@ -112,7 +86,7 @@ class WatchedRobot:
         self.description = description
         self.request, self.console = run.request(description), run.console
         self.inputs = WatchedFiles(description.outputs)
-        self.reported = ReportedDiagnostics()
+        self.reported: set[tuple[str, ...]] = set()
 
     def compile(self) -> None:
         """Compile the robot and write its artifacts; after an error nothing is written."""
@@ -123,8 +97,12 @@ class WatchedRobot:
         compiled = self.request.compile()
         self.console.tell_read(self.request.inputs(compiled))
         errors = sum(diagnostic.severity == ERROR for diagnostic in compiled.diagnostics)
-        new = self.reported.new(compiled.diagnostics)
+        keys = {_key(diagnostic): diagnostic for diagnostic in compiled.diagnostics}
+        new = [diagnostic for key, diagnostic in keys.items() if key not in self.reported]
         self.console.show(new)
+        # While there are errors, not all rules are checked: their warnings and notes are not reported again afterwards.
+        hidden = {key for key in self.reported if key[0] != ERROR} if errors else set()
+        self.reported = {*keys, *hidden}
         name = self.description.name
         if errors:
             old = errors - sum(diagnostic.severity == ERROR for diagnostic in new)

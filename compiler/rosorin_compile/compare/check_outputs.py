@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.tree import locate
+from rosorin_compile.source.wording import listed
 
 from .committed import Comparison, compare, lines
 
@@ -33,6 +34,12 @@ RULES = (
         "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` asks MuJoCo, "
         "where it is installed; of one that is too old, it is a warning.",
         "As the message says; a mesh is looked for from the folder of the artifact.",
+        WRITING,
+    ),
+    Rule(
+        "engine-missing",
+        "A note: the engine that an artifact is for is not installed, so that nobody tried to load the artifact.",
+        "Install the engine, such as `pip install mujoco`, where artifacts are checked.",
         WRITING,
     ),
 )
@@ -82,17 +89,26 @@ def compare_committed(
         if data != committed.get(name):
             what = "another file than the mesh is" if name in committed else "missing"
             changed.append((name, f"{what}; rosorin-compile all writes it"))
-    return Committed(comparison, committed, tuple(changed), _refused(present, folder, load))
+    return Committed(comparison, committed, tuple(changed), judged(present, folder, load))
 
 
-def _refused(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
-    """Return why the engines of artifacts in a folder do not load them; an engine that is too old is a warning."""
-    diagnostics = []
+def judged(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
+    """Load artifacts in a folder with their engines; return why one is not loaded, and which engines are missing.
+
+    An engine that is too old is a warning, one that is not installed a note.
+    """
+    diagnostics: list[Diagnostic] = []
+    missing: dict[str, list[str]] = {}
     for artifact in artifacts:
         engine = FORMATS[artifact.backend].proving.refusal
         found = engine(artifact.text, (folder / artifact.file).parent) if engine else None
-        if found is not None and found.reason:
+        if found is not None and found.missing:
+            missing.setdefault(found.missing, []).append(artifact.file)
+        elif found is not None and found.reason:
             diagnostics += _refusal(artifact, found, load)
+    for name, files in missing.items():
+        message = f"{name} not installed: {listed(files)} {'was' if len(files) == 1 else 'were'} not loaded"
+        diagnostics.append(Diagnostic("engine-missing", NOTE, message))
     return diagnostics
 
 

@@ -24,6 +24,7 @@ from rosorin_compile.source.wording import and_more, counted
 from . import FORMATS, Artifact
 from .load_robot import Understood, understand
 from .templating import TemplateProblem, Templates
+from .unsupported import notes as unsupported_notes
 
 if TYPE_CHECKING:
     from rosorin_compile.language.expand.files import Kept
@@ -182,6 +183,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = meshes.told_to(robot)
     artifacts, found, templates = _texts(robot, outputs, expanded.tree, path)
+    found += unsupported_notes(expanded.tree, outputs, FORMATS)
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     found, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *found], may)
     if has_errors(found):

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from .imported import Imported, LeftOut, ReadOptions
     from .templating import Templates
+    from .unsupported import Unsupported
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,15 @@ class Artifact:
 
 
 class Refusal(NamedTuple):
-    """Why an engine does not load an artifact; empty if it does, or is not installed.
+    """Why an engine does not load an artifact; empty if it does.
 
-    ``outdated`` says that the engine is too old for it, which says nothing of the artifact.
+    ``outdated``: the engine is too old for it, which says nothing about the artifact. ``missing``: the name of an
+    engine that is not installed, so that nothing was loaded.
     """
 
     reason: str = ""
     outdated: bool = False
+    missing: str = ""
 
 
 # The key of outputs that several formats have.
@@ -291,8 +294,8 @@ class Format:
     - ``rounding``: by how much (m, rad) ``view`` rounds numbers.
     - ``partial``: ``view`` leaves out some of what ``read`` finds: only its own leaves are compared before writing, and
       the golden check compares two texts that are read.
-    - ``unsupported``: what the format has no word for: leaves of the language or prefixes of them ("joint.spring"),
-      each with the reason; it may depend on the options of an output.
+    - ``covers``: the keys of the language that it is about, such as ``joints.axis``, with all below them; () for all.
+    - ``unsupported``: of these keys those that an output has no word for, with the reason (see ``unsupported``).
     - ``load``: a foreign file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
       ``imported.converted``).
     And what else there is to know, in groups: ``reading``, ``writing``, ``proving``, ``ros``.
@@ -312,11 +315,12 @@ class Format:
     roots: tuple[str, ...] = ()
     recognises: Callable[[Document, Path], bool] | None = None
     write: Writer | None = None
+    covers: tuple[str, ...] = ()
+    unsupported: Mapping[str, Unsupported] | Callable[[Output], Mapping[str, Unsupported]] = field(default_factory=dict)
     view: Callable[[Robot, Output], Any] | None = None
     read: Callable[[str], Any] | None = None
     rounding: tuple[float, float] = (0.0, 0.0)
     partial: bool = False
-    unsupported: Callable[[Output], Mapping[str, str]] | None = None
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     reading: Importing = Importing()
     writing: Writing = Writing()

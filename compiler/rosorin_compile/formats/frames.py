@@ -21,6 +21,7 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of
 
 from .format import NUMBER_FORMAT, Asked, Format, Importing, InRos, Proving
 from .static_tf import describe
+from .unsupported import PLACES
 
 if TYPE_CHECKING:
     from .templating import Templates
@@ -301,6 +302,12 @@ FORMAT = Format(
     article="a",
     about="every frame, where it sits and who publishes it",
     rank=70,
+    covers=(
+        *PLACES,
+        *("robot", "joints.type", "joints.publisher", "sensors.type", "sensors.publisher", "sensors.optical.publisher"),
+        *("edges", "publishers", "poses.positions", "poses.pulses", "servos.flipped", "servos.rad_per_pulse"),
+        "servos.zero_pulse",
+    ),
     options={"number_format": NUMBER_FORMAT},
     file="frames.md",
     write=write,

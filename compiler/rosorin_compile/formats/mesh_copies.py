@@ -24,7 +24,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from .mesh_files import Found, Searched, files_diagnostic
-from .named_files import OF_ELEMENT, Named
+from .named_files import OF_ELEMENT, OF_MESH, Named
 
 RULES = (
     Rule(
@@ -70,6 +70,8 @@ def read_meshes(searched: Searched, outputs: Path) -> Searched:
         Progress.step("reading meshes", number, len(searched.found))
         try:
             files |= dict.fromkeys(found.beside, _read(found.file)) if found.beside else {}
+            if found.named.kind == OF_MESH:
+                continue
             copies, is_new = _copies(found, outputs)
         except UnreadableMesh as problem:
             cause = (problem.rule or "mesh-not-read", str(problem), problem.help, found.named.kind)

@@ -45,13 +45,16 @@ from . import FORMATS as RECORDS
 from .named_files import (
     MESH,
     OF_ELEMENT,
+    OF_MESH,
     TEXTURE,
     Named,
     Written,
+    beside,
     is_relative,
     named_in_elements,
     named_meshes,
     named_textures,
+    references,
     written,
 )
 
@@ -91,7 +94,7 @@ RULES = (
     ),
 )
 
-_SEVERAL = {MESH: "meshes", TEXTURE: "textures", OF_ELEMENT: "files"}
+_SEVERAL = {MESH: "meshes", TEXTURE: "textures", OF_ELEMENT: "files", OF_MESH: "files of meshes"}
 
 # The errors about meshes that a description may accept, such as one that was imported away from its meshes.
 ACCEPTABLE = {rule.id: rule for rule in RULES if rule.accept}
@@ -187,11 +190,11 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     named = list(named_meshes(tree))
     textures = named_textures(tree)
     # A URDF alone asks for none.
-    beside = bool(opening) and any(RECORDS[output.backend].writing.meshes for output in naming)
+    near = bool(opening) and any(RECORDS[output.backend].writing.meshes for output in naming)
     named += [
         one
         for one in textures
-        if (beside and is_relative(one.name)) or any(opened_by(output, one.name) for output in opening)
+        if (near and is_relative(beside(one.name))) or any(opened_by(output, one.name) for output in opening)
     ]
     named += named_in_elements(tree) if opening else []
     images = places.textures(tree) if embedding else {}
@@ -246,18 +249,37 @@ class _Search:
             return
         self.by_name[one.name] = file
         self._meant(one, file)
-        beside = self._beside_artifacts(one) if is_relative(one.name) and one.kind != OF_ELEMENT else set()
-        if wanted or beside:
-            inside, near = ([name for name in sorted(names) if _is_inside(name)] for names in (wanted, beside))
+        name = beside(one.name)
+        named = self._beside_artifacts(name) if is_relative(name) and one.kind != OF_ELEMENT else set()
+        if wanted or named:
+            inside, near = ([name for name in sorted(names) if _is_inside(name)] for names in (wanted, named))
             self.found.append(Found(one, file, tuple(inside), tuple(near)))
             self.inputs[file] = None
             for place in dict.fromkeys((*inside, *near)):
                 self._alone(place, one, file)
+            if one.kind == MESH:
+                self._follow(one, file, [*inside, *near])
 
-    def _beside_artifacts(self, one: Named) -> set[str]:
+    def _follow(self, one: Named, mesh: Path, places: Sequence[str]) -> None:
+        """Add the files that a mesh file names: they are copied with it, unless it is converted."""
+        copies = [place for place in dict.fromkeys(places) if Path(place).suffix.lower() == mesh.suffix.lower()]
+        for name in references(mesh) if copies else ():
+            file = mesh.parent / name
+            self.inputs[file] = None
+            inner = Named(name, one.spans, OF_MESH)
+            if not self._is_here(file):
+                what = f"not there, and {posixpath.basename(one.name)} names it"
+                self._absent(inner, what, "put the file beside the mesh, or export the mesh again", WARNING)
+                continue
+            near = [posixpath.normpath(posixpath.join(posixpath.dirname(place), name)) for place in copies]
+            self.found.append(Found(inner, file, (), tuple(filter(_is_inside, near))))
+            for place in filter(_is_inside, near):
+                self._alone(place, inner, file)
+
+    def _beside_artifacts(self, name: str) -> set[str]:
         """Return by which relative names artifacts name a mesh that they do not open, seen from the folder of all."""
         naming = [output for output in self.naming if RECORDS[output.backend].writing.meshes]
-        return {posixpath.normpath(posixpath.join(_folder(output), one.name)) for output in naming}
+        return {posixpath.normpath(posixpath.join(_folder(output), name)) for output in naming}
 
     def _meant(self, one: Named, file: Path) -> None:
         """Tell it where a name means another file in one file of the description than in the others."""
@@ -385,7 +407,7 @@ class _Search:
 
     def _missing(self, one: Named, scheme: str, rest: str, odd: Path | None) -> None:
         """Say that a mesh is not found, or is no file."""
-        severity = WARNING if self.opening else NOTE
+        severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
         if odd is not None:
             message, help = f"{one.kind} {one.name} is no regular file: {shown(odd)}", "name a file"
             self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), help))

@@ -2,16 +2,66 @@
 
 from __future__ import annotations
 
+import json
+import posixpath
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import unquote
 
 from rosorin_compile.language.expand.forms import OF_MJCF
 from rosorin_compile.source.diagnostics import Span
+from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.mujoco import files_in
 
-MESH, TEXTURE, OF_ELEMENT = "mesh", "texture", "file"
+MESH, TEXTURE, OF_ELEMENT, OF_MESH = "mesh", "texture", "file", "file of a mesh"
+
+
+_GLB_HEADER = 20
+_MAPS = re.compile(rb"^[ \t]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+(?:.*[ \t])?(\S+)[ \t]*\r?$", re.I | re.M)
+_LIBRARIES = re.compile(rb"^[ \t]*mtllib[ \t]+(.*\S)[ \t]*\r?$", re.M)
+_IMAGES = re.compile(rb"<image\b[^>]*>\s*<init_from>\s*(?:<ref>)?\s*([^<>]+?)\s*<")
+_PLY_TEXTURE = re.compile(rb"^comment TextureFile[ \t]+(.*\S)[ \t]*\r?$", re.M)
+_BUFFERS = ("buffers", "images")
+
+
+def references(mesh: Path) -> list[str]:
+    """Return the files that a mesh file names, and those that they name, relative to its folder.
+
+    These are the .mtl of an OBJ and its textures, the images of COLLADA and PLY, and the buffers and images of glTF.
+    """
+    try:
+        data, ending = read_bytes(mesh), mesh.suffix.lower()
+    except OSError:
+        return []
+    found: list[str] = []
+    if ending == ".obj":
+        for line in _LIBRARIES.findall(data):
+            name = line.decode("utf-8", "replace")
+            found += [name] if is_file(mesh.parent / name) else name.split()
+        found += [
+            posixpath.join(posixpath.dirname(name), inner) for name in found for inner in references(mesh.parent / name)
+        ]
+    elif ending in (".mtl", ".dae", ".ply"):
+        pattern = {".mtl": _MAPS, ".dae": _IMAGES, ".ply": _PLY_TEXTURE}[ending]
+        found += [name.decode("utf-8", "replace").replace("\\", "/") for name in pattern.findall(data)]
+    elif ending in (".gltf", ".glb"):
+        length = int.from_bytes(data[12:16], "little")
+        try:
+            document = json.loads(data[_GLB_HEADER : _GLB_HEADER + length] if ending == ".glb" else data)
+            found += [str(one["uri"]) for key in _BUFFERS for one in document.get(key, ()) if "uri" in one]
+        except (ValueError, AttributeError, TypeError):  # a damaged mesh is reported where it is read
+            return []
+    names = (unquote(name.removeprefix("file://")) if ending in (".dae", ".gltf", ".glb") else name for name in found)
+    return list(dict.fromkeys(name for name in names if name and is_relative(name) and not name.startswith("data:")))
+
+
+def beside(name: str) -> str:
+    """Return the name of a mesh file in a URDF: one in a Gazebo model (model://) is copied beside the artifacts."""
+    scheme, mark, rest = name.partition("://")
+    return f"meshes/{rest.lstrip('/')}" if mark and scheme == "model" and ".." not in rest.split("/") else name
 
 
 class Named(NamedTuple):

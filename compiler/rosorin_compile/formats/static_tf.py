@@ -28,6 +28,7 @@ from rosorin_compile.source.xml.elements import number_of
 
 from . import format
 from .format import Format, InRos, Proving, Writing
+from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
     import ast
@@ -381,6 +382,7 @@ FORMAT = Format(
     article="a",
     about="the launch file of the static transforms",
     rank=40,
+    covers=("robot", *PLACES, *NODES),
     options={"number_format": NUMBER_FORMAT},
     check=check_numbers,
     file="static_tf.launch.py",

@@ -24,6 +24,7 @@ from .static_tf import (
     static_transforms,
     transforms_of,
 )
+from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
     from .templating import Templates
@@ -87,6 +88,7 @@ FORMAT = Format(
     article="a",
     about="the arguments of the static transforms, for launch files of your own",
     rank=50,
+    covers=("robot", *PLACES, *NODES),
     options={"number_format": NUMBER_FORMAT},
     check=check_numbers,
     file="static_tf.json",

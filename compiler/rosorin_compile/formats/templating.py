@@ -15,12 +15,14 @@ import signal
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import jinja2
+from jinja2.bccache import Bucket
 from jinja2.exceptions import SecurityError
 
 from rosorin_compile.source import files, system
@@ -253,6 +255,14 @@ def _render_in_child(folder: Path | None, first: Path | None, name: str, values:
     return _Rendered(**{**answer, "inputs": tuple(answer["inputs"])})
 
 
+class _BytecodeCache(jinja2.FileSystemBytecodeCache):
+    """Caches the code of templates in a folder; a folder that is gone or full is no reason to stop."""
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        with suppress(OSError):
+            super().dump_bytecode(bucket)
+
+
 def options(kind: str) -> dict[str, Any]:
     """Return the options of Jinja for templates of a kind: "own", "trusted" or "sandbox".
 
@@ -264,7 +274,7 @@ def options(kind: str) -> dict[str, Any]:
     return {
         "autoescape": _is_xml,
         "undefined": jinja2.StrictUndefined,
-        "bytecode_cache": jinja2.FileSystemBytecodeCache(str(folder), pattern) if folder else None,
+        "bytecode_cache": _BytecodeCache(str(folder), pattern) if folder else None,
         "trim_blocks": True,
         "lstrip_blocks": True,
         "keep_trailing_newline": True,

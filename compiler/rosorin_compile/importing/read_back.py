@@ -14,6 +14,8 @@ from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model import Robot
 from rosorin_compile.source.tree import Map
 
+from .words.sensors import without_collisions
+
 
 def read_back(stage: Path, said: Mapping[str, str], tree: Map, beside: Sequence[Format] = ()) -> Imported:
     """Return the robot that compiled texts say (by the names of their formats), which are written into a folder.
@@ -39,7 +41,8 @@ def _saved(stage: Path, format: Format, said: Mapping[str, str]) -> Path:
 
 def by_elements(source: Robot, again: Robot, humble: bool) -> list[str]:
     """Return what elements of a robot that was read back say otherwise than those of its source."""
-    return Proof.of(source.urdf_elements, again.urdf_elements, Proof.elements(source, humble=humble)).texts
+    texts = without_collisions(source.urdf_elements), without_collisions(again.urdf_elements)
+    return Proof.of(*texts, Proof.elements(source, humble=humble)).texts
 
 
 def without_words(robot: Robot, source: Robot) -> Robot:

@@ -13,8 +13,9 @@ from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported, Outputs
+from rosorin_compile.formats.named_files import beside
 from rosorin_compile.formats.reading import outputs_of
-from rosorin_compile.model import Robot, Transform
+from rosorin_compile.model import Mesh, Robot, Shape, Transform
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
@@ -161,7 +162,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
         made, again = without_words(made, source), without_words(again, source)
     exact, by_urdf = Proof.model(0.0, carried_by_urdf=False), Proof.model(Tolerance.NUMBER, carried_by_urdf=True)
     found += [f"description: {text}" for text in Proof.of(source, made, exact).texts]
-    found += [f"{what}: {text}" for text in Proof.of(source, again, by_urdf).texts]
+    found += [f"{what}: {text}" for text in Proof.of(_with_urdf_names(source), again, by_urdf).texts]
     for companion in beside:
         for section in companion.reading.joins:
             lines = Proof.of(source, again, Proof.section(section, Tolerance.NUMBER)).texts
@@ -173,6 +174,30 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
         return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
     reordered = _moving(source) != _moving(again)
     return trip._replace(frames=len(source.links), states=STATES, largest=largest, reordered=reordered)
+
+
+def _with_urdf_names(robot: Robot) -> Robot:
+    """Return a robot whose meshes and textures have the names that a URDF gives them."""
+
+    def renamed(shapes: tuple[Shape, ...]) -> tuple[Shape, ...]:
+        made = []
+        for shape in shapes:
+            solid = shape.geometry
+            solid = replace(solid, file=beside(solid.file)) if isinstance(solid, Mesh) else solid
+            made.append(replace(shape, geometry=solid, texture=beside(shape.texture)))
+        return tuple(made)
+
+    if not any(":" in name for name in _files_of(robot)):
+        return robot
+    links = (replace(one, visual=renamed(one.visual), collision=renamed(one.collision)) for one in robot.links)
+    materials = (replace(one, texture=beside(one.texture)) for one in robot.materials)
+    return replace(robot, links=tuple(links), materials=tuple(materials))
+
+
+def _files_of(robot: Robot) -> list[str]:
+    shapes = [shape for link in robot.links for shape in (*link.visual, *link.collision)]
+    meshes = [shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh)]
+    return [*meshes, *(shape.texture for shape in shapes), *(one.texture for one in robot.materials)]
 
 
 def _moving(robot: Robot) -> list[str]:

@@ -151,6 +151,11 @@ class Joint:
         return self.type in MOVING_TYPES
 
     @property
+    def unit(self) -> str:
+        """The unit of its position: "m" of a slide, else "rad"."""
+        return "m" if self.type == "prismatic" else "rad"
+
+    @property
     def is_several(self) -> bool:
         """Whether more than one number says where it is."""
         return self.type in SEVERAL_COORDINATES

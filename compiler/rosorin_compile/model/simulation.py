@@ -72,6 +72,13 @@ class Contact:
     touches: tuple[str, ...] | None = None
     values: Values = field(default_factory=dict, hash=False)
 
+    @property
+    def sliding_friction(self) -> float | None:
+        """The coefficient of sliding friction, the first of the three of MuJoCo; None if it is not given."""
+        given = self.values.get("friction")
+        first = given[0] if isinstance(given, tuple) and given else given
+        return float(first) if isinstance(first, (int, float)) else None
+
 
 @dataclass(frozen=True)
 class Marked:

@@ -234,7 +234,7 @@ def unit_of(joint: Joint, path: Path) -> str | None:
     JOINTS,
 )
 def without_effect(case: Case) -> Iterator[Diagnostic]:
-    """Find what is said of a joint and means nothing on one of its type."""
+    """Find what means nothing on a joint of its type, and in a shape that only has a mass."""
     for joint in case.robot.joints:
         keys = _WITHOUT_EFFECT.get(joint.type, ())
         path = case.joint(joint) if keys else ("",)
@@ -243,3 +243,12 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
                 message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
                 help = f"remove {key}, or correct the type of the joint"
                 yield case.problem("ignored-key", message, (*path, key), help, severity=WARNING, key=True)
+    for link in case.robot.links:
+        path = case.link(link.name, "inertial", "of")
+        shapes = at(case.tree, path)
+        for index, shape in enumerate(shapes if isinstance(shapes, list) else ()):
+            for key in ("contact", "mjcf", "urdf_elements"):
+                if key in shape:
+                    message = f'a shape of the inertial of link "{link.name}" only has a mass: its {key} has no effect'
+                    help = f"move {key} to a collision shape, or to a visual"
+                    yield case.problem("ignored-key", message, (*path, index, key), help, severity=WARNING, key=True)

@@ -50,6 +50,7 @@ def backends(case: Case) -> Iterator[Diagnostic]:
 
     What a format finds wrong of an artifact keeps nobody from another one.
     """
+    placed = all(any(joint.axis) for joint in case.robot.joints if joint.moves)  # else no pose can be computed
     for output in case.robot.outputs:
         format = case.formats.get(output.backend)
         if format is None or format.write is None:
@@ -63,7 +64,7 @@ def backends(case: Case) -> Iterator[Diagnostic]:
                 known = f"its options: {', '.join(sorted(format.options))}"
                 help = f"{help} ({known})" if help.startswith("did") else known
                 yield case.problem("unknown-option", message, (*path, option), help, key=True)
-        if format.check is not None and (not case.wanted or output.name in case.wanted):
+        if placed and format.check is not None and (not case.wanted or output.name in case.wanted):
             yield from format.check(case, output)
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
+from rosorin_compile.language.annotations import Node, sections
 from rosorin_compile.model import Joint, Limit
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, POSES, rule
-from rosorin_compile.source.tree import at
+from rosorin_compile.source.tree import Path, at
 from rosorin_compile.source.units import has_unit
 from rosorin_compile.source.wording import first_of
 
@@ -58,6 +60,54 @@ def followers(case: Case) -> Iterator[Diagnostic]:
         related.append(case.related("those of the leader", case.joint(leader, "limit")))
         help = "correct multiplier and offset, or one of the limits"
         yield case.problem("mimic-beyond-limit", message, (*path, key), help, related=related, severity=WARNING)
+
+
+@rule(
+    "beyond-joint-limit",
+    "A warning: a soft limit, an edge of a calibration or an initial value is beyond the limits of its joint, or soft "
+    "limits leave it no room.",
+    "Correct it, or the limit.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
+def bounded(case: Case) -> Iterator[Diagnostic]:
+    """Numbers that the schema says are within the limits of their joint (``x-within``)."""
+    for section, node in sections().items():
+        for path, name, value in _bounded(node, case.tree.get(section), (section,), ""):
+            joint = case.robot.joint.get(name)
+            if joint is None or not joint.moves:
+                continue
+            interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
+            lower, upper = joint.limits_of(interface)
+            below, above = lower is not None and value < lower - HAIR, upper is not None and value > upper + HAIR
+            if below or above:
+                what = f"{path[-1] if path[-2] != 'calibration' else f'calibration {path[-1]}'}".replace("_", " ")
+                limits = f"{number(lower or 0.0)} to {number(upper or 0.0)}"
+                message = f'the {what} of joint "{name}" is {number(value)}, beyond its limits of {limits}'
+                related = [case.related("its limits", case.joint(joint, "limit"))]
+                help = "correct it, or the limit"
+                yield case.problem("beyond-joint-limit", message, path, help, related=related, severity=WARNING)
+    for joint in case.robot.joints:
+        safety = joint.safety if joint.moves else None
+        if safety is None or safety.soft_lower_limit is None or safety.soft_upper_limit is None:
+            continue
+        ends = [safety.soft_lower_limit, safety.soft_upper_limit]
+        if ends[0] >= ends[1]:
+            message = f'the soft limits of joint "{joint.name}", {span_of(ends, joint)}, leave no room: it is held'
+            path, help = case.joint(joint, "safety_controller"), "give them room, or leave them out"
+            yield case.problem("beyond-joint-limit", message, path, help, severity=WARNING, within=True)
+
+
+def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[Path, str, float]]:
+    """Yield the numbers that are bounded by their joint, each with its path and the name of the joint."""
+    if node is None:
+        return
+    if node.within and isinstance(value, (int, float)):
+        yield path, joint, float(value)
+    names = node.keys is not None and "joint" in (node.keys.gives, node.keys.names)
+    for key, inner in value.items() if isinstance(value, dict) else ():
+        yield from _bounded(node.at(key), inner, (*path, key), key if names else joint)
 
 
 def range_of(joint: Joint) -> tuple[float, float] | None:

@@ -44,7 +44,7 @@ _CLOSES = r"</(.+)> closes what is not open: <(.+)> is"
 def well_formed(case: Case) -> Iterator[Diagnostic]:
     """Texts that would make an artifact unreadable, or would end the element that they stand in."""
     of_mjcf = ((path, text) for path, text, _ in in_mjcf(case))
-    for path, text in (*_kept(case), *of_mjcf):
+    for path, text in (*kept_texts(case), *of_mjcf):
         wrong = damage(text)
         if wrong:
             yield _damaged(case, path, text, wrong)
@@ -88,7 +88,7 @@ def _at_line(made: Diagnostic, text: str, line: int, column: int) -> Diagnostic:
     return replace(made, span=span._replace(line=there, column=start + max(1, column), length=1))
 
 
-def _kept(case: Case) -> Iterator[tuple[Path, str]]:
+def kept_texts(case: Case) -> Iterator[tuple[Path, str]]:
     """Yield each text with its path."""
     robot = case.robot
     for index, text in enumerate(robot.urdf_elements):
@@ -141,7 +141,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     mentions: dict[tuple[str, str], list[Mention]] = {}
     own: set[str] = set()
     looks = _Materials(case)
-    for path, text in _kept(case):
+    for path, text in kept_texts(case):
         if any(word in text for word in _WORDS):
             for element in found_in(text):
                 own.update(_defined(element))
@@ -314,7 +314,7 @@ def own_names(case: Case) -> Iterator[Diagnostic]:
     for section in named_as("hardware block"):
         first |= {("<ros2_control>", name): (section, name) for name in case.tree.get(section) or ()}
     ours = _brought(case)
-    for path, text in _kept(case):
+    for path, text in kept_texts(case):
         if not any(f"<{tag}" in text for tag in _ONCE):
             continue
         try:

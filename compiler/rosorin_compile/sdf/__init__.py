@@ -1,17 +1,16 @@
 """SDF: the robot for Gazebo and Drake.
 
 Written by ``write``, from which links are bodies and which are frames (``bodies``), and from what a description keeps
-for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
+for Gazebo (``kept``).
 
 Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
 name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
-``verbatim`` (what stays as it stands). ``words`` is what both sides know, ``grammar`` what both readers know. ``proof``
-holds what comes of a file against it in Drake (``engine``).
+``verbatim`` (what stays as it stands). ``words`` is what both sides know, ``grammar`` what both readers know.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import (
@@ -25,9 +24,9 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
+from rosorin_compile.formats.unsupported import OF_MUJOCO, OF_PUBLISHERS, Unsupported
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.proof import Proof
     from rosorin_compile.formats.format import Opened
     from rosorin_compile.formats.imported import Imported
     from rosorin_compile.formats.templating import Templates
@@ -58,7 +57,7 @@ def _view(robot: Robot, output: Output) -> Robot:
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .names import check
+    from .words import check
 
     return check(case, output)
 
@@ -81,10 +80,15 @@ def _read_back(text: str) -> Robot:
     return read(text)
 
 
-def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
-    from .proof import prove
-
-    return prove(imported, text, files)
+_UNSUPPORTED = {
+    **OF_MUJOCO,
+    **OF_PUBLISHERS,
+    "sensors.*.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
+    "sensors.*.optical.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
+    "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
+    "joints.*.calibration": Unsupported("no calibration of joints"),
+    "joints.*.safety_controller": Unsupported("no soft limits"),
+}
 
 
 FORMAT = Format(
@@ -93,6 +97,18 @@ FORMAT = Format(
     article="an",
     about="the model for Gazebo and Drake",
     rank=22,
+    covers=(
+        "robot",
+        "links",
+        "joints",
+        "materials",
+        "sensors",
+        "root",
+        "actuators",
+        "disabled_contacts",
+        "urdf_elements",
+    ),
+    unsupported=_UNSUPPORTED,
     options={
         "number_format": NUMBER_FORMAT,
         "version": {
@@ -136,7 +152,6 @@ FORMAT = Format(
     ),
     proving=Proving(
         syntax=_syntax,
-        prove=_prove,
     ),
     ros=InRos(
         folder="sdf",

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Inertial, Joint, Robot
 from rosorin_compile.model.geometry import IDENTITY
 
-from .names import world_of
+from .words import world_of
 
 # What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)

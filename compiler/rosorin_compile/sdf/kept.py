@@ -1,86 +1,112 @@
-"""Kept: what a description has for Gazebo in ``urdf_elements``, as the SDF has it.
+"""Elements that a description keeps for Gazebo in ``urdf_elements``, as the SDF has them.
 
-Gazebo takes a ``<gazebo>`` of a URDF apart in the same way: what stands in it goes into the model, or into the link or
-joint that it refers to (``gazebosim/sdformat@sdf12:src/parser_urdf.cc``); what it says of the collisions of a link
-(mu1, kp, ...) goes there, by other names (``classic``). Words that mean something to that reader alone (material, ...)
-have no place here. What stands in an ``<sdf>`` belongs to what that stands in: the robot, a link, a joint, its axis, a
-shape, its material.
+Gazebo takes a ``<gazebo>`` of a URDF apart in the same way: its contents go into the model, or into the link or joint
+that it refers to (``gazebosim/sdformat@sdf12:src/parser_urdf.cc``). The contents of an ``<sdf>`` belong to what that is
+an element of: the robot, a link, a joint, its axis, a shape, its material.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.model import Link, Robot
+from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.imu import with_noise
 
-from .classic import OF_COLLISIONS, numbers_of
 from .words import OF_JOINT, OF_LINK, OF_MODEL
 
 if TYPE_CHECKING:
     from rosorin_compile.source.xml.markup import Element
 
 POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
-# What says how a URDF becomes an SDF, which this one does not come from.
+# How a URDF becomes an SDF, which this SDF does not come from.
 _OF_URDF = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")
+# What Gazebo classic says of all collisions of a link: the element of a <collision>, the part of its <surface> that it
+# is in, and how many numbers it has.
+OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
+    "laserRetro": ("laser_retro", "", 1),
+    "maxContacts": ("max_contacts", "", 1),
+    "mu1": ("mu", "friction", 1),
+    "mu2": ("mu2", "friction", 1),
+    "fdir1": ("fdir1", "friction", 3),
+    "kp": ("kp", "contact", 1),
+    "kd": ("kd", "contact", 1),
+    "maxVel": ("max_vel", "contact", 1),
+    "minDepth": ("min_depth", "contact", 1),
+}
 
 
 class Kept(NamedTuple):
-    """Elements as text: those of the model, of links and of joints by name; what has no place here, by its words.
+    """Elements as text: of the model, of links and joints by name, and the tags of those that SDF has no place for.
 
-    ``collisions`` is what is said of all collisions of a link, by the words of Gazebo classic.
+    ``collisions`` are the numbers for all collisions of a link, by the words of Gazebo classic.
     """
 
-    model: Sequence[str]
-    links: Mapping[str, Sequence[str]]
-    collisions: Mapping[str, Mapping[str, str]]
-    joints: Mapping[str, Sequence[str]]
-    left_out: Collection[str]
+    model: list[str]
+    links: dict[str, list[str]]
+    collisions: dict[str, dict[str, str]]
+    joints: dict[str, list[str]]
+    left_out: dict[str, None]
 
 
 def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
-    """Return what a robot has for Gazebo; ``carrier`` says who carries each link in the SDF, ``joints`` are its own."""
-    model = [element.verbatim for element in own(robot.urdf_elements).elements]
-    links: dict[str, list[str]] = {}
-    of_joints: dict[str, list[str]] = {}
-    collisions: dict[str, dict[str, str]] = {}
-    left: dict[str, None] = {}
+    """Sort the elements for Gazebo; ``carrier`` is the link of the SDF for each link, ``joints`` its joints."""
+    found = Kept([element.verbatim for element in own(robot.urdf_elements).elements], {}, {}, {}, {})
+
+    def placed(element: Element, link: str) -> None:
+        body = carrier[link]
+        text = element.verbatim if body == link else _relative_to(element, link)
+        found.links.setdefault(body, []).append(with_noise(text))
+
     for link in robot.links:
         for element in own(link.urdf_elements).elements:
-            if link.name not in carrier:
-                left[f"<{element.tag}> of {link.name}"] = None
-                continue
-            body = carrier[link.name]
-            links.setdefault(body, []).append(element.verbatim if body == link.name else _placed(element, link.name))
-    for reference, element in _blocks(robot):
-        if element.tag in _OF_URDF:
-            continue
-        if not reference and element.tag in OF_MODEL:
-            model.append(element.verbatim)
-        elif reference in carrier and element.tag in OF_LINK:
-            text = element.verbatim if carrier[reference] == reference else _placed(element, reference)
-            links.setdefault(carrier[reference], []).append(with_noise(text))
-        elif element.tag in OF_COLLISIONS and reference in carrier and _says(robot.link[reference], element):
-            collisions.setdefault(reference, {})[element.tag] = numbers_of(element)
-        elif reference in joints and element.tag in OF_JOINT:
-            of_joints.setdefault(reference, []).append(element.verbatim)
-        else:
-            left[f"<{element.tag}>{f' of {reference}' if reference else ''}"] = None
-    return Kept(model, links, collisions, of_joints, left)
-
-
-def _says(link: Link, element: Element) -> bool:
-    """Say whether a word for collisions says something of a link: it has some, and the word has its numbers."""
-    return bool(link.collision and numbers_of(element))
-
-
-def _blocks(robot: Robot) -> Iterator[tuple[str, Element]]:
-    """Yield each element that stands in a <gazebo>, and what that refers to."""
+            if link.name in carrier:
+                placed(element, link.name)
+            else:
+                found.left_out[f"<{element.tag}> of {link.name}"] = None
     for block in _elements(robot.urdf_elements, "gazebo"):
-        yield from ((block.get("reference"), element) for element in block.children)
+        name = block.get("reference")
+        for element in block.children:
+            numbers = _numbers(element) if element.tag in OF_COLLISIONS else ""
+            if element.tag in _OF_URDF:
+                continue
+            if not name and element.tag in OF_MODEL:
+                found.model.append(element.verbatim)
+            elif name in carrier and element.tag in OF_LINK:
+                placed(element, name)
+            elif numbers and name in carrier and robot.link[name].collision:
+                found.collisions.setdefault(name, {})[element.tag] = numbers
+            elif name in joints and element.tag in OF_JOINT:
+                found.joints.setdefault(name, []).append(element.verbatim)
+            else:
+                found.left_out[f"<{element.tag}>{f' of {name}' if name else ''}"] = None
+    return found
+
+
+def _numbers(element: Element) -> str:
+    """Return the numbers of an element for collisions, its text or its ``value``; empty if they are none."""
+    words = (element.get("value") or element.text).split()
+    try:
+        finite = all(math.isfinite(float(word)) for word in words)
+    except ValueError:
+        return ""
+    return " ".join(words) if finite and len(words) == OF_COLLISIONS[element.tag][2] else ""
+
+
+def of_collision(said: Mapping[str, str], own: Collection[str]) -> list[str]:
+    """Return the elements of a collision for the words of its link; ``own`` are the tags that it has itself."""
+    made, parts = list[str](), dict[str, str]()
+    for word, (name, part, _) in OF_COLLISIONS.items():
+        text = f"<{name}>{said[word]}</{name}>" if word in said else ""
+        if text and part:
+            parts[part] = parts.get(part, "") + text
+        elif text and name not in own:
+            made.append(text)
+    surface = "".join(f"<{part}><ode>{inner}</ode></{part}>" for part, inner in parts.items())
+    return [*made, f"<surface>{surface}</surface>"] if surface and "surface" not in own else made
 
 
 def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
@@ -104,15 +130,9 @@ class Own(NamedTuple):
     inner: Mapping[str, Sequence[str]]
 
 
-_NOTHING = Own((), {})
-
-
 def own(texts: Sequence[str], *within: str) -> Own:
-    """Return what stands in the <sdf> of an entry; ``within`` are the elements that it has in any case, as tag/tag."""
-    if not texts:
-        return _NOTHING
-    found: list[Element] = []
-    inner: dict[str, list[str]] = {}
+    """Return the contents of the <sdf> of an entry; ``within`` are the elements that it has in any case, as tag/tag."""
+    found, inner = list["Element"](), dict[str, list[str]]()
     waiting = [("", block) for block in _elements(texts, "sdf")]
     while waiting:
         way, block = waiting.pop(0)
@@ -127,17 +147,14 @@ def own(texts: Sequence[str], *within: str) -> Own:
     return Own(found, inner)
 
 
-def _placed(element: Element, frame: str) -> str:
-    """Return an element that sits in a frame of its link: its pose is seen from there."""
-    if element.tag not in POSED:
-        return element.verbatim
-    own = next((child for child in element.children if child.tag == "pose"), None)
-    text, start = element.verbatim, element.start
-    word = f' relative_to="{frame}"'
-    if own is not None and ("relative_to" in own.attributes or "frame" in own.attributes):
+def _relative_to(element: Element, frame: str) -> str:
+    """Return an element of a frame of its link: its pose becomes relative to that frame."""
+    pose = next((child for child in element.children if child.tag == "pose"), None)
+    text, start, word = element.verbatim, element.start, f' relative_to="{frame}"'
+    if element.tag not in POSED or (pose is not None and {"relative_to", "frame"} & pose.attributes.keys()):
         return text
-    if own is not None:
-        at = own.start - start + len("<pose")
+    if pose is not None:
+        at = pose.start - start + len("<pose")
         return f"{text[:at]}{word}{text[at:]}"
     at = element.opened - start
     if element.end == element.opened:  # <sensor .../>
@@ -146,5 +163,5 @@ def _placed(element: Element, frame: str) -> str:
 
 
 def at(texts: Sequence[str], indent: str) -> list[str]:
-    """Return elements where they stand in the file."""
+    """Return elements at their place in the file."""
     return [indented(text, indent) for text in texts]

@@ -12,12 +12,11 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
 
-from .grammar import INERTIA, PARTS_OF_LINK, SOLIDS
-from .reading import Numbers, Said, converted, entry_of, others, several
+from .reading import Numbers, Said, converted, entry_of, others
 from .scopes import FRAME, LINK, Models, Node, Scope
 from .trees import Tree
 from .verbatim import keep, text_of, wrapped
-from .words import OF_LINK
+from .words import INERTIA, OF_LINK, PARTS_OF_LINK, SOLIDS
 
 RULES = (
     Rule(
@@ -73,8 +72,8 @@ class Links:
         converted(self.reading, message, nodes[0].element.span)
 
     def _link(self, node: Node) -> None:
-        element, entry = node.element, self.entries.links[node.called]
-        self._inertial(node, entry)
+        element = node.element
+        self._inertial(node, self.entries.links[node.called])
         for child in element.children:
             if child.tag in ("visual", "collision"):
                 self._shape(child, node)
@@ -84,7 +83,7 @@ class Links:
             self._keep(child, node)
 
     def _keep(self, element: Element, node: Node) -> None:
-        """Keep an element of a link as it stands."""
+        """Keep an element of a link unchanged."""
         entry = self.entries.links[node.called]
         keep(entry, element, wrapped("sdf", [self._text(element, node)]))
         self.reading.paths[id(element)] = ("links", node.called, "urdf_elements", len(entry["urdf_elements"]) - 1)
@@ -93,52 +92,47 @@ class Links:
         return text_of(element, node.scope, self.models)
 
     def _inertial(self, node: Node, entry: dict[str, Any]) -> None:
-        """Set the inertial: what is not said is 1 kg, and 1 kg*m^2 about each axis."""
+        """Set the inertial; the defaults are 1 kg, and 1 kg*m^2 about each axis."""
         element = self.reading.single(node.element, "inertial")
+        span = (element or node.element).span
+        default = Placed({"mass": 1, "inertia": {key: Placed(1, span) for key in INERTIA[:3]}}, span)
         if element is None:
             self.without_mass.append(node)
-            ones = {key: Placed(1, node.element.span) for key in INERTIA[:3]}
-            entry["inertial"] = Placed({"mass": 1, "inertia": ones}, node.element.span)
+            entry["inertial"] = default
             return
         self.reading.paths[id(element)] = ("links", node.called, "inertial")
         if element.get("auto").lower() in ("true", "1"):
-            self._automatic(element, node, entry)
+            if self._can_be_computed(element, node):
+                density = self.numbers.one(element, "density") or Placed(_WATER, span)
+                entry["inertial"] = Placed({"of": "collision", "density": density}, span)
+                self.reading.check(element, ("density",), ("auto",), None)
+            else:
+                entry["inertial"] = default
             return
-        pose = self.reading.single(element, "pose")
-        said = self._seen_from(pose, node.scope, node)
-        made: dict[str, Any] = {"mass": self.numbers.one(element, "mass") or Placed(1, element.span)}
-        made |= entry_of(said, element.span)
+        made: dict[str, Any] = {"mass": self.numbers.one(element, "mass") or Placed(1, span)}
+        made |= entry_of(self._seen_from(self.reading.single(element, "pose"), node.scope, node), span)
         inertia = self.reading.single(element, "inertia")
-        moments: dict[str, Placed | None] = {}
-        for index, key in enumerate(INERTIA):
-            number = self.numbers.one(inertia, key) if inertia is not None else None
-            moments[key] = number or (Placed(1, (inertia or element).span) if index < 3 else None)
+        at = (inertia or element).span
+        moments = {key: self.numbers.one(inertia, key) if inertia is not None else None for key in INERTIA}
+        moments |= {key: Placed(1, at) for key in INERTIA[:3] if moments[key] is None}
         if inertia is not None:
             self.reading.check(inertia, INERTIA, (), None)
-        made["inertia"] = Placed(several(moments), (inertia or element).span)
+        made["inertia"] = Placed({key: one for key, one in moments.items() if one is not None}, at)
         self.reading.check(element, ("pose", "mass", "inertia"), ("auto",), None)
-        entry["inertial"] = Placed(made, element.span)
+        entry["inertial"] = Placed(made, span)
 
-    def _automatic(self, element: Element, node: Node, entry: dict[str, Any]) -> None:
-        """Set an inertial that is to be computed of the shapes that collide."""
+    def _can_be_computed(self, element: Element, node: Node) -> bool:
+        """Return True if the inertial follows from collision shapes; else report it."""
         own = [child for child in node.element.children if child.tag == "collision"]
-        shapes = [inner.tag for child in own for part in child.children if part.tag == "geometry"
-                  for inner in part.children]  # fmt: skip
-        solid = {"box", "cylinder", "sphere", "capsule", "ellipsoid"}
-        uneven = [part for child in own for part in child.children if part.tag in ("density", "auto_inertia_params")]
-        if not shapes or not set(shapes) <= solid or uneven:
-            what = (
-                "that is done of solids of one density, and no meshes" if shapes else "there is no shape to do that of"
-            )
-            message = f"the inertial of {named(node.element)} is to be computed: {what}"
-            help = "say mass and inertia"
-            if self.reading.lenient("sdf-inertia", message, element.span, help, "takes 1 kg"):
-                ones = {key: Placed(1, element.span) for key in INERTIA[:3]}
-                entry["inertial"] = Placed({"mass": 1, "inertia": ones}, element.span)
-            return
-        density = self.numbers.one(element, "density") or Placed(_WATER, element.span)
-        entry["inertial"] = Placed({"of": "collision", "density": density}, element.span)
-        self.reading.check(element, ("density",), ("auto",), None)
+        parts = [part for child in own for part in child.children]
+        shapes = {inner.tag for part in parts if part.tag == "geometry" for inner in part.children}
+        uneven = any(part.tag in ("density", "auto_inertia_params") for part in parts)
+        if shapes and shapes <= SOLIDS.keys() - {"mesh"} and not uneven:
+            return True
+        what = "that is done of solids of one density, and no meshes" if shapes else "there is no shape to do that of"
+        message = f"the inertial of {named(node.element)} is to be computed: {what}"
+        self.reading.lenient("sdf-inertia", message, element.span, "say mass and inertia", "takes 1 kg")
+        return False
 
     def _seen_from(self, pose: Element | None, scope: Scope, link: Node, owner: Node | None = None) -> Said:
         """Return a pose as seen from a link, or from ``owner``, whatever it was relative to."""
@@ -213,9 +207,26 @@ class Links:
             looks = self._looks(material, made, link)
             rest += [wrapped("material", looks)] if looks else []
         more = others(self.reading, element, (*_OF_SHAPE, *_KEPT_OF_SHAPE), ("name",))
-        rest += [self._text(child, link) for child in element.children if child.tag in _KEPT_OF_SHAPE or child in more]
+        for child in element.children:
+            friction = self._friction(child) if child.tag == "surface" else None
+            if friction is not None:
+                made["contact"] = Placed({"friction": Placed([friction], friction.span)}, child.span)
+            elif child.tag in _KEPT_OF_SHAPE or child in more:
+                rest.append(self._text(child, link))
         if rest:
             keep(made, element, wrapped("sdf", rest))
+
+    def _friction(self, surface: Element) -> Placed | None:
+        """Return the coefficient of friction of a surface that says nothing else, the same in both directions."""
+        here = surface
+        for tag in ("friction", "ode"):
+            if [child.tag for child in here.children] != [tag]:
+                return None
+            here = here.children[0]
+        found = {child.tag: self.numbers.one(here, child.tag) for child in here.children}
+        mu, other = found.get("mu"), found.get("mu2")
+        same = other is None or (mu is not None and mu.value == other.value)
+        return mu if found.keys() <= {"mu", "mu2"} and same else None
 
     def _looks(self, material: Element, made: dict[str, Any], link: Node) -> list[str]:
         """Set colour and image of a visual; return what else is said of its surface."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from rosorin_compile.formats.format import Placed
@@ -186,8 +186,3 @@ def changed(reading: Reading, what: str, span: Span) -> None:
 def converted(reading: Reading, what: str, span: Span) -> None:
     """Say that the same is said in another form."""
     reading.diagnostics.append(Diagnostic("import-converted", NOTE, what, span))
-
-
-def several(entries: Mapping[str, Placed | None]) -> dict[str, Placed]:
-    """Return the entries that are there."""
-    return {key: value for key, value in entries.items() if value is not None}

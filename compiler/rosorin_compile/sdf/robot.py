@@ -24,14 +24,13 @@ from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
 from .bodies import has_mass
-from .names import WORLD, world_of
 from .read_joints import Joints
 from .read_links import Entries, Links
 from .reading import Said, changed, converted, entry_of, others
 from .scopes import FRAME, Models, Node, Scope
 from .trees import Tree, is_near, named_twice
 from .verbatim import keep, text_of, wrapped
-from .words import OF_MODEL
+from .words import OF_MODEL, WORLD, world_of
 
 _OF_MODEL = ("link", "frame", "joint", "model", "include", "pose")
 _OF_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")

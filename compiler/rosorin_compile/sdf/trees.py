@@ -16,9 +16,9 @@ from rosorin_compile.source.diagnostics import Span, did_you_mean
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
 
-from .names import WORLD
 from .reading import Said, changed, place
 from .scopes import FRAME, JOINT, LINK, Models, Node, Scope
+from .words import WORLD
 
 RULES = (
     Rule(

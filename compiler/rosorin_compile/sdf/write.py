@@ -2,15 +2,14 @@
 
 Every frame of the description is in it: what has mass is a ``<link>``, the rest ``<frame attached_to>`` (``bodies``).
 Each pose is relative to the frame that the description has it in, so that its numbers are those of the description: a
-joint sits in its parent, the child at the joint, a shape in its own frame.
+joint is placed in its parent, the child at the joint, a shape in its own frame.
 Rules of the readers: the specification files of libsdformat 12, and what Drake 1.51 refuses.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
 from rosorin_compile.formats.templating import Templates, attributes, comment
@@ -19,9 +18,7 @@ from rosorin_compile.model import (
     Capsule,
     Cylinder,
     Ellipsoid,
-    Inertial,
     Joint,
-    Link,
     Mesh,
     Output,
     Pose,
@@ -29,20 +26,21 @@ from rosorin_compile.model import (
     Sensor,
     Shape,
     Sphere,
+    Transform,
 )
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.shape import ROWS
 from rosorin_compile.model.simulated import CLASSIC, GazeboSensor
+from rosorin_compile.model.simulator import Entry
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, first_of, quoted
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.escaping import escape
 from rosorin_compile.source.xml.imu import with_noise
 
-from .bodies import LEAST, Bodies, bodies_of
-from .classic import of_collision
-from .kept import Kept, at, kept, own
-from .names import WORLD, world_of
+from .bodies import LEAST, bodies_of
+from .kept import at, kept, of_collision, own
+from .words import WORLD, world_of
 
 RULES = (
     Rule(
@@ -65,10 +63,16 @@ MODEL = "__model__"
 FOLLOWERS = "1.11"  # the first version with a word for mimic
 OLDEST, NEWEST = "1.9", "1.12"
 _FRAME_ID = "frame_id"  # the word of 1.12 for what each Gazebo before it has one of its own
+_SHAPES = ("visual", "collision")
+_LOOPS = ("connect", "weld")
+# Three points that are no line hold two bodies together like a weld (m); one is a ball joint.
+_CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
+_ROUNDING = 1e-12
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 class _Form(NamedTuple):
-    """How the SDF is asked for: how numbers are printed, its version, the boxes of height maps."""
+    """How numbers are printed, the version of the SDF, the boxes of height maps."""
 
     number: NumberFormat
     version: str
@@ -78,7 +82,7 @@ class _Form(NamedTuple):
         return numbers(values, self.number)
 
     def pose(self, pose: Pose, relative_to: str = "") -> str:
-        """Return a <pose>; nothing where it says nothing."""
+        """Return a <pose>; empty for one that moves nothing."""
         seen = attributes(relative_to=relative_to) if relative_to else ""
         if pose == IDENTITY:
             return f"<pose{seen}/>" if relative_to else ""
@@ -93,63 +97,55 @@ def version_of(robot: Robot, output: Output) -> str:
     return FOLLOWERS if any(joint.mimic for joint in robot.joints) else OLDEST
 
 
-def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the SDF of a robot.
 
-    Options: ``number_format`` (short, exact or six), ``version`` (1.9 to 1.12; default the first that says all),
+    Options: ``number_format`` (short, exact or six), ``version`` (1.9 to 1.12; default the first with all words),
     ``height_maps`` (the form of their boxes), ``visuals`` (from_collision, where a link has none), ``gazebo`` (false,
     or which Gazebo: harmonic, fortress or classic; by default sensors in the words of SDF alone).
     """
-    number = number_format(output.options)
-    form = _Form(number, version_of(robot, output), str(output.options.get("height_maps", ROWS)))
+    form = _Form(number_format(output.options), version_of(robot, output), str(output.options.get("height_maps", ROWS)))
     if output.options.get("visuals") == "from_collision":
         from rosorin_compile.model.looks import with_visuals
 
         robot = with_visuals(robot)
     writer = _Writer(robot, form, output.options.get("gazebo"))
-    values = {
-        "robot": robot,
-        "comment": comment,
-        "version": form.version,
-        "names": attributes(name=robot.name, canonical_link=writer.bodies.canonical),
-        "pose": writer.stands(),
-        "stand_ins": sorted({one.stand_in for link in robot.links for one in link.collision if one.stand_in}),
-        "places": [writer.place(robot.link[name]) for name in writer.bodies.in_order(robot.link)],
-        "joints": [writer.joint(joint) for joint in robot.joints if writer.bodies.says(joint)],
-        "elements": at(writer.kept.model, "    "),
-    }
-    return templates.own("sdf/robot.sdf.jinja", values), [*writer.diagnostics()]
+    return "".join(f"{line}\n" for line in writer.lines()), [*writer.diagnostics()]
+
+
+def _filled(start: str, lines: Sequence[str], end: str, indent: str) -> list[str]:
+    """Return an element with lines in it, without those that are empty."""
+    return [f"{indent}{start}", *filter(None, lines), f"{indent}{end}"]
 
 
 class _Writer:
-    """Writes one robot; ``names`` are what its joints are called."""
+    """Writes one robot; ``names`` are the names of its joints in the SDF."""
 
     def __init__(self, robot: Robot, form: _Form, gazebo: object) -> None:
-        self.robot = robot
-        self.form = form
-        self.bodies: Bodies = bodies_of(robot)
-        self.world = world_of(robot)
-        self.names = joint_names(robot)
+        self.robot, self.form, self.gazebo = robot, form, gazebo
+        self.bodies, self.world, self.names = bodies_of(robot), world_of(robot), joint_names(robot)
         self.shapes = {purpose: self._named(purpose) for purpose in _SHAPES}
-        self.kept: Kept = kept(robot, self.bodies.carrier, [j.name for j in robot.joints if self.bodies.says(j)])
+        self.kept = kept(robot, self.bodies.carrier, [j.name for j in robot.joints if self.bodies.says(j)])
+        self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
+        self.open: list[str] = []
         self.unseen: dict[str, list[str]] = {}
         self.sensors: dict[str, list[str]] = {}
+        self.carried: dict[str, list[str]] = {}
+        for link in robot.links:
+            if link.name in self.bodies.carrier:
+                self.carried.setdefault(self.bodies.carrier[link.name], []).append(link.name)
         if gazebo is not False:
-            asked = distribution(gazebo)
-            frame_id = _FRAME_ID if form.version == NEWEST else DISTRIBUTIONS.get(asked, "")
-            self._sensors(frame_id, asked == CLASSIC)
+            frame_id = _FRAME_ID if form.version == NEWEST else DISTRIBUTIONS.get(distribution(gazebo), "")
+            self._sensors(frame_id, distribution(gazebo) == CLASSIC)
 
     def _named(self, purpose: str) -> dict[str, list[tuple[str, Shape]]]:
-        """Return the solids of each link, every one with a name that no other on the same body has."""
+        """Return the solids of each link, each with a name that is unique on the body."""
         taken: dict[str, set[str]] = {}
         found: dict[str, list[tuple[str, Shape]]] = {}
         for link in self.robot.links:
-            carrier = self.bodies.carrier.get(link.name)
-            if carrier is None:
-                continue
-            names = taken.setdefault(carrier, set())
+            names = taken.setdefault(self.bodies.carrier.get(link.name, ""), set())
             solids = [solid for shape in getattr(link, purpose) for solid in shape.solids(self.form.boxes)]
-            for index, solid in enumerate(solids, 1):
+            for index, solid in enumerate(solids if link.name in self.bodies.carrier else (), 1):
                 name = solid.name or f"{link.name}_{purpose}_{index}"
                 if name in names and solid.name:
                     name = f"{link.name}_{name}"
@@ -159,120 +155,193 @@ class _Writer:
                 found.setdefault(link.name, []).append((name, solid))
         return found
 
-    @cached_property
-    def carried(self) -> Mapping[str, Sequence[str]]:
-        """The links that each link of the SDF is made of, itself among them, in the order of the description."""
-        found: dict[str, list[str]] = {}
-        for link in self.robot.links:
-            if link.name in self.bodies.carrier:
-                found.setdefault(self.bodies.carrier[link.name], []).append(link.name)
-        return found
+    def lines(self) -> Iterator[str]:
+        """Yield the lines of the file."""
+        robot, root = self.robot, self.robot.root_in_world
+        of_drake = ' xmlns:drake="http://drake.mit.edu"' if self.loops and not self.gazebo else ""
+        yield '<?xml version="1.0"?>'
+        made = f"Generated by rosorin-compile from the description of {comment(robot.name)}; edits here are lost."
+        yield f"<!-- {made} -->"
+        for text in sorted({one.stand_in for link in robot.links for one in link.collision if one.stand_in}):
+            yield f"<!-- STAND-IN: {comment(text)} -->"
+        yield f'<sdf version="{self.form.version}"{of_drake}>'
+        yield f"  <model{attributes(name=robot.name, canonical_link=self.bodies.canonical)}>"
+        if root.placed and not self.world and root.pose != IDENTITY:
+            yield f"    {self.form.pose(root.pose)}"
+        for name in self.bodies.in_order(robot.link):
+            yield from self._place(name)
+        for joint in robot.joints:
+            if self.bodies.says(joint):
+                yield from self._joint(joint)
+        yield from self._closed()
+        yield from at(self.kept.model, "    ")
+        yield "  </model>"
+        yield "</sdf>"
 
-    def stands(self) -> str:
-        """Return the pose of the model: where the root is in the world, if the description says so."""
-        root = self.robot.root_in_world
-        return self.form.pose(root.pose) if root.placed and not self.world else ""
-
-    def place(self, link: Link) -> tuple[Any, ...]:
-        """Return a link or a frame: its attributes, its pose, whether it is a frame, and what is in it."""
-        name, bodies = link.name, self.bodies
-        above = self.robot.joint_to.get(name)
-        attached = bodies.attached.get(name, "")
+    def _place(self, name: str) -> list[str]:
+        """Return a link, or a frame that is attached to one."""
+        above, attached = self.robot.joint_to.get(name), self.bodies.attached.get(name, "")
         if above is None:
             pose = self.form.pose(IDENTITY, MODEL) if attached else ""
-        elif bodies.says(above):
+        elif self.bodies.says(above):
             pose = self.form.pose(IDENTITY, self.names[above.name])
         else:
             seen = MODEL if above.parent == self.world else above.parent
             pose = self.form.pose(above.origin, "" if seen == attached else seen)
         if attached:
-            return attributes(name=name, attached_to=attached), pose, True, [], [], [], []
-        shapes = (
-            [self._shape(one, *solid, p) for one in self.carried[name] for solid in self.shapes[p].get(one, ())]
-            for p in _SHAPES
-        )
-        kept = [*self.sensors.get(name, ()), *at(self.kept.links.get(name, ()), "      ")]
-        return attributes(name=name), pose, False, self._inertial(bodies.inertials[name]), *shapes, kept
+            names = attributes(name=name, attached_to=attached)
+            return [f"    <frame{names}>{pose}</frame>" if pose else f"    <frame{names}/>"]
+        inertial = self.bodies.inertials[name]
+        texts = dict(zip(_MOMENTS, inertial.printed(self.form.number), strict=True))
+        moments = "".join(f"<{key}>{texts[key]}</{key}>" for key in sorted(_MOMENTS))
+        own_pose = self.form.pose(inertial.pose)
+        mass = [f"        <mass>{self.form.number(inertial.mass)}</mass>", f"        <inertia>{moments}</inertia>"]
+        lines = [pose and f"      {pose}"]
+        lines += _filled("<inertial>", [own_pose and f"        {own_pose}", *mass], "</inertial>", "      ")
+        for purpose in _SHAPES:
+            for link in self.carried[name]:
+                for called, solid in self.shapes[purpose].get(link, ()):
+                    lines += self._shape(link, called, solid, purpose)
+        lines += [*self.sensors.get(name, ()), *at(self.kept.links.get(name, ()), "      ")]
+        return _filled(f"<link{attributes(name=name)}>", lines, "</link>", "    ")
 
-    def _inertial(self, inertial: Inertial) -> list[Any]:
-        """Return pose, mass and moments of an inertial, as a list of one."""
-        texts = dict(zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), inertial.printed(self.form.number), strict=True))
-        moments = [(key, texts[key]) for key in _MOMENTS]
-        return [(self.form.pose(inertial.pose), self.form.number(inertial.mass), moments)]
+    def _shape(self, link: str, name: str, solid: Shape, purpose: str) -> list[str]:
+        """Return a visual or a collision of a link."""
+        mine = own(solid.urdf_elements, "material", "mesh")
+        pose = self.form.pose(solid.origin(), "" if self.bodies.carrier[link] == link else link)
+        geometry = f"<geometry>{_geometry(solid, self.form, mine.inner.get('mesh', ()))}</geometry>"
+        texts = [element.verbatim for element in mine.elements]
+        start = f"<{purpose}{attributes(name=name)}>"
+        if purpose == "visual":
+            look = self._look(solid, mine.inner.get("material", ()))
+            lines = [pose and f"        {pose}", f"        {geometry}", look and f"        <material>{look}</material>"]
+            return _filled(start, [*lines, *at(texts, "        ")], "</visual>", "      ")
+        friction = solid.contact.sliding_friction if solid.contact else None
+        said = {} if friction is None else dict.fromkeys(("mu1", "mu2"), self.form.number(friction))
+        texts += of_collision(said | self.kept.collisions.get(link, {}), {element.tag for element in mine.elements})
+        if not texts:
+            return [f"      {start}{pose}{geometry}</collision>"]
+        return _filled(start, [f"        {pose}{geometry}", *at(texts, "        ")], "</collision>", "      ")
 
-    def _shape(self, link: str, name: str, solid: Shape, purpose: str) -> tuple[Any, ...]:
-        """Return a shape: its attributes, pose, geometry, and how it looks."""
-        seen = "" if self.bodies.carrier[link] == link else link
-        kept = own(solid.urdf_elements, "material", "mesh")
-        look = self._look(solid, kept.inner.get("material", ())) if purpose == "visual" else ""
-        geometry = _geometry(solid, self.form, kept.inner.get("mesh", ()))
-        texts = [element.verbatim for element in kept.elements]
-        if purpose == "collision" and link in self.kept.collisions:
-            texts += of_collision(self.kept.collisions[link], {element.tag for element in kept.elements})
-        more = at(texts, "        ")
-        return attributes(name=name), self.form.pose(solid.origin(), seen), geometry, look, more
-
-    def _look(self, visual: Shape, kept: Sequence[str]) -> str:
-        """Return the elements of a material; ``kept`` are those that the description has for SDF alone."""
+    def _look(self, visual: Shape, more: Sequence[str]) -> str:
+        """Return the contents of a material; ``more`` are those that the description has for SDF alone."""
         rgba, texture = self.robot.colour(visual), self.robot.texture(visual)
-        made = []
+        made = ""
         if rgba is not None:
             colour = self.form.numbers(rgba)
-            if not any(text.startswith("<ambient") for text in kept):
-                made.append(f"<ambient>{colour}</ambient>")
-            made.append(f"<diffuse>{colour}</diffuse>")
+            made = "" if any(text.startswith("<ambient") for text in more) else f"<ambient>{colour}</ambient>"
+            made += f"<diffuse>{colour}</diffuse>"
         if texture:
-            made.append(f"<pbr><metal><albedo_map>{escape(texture)}</albedo_map></metal></pbr>")
-        return "".join([*made, *kept])
+            made += f"<pbr><metal><albedo_map>{escape(texture)}</albedo_map></metal></pbr>"
+        return made + "".join(more)
 
-    def joint(self, joint: Joint) -> tuple[Any, ...]:
-        """Return a joint: its attributes, pose, ends, what is said of its axis, and what else is in it."""
-        world = joint.parent == self.world
-        pose = self.form.pose(joint.origin, MODEL if world else joint.parent)
-        ends = WORLD if world else joint.parent, joint.child
+    def _joint(self, joint: Joint) -> list[str]:
+        """Return a joint with its axis and what the description keeps for it."""
+        parent = WORLD if joint.parent == self.world else joint.parent
         mine = own(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
+        lines = [f"      {self.form.pose(joint.origin, MODEL if parent == WORLD and self.world else parent)}"]
+        lines.append(f"      <parent>{escape(parent)}</parent><child>{escape(joint.child)}</child>")
+        if not (joint.is_fixed or joint.is_axleless):
+            lines += _filled("<axis>", self._axis(joint, mine.inner), "</axis>", "      ")
         texts = [*self.kept.joints.get(joint.name, ()), *(element.verbatim for element in mine.elements)]
-        kept = [*self.sensors.get(f"joint {joint.name}", ()), *at(texts, "      ")]
-        axis = [] if joint.is_fixed or joint.is_axleless else [self._axis(joint, mine.inner)]
-        return attributes(name=self.names[joint.name], type=joint.type), pose, *ends, axis, kept
+        lines += [*self.sensors.get(f"joint {joint.name}", ()), *at(texts, "      ")]
+        return _filled(f"<joint{attributes(name=self.names[joint.name], type=joint.type)}>", lines, "</joint>", "    ")
 
-    def _axis(self, joint: Joint, kept: Mapping[str, Sequence[str]]) -> tuple[Any, ...]:
-        """Return what is said of an axis: direction, limit, dynamics, what it follows, and what is kept."""
+    def _axis(self, joint: Joint, more: Mapping[str, Sequence[str]]) -> list[str]:
         number, limit, dynamics, mimic = self.form.number, joint.limit, joint.dynamics, joint.mimic
         keys = ("effort", "velocity") if joint.type == "continuous" else ("lower", "upper", "effort", "velocity")
-        known = [(key, limit.known(key)) for key in keys] if limit else []
-        limits = [(key, number(value)) for key, value in known if value is not None]
-        words: list[tuple[str, float]] = []
+        limits = [(key, limit.known(key)) for key in keys] if limit else []
+        words: list[tuple[str, float | None]] = []
         if dynamics is not None:
-            words = [(key, value) for key in ("damping", "friction") if (value := getattr(dynamics, key))]
+            words = [(key, getattr(dynamics, key) or None) for key in ("damping", "friction")]
             if dynamics.stiffness:
                 words += [("spring_reference", dynamics.spring_reference), ("spring_stiffness", dynamics.stiffness)]
-        follows = []
+        lines = [f"        <xyz>{vector(joint.axis, number)}</xyz>"]
+        for tag, values in (("limit", limits), ("dynamics", words)):
+            texts = [f"<{key}>{number(value)}</{key}>" for key, value in values if value is not None]
+            text = "".join([*texts, *more.get(f"axis/{tag}", ())])
+            lines.append(text and f"        <{tag}>{text}</{tag}>")
         if mimic is not None:
+            text = f"<multiplier>{number(mimic.multiplier)}</multiplier><offset>{number(mimic.offset)}</offset>"
             leader = attributes(joint=self.names[mimic.joint])
-            follows = [(leader, number(mimic.multiplier), number(mimic.offset))]
-        dynamics_of = _pairs([(key, number(value)) for key, value in words], kept.get("axis/dynamics", ()))
-        limits_of = _pairs(limits, kept.get("axis/limit", ()))
-        return vector(joint.axis, number), limits_of, dynamics_of, follows, at(kept.get("axis", ()), "        ")
+            lines.append(f"        <mimic{leader}>{text}<reference>0</reference></mimic>")
+        return [*lines, *at(more.get("axis", ()), "        ")]
+
+    def _closed(self) -> Iterator[str]:
+        """Yield what closes each kinematic loop: a ball or fixed joint for Gazebo, or constraints for Drake.
+
+        Drake 1.51 refuses a file whose joints are no tree, and Gazebo has no word but joints.
+        """
+        places = self.robot.poses_in_root({})
+        taken = {link.name for link in self.robot.links} | set(self.names.values())
+        for one in self.loops:
+            ends = self._ends(one)
+            if ends is None:
+                self.open.append(one.name)
+                continue
+            (first, at_first), (second, _) = ends
+            if self.gazebo:
+                name = one.name
+                while name in taken:
+                    name += "_loop"
+                taken.add(name)
+                names = attributes(name=name, type="ball" if one.tag == "connect" else "fixed")
+                lines = [f"      {self.form.pose(Pose(at_first.xyz, IDENTITY.rpy), first)}"]
+                lines.append(f"      <parent>{escape(first)}</parent><child>{escape(second)}</child>")
+                yield from _filled(f"<joint{names}>", lines, "</joint>", "    ")
+                continue
+            point, word = places[first].then(at_first), "drake:ball_constraint"
+            for number, corner in enumerate(_CORNERS if one.tag == "weld" else _CORNERS[:1]):
+                lines = []
+                for letter, end, link in (("A", "p_AP", first), ("B", "p_BQ", second)):
+                    carrier = self.bodies.carrier[link]
+                    place = places[carrier].inverse().apply(point.apply(corner))
+                    numbers = vector([0.0 if abs(value) < _ROUNDING else value for value in place], self.form.number)
+                    lines.append(f"      <{word}_body_{letter}>{escape(carrier)}</{word}_body_{letter}>")
+                    lines.append(f"      <{word}_{end}>{numbers}</{word}_{end}>")
+                names = attributes(name=f"{one.name}_{number}" if number else one.name)
+                yield from _filled(f"<{word}{names}>", lines, f"</{word}>", "    ")
+
+    def _ends(self, one: Entry) -> tuple[tuple[str, Transform], tuple[str, Transform]] | None:
+        """Return the two links of a constraint, each with its point; None unless both are links of the SDF.
+
+        MuJoCo holds together what coincides where all joints are at zero.
+        """
+        if "relpose" in one.values:
+            return None
+        found: list[tuple[str, Transform]] = []
+        for number in (1, 2):
+            name = str(one.values.get(f"body{number}", one.values.get(f"site{number}", "")))
+            place = Transform()
+            for link in self.robot.links:
+                for mark in link.marked:
+                    if "site1" in one.values and (mark.tag, mark.name) == ("site", name):
+                        name, place = link.name, mark.pose.transform()
+            if name not in self.bodies.carrier:
+                return None
+            found.append((name, place))
+        anchor = one.values.get("anchor")
+        if isinstance(anchor, tuple):
+            x, y, z = (float(value) for value in anchor)
+            found[0] = found[0][0], Transform(xyz=(x, y, z))
+        return found[0], found[1]
 
     def _sensors(self, frame_id: str, classic: bool) -> None:
-        """Make what Gazebo has of the sensors, by the link or joint that they stand in; ``classic``: by its names."""
+        """Write the sensors of Gazebo by the link or joint that they are in; ``classic``: by its names."""
         for sensor in self.robot.sensors:
             for one in sensor.gazebo:
                 where = self._where(sensor, one)
-                if not where:
-                    continue
-                names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
-                link = one.feels or one.link
-                seen = "" if one.at_joint or self.bodies.carrier[link] == link else link
-                pose = self.form.pose(IDENTITY if one.at_joint or one.feels else one.pose, seen)
-                said = one.in_classic() if classic else one
-                lines = sensor_lines(said, frame_id, self.form.number, "      ", pose, names)
-                self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
+                if where:
+                    names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
+                    link = one.feels or one.link
+                    seen = "" if one.at_joint or self.bodies.carrier[link] == link else link
+                    pose = self.form.pose(IDENTITY if one.at_joint or one.feels else one.pose, seen)
+                    said = one.in_classic() if classic else one
+                    lines = sensor_lines(said, frame_id, self.form.number, "      ", pose, names)
+                    self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
 
     def _where(self, sensor: Sensor, one: GazeboSensor) -> str:
-        """Return the link, or "joint NAME", that a sensor stands in; empty where it cannot, after telling."""
-        why = ""
+        """Return the link, or "joint NAME", that a sensor is in; empty where it cannot be, which is reported."""
         if one.at_joint:
             if self.bodies.says(self.robot.joint[one.link]):
                 return f"joint {one.link}"
@@ -287,47 +356,52 @@ class _Writer:
         return ""
 
     def diagnostics(self) -> Iterator[Diagnostic]:
-        """Yield what the SDF cannot say, or says otherwise."""
-        weightless = self.bodies.weightless
+        """Yield what the SDF does not contain, or contains in another form."""
+
+        def several(names: Sequence[str], what: str, verbs: tuple[str, str]) -> str:
+            one = len(names) == 1
+            return f"{what if one else f'{what}s'} {quoted(names, 3)} {verbs[0] if one else verbs[1]}"
+
+        def lost(message: str, help: str = "", rule: str = "sdf-cannot-say") -> Diagnostic:
+            return Diagnostic(rule, WARNING, message, help=help)
+
+        weightless, robot, version = self.bodies.weightless, self.robot, self.form.version
         if weightless:
-            which = f"{'link' if len(weightless) == 1 else 'links'} {quoted(weightless, 3)}"
-            message = f"{which} {'has' if len(weightless) == 1 else 'have'} no mass, nor what is fixed there:"
+            message = f"{several(weightless, 'link', ('has', 'have'))} no mass, nor what is fixed there:"
             message += f" {LEAST.mass:g} kg in the SDF, whose readers would take 1 kg"
             help = "give it an inertial" if len(weightless) == 1 else "give them inertials"
-            yield Diagnostic("sdf-without-mass", WARNING, message, help=help)
-        yield from self._joints_told()
+            yield lost(message, help, "sdf-without-mass")
+        planar = [joint.name for joint in robot.joints if joint.type == "planar"]
+        if planar:
+            what = f"{counted(len(planar), 'joint')} ({first_of(planar, 3)})"
+            what = f'joint "{planar[0]}"' if len(planar) == 1 else what
+            message = f"SDF has no planar joint: without {what} the link is free to move every way"
+            yield lost(message, "or make it two prismatic joints and a continuous")
+        for name, other in self.names.items():
+            if name != other and self.bodies.says(robot.joint[name]):
+                message = f'joint "{name}" is called "{other}" in the SDF, where a link or a frame has that name'
+                yield lost(message, "give it another name in the description")
+        followers = [joint.name for joint in robot.joints if joint.mimic]
+        if followers and version in (OLDEST, "1.10"):
+            message = f"SDF {version} has no mimic: Gazebo lets {quoted(followers, 3)} move freely"
+            yield lost(message, f'say version: "{FOLLOWERS}"')
         for why, names in self.unseen.items():
-            which = f"{'sensor' if len(names) == 1 else 'sensors'} {quoted(names, 3)}"
-            message = f"{which} {'is' if len(names) == 1 else 'are'} not seen by Gazebo: {why}"
-            yield Diagnostic("gazebo-cannot-see", WARNING, message, help="or leave the sensor out: gazebo: []")
+            message = f"{several(names, 'sensor', ('is', 'are'))} not seen by Gazebo: {why}"
+            yield lost(message, "or leave the sensor out: gazebo: []", "gazebo-cannot-see")
+        closed = [one.name for one in self.loops if one.name not in self.open]
+        which = several(closed, "constraint", ("is", "are"))
+        if self.open:
+            message = f"{several(self.open, 'constraint', ('is', 'are'))} not in the SDF"
+            yield lost(message, "both ends have to be links of the SDF")
+        if closed and not self.gazebo:
+            help = 'write gazebo: "classic" for joints that close it'
+            yield lost(f"{which} closed in Drake alone: Drake refuses joints that form a loop", help)
+        elif closed and self.gazebo != CLASSIC:
+            help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes it"
+            yield lost(f"{which} open in Gazebo {distribution(self.gazebo)}", help)
         if self.kept.left_out:
             message = f"not in the SDF, for the reader of URDF alone knows it: {first_of(list(self.kept.left_out), 3)}"
             yield Diagnostic("sdf-cannot-say", NOTE, message)
-
-    def _joints_told(self) -> Iterator[Diagnostic]:
-        planar = [joint.name for joint in self.robot.joints if joint.type == "planar"]
-        if planar:
-            what = (
-                f'joint "{planar[0]}"'
-                if len(planar) == 1
-                else f"{counted(len(planar), 'joint')} ({first_of(planar, 3)})"
-            )
-            message = f"SDF has no planar joint: without {what} the link is free to move every way"
-            yield Diagnostic(
-                "sdf-cannot-say", WARNING, message, help="or make it two prismatic joints and a continuous"
-            )
-        for name, other in self.names.items():
-            if name != other and self.bodies.says(self.robot.joint[name]):
-                message = f'joint "{name}" is called "{other}" in the SDF, where a link or a frame has that name'
-                yield Diagnostic("sdf-cannot-say", WARNING, message, help="give it another name in the description")
-        followers = [joint.name for joint in self.robot.joints if joint.mimic]
-        if followers and self.form.version in (OLDEST, "1.10"):
-            message = f"SDF {self.form.version} has no mimic: Gazebo lets {quoted(followers, 3)} move freely"
-            yield Diagnostic("sdf-cannot-say", WARNING, message, help=f'say version: "{FOLLOWERS}"')
-
-
-_SHAPES = ("visual", "collision")
-_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def joint_names(robot: Robot) -> Mapping[str, str]:
@@ -342,11 +416,6 @@ def joint_names(robot: Robot) -> Mapping[str, str]:
         taken.add(name)
         names[joint.name] = name
     return names
-
-
-def _pairs(pairs: Sequence[tuple[str, str]], kept: Sequence[str]) -> str:
-    """Return elements by name and number, and those that are kept."""
-    return "".join([*(f"<{key}>{number}</{key}>" for key, number in pairs), *kept])
 
 
 def _geometry(solid: Shape, form: _Form, kept: Sequence[str] = ()) -> str:

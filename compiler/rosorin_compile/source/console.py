@@ -32,6 +32,7 @@ MARKDOWN = "markdown"  # a form in which a run is told robot by robot
 ENVELOPE = "json"  # a result with all diagnostics of the run
 
 _STAND_IN = "stand-in"  # the rule, and what is counted of it
+_LISTED = ("not-in-format", "engine-missing")  # notes that are printed where others are counted
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the midst of a text
 
@@ -198,9 +199,9 @@ class Console:
             self.collected += diagnostics
             return
         if self.quiet or (self.counts and not listed):
-            notes = [one for one in diagnostics if one.severity == NOTE]
+            notes = [one for one in diagnostics if one.severity == NOTE and one.rule not in _LISTED]
             self.unlisted.update(_STAND_IN if one.rule == _STAND_IN else NOTE for one in notes)
-            diagnostics = [one for one in diagnostics if one.severity != NOTE]
+            diagnostics = [one for one in diagnostics if one.severity != NOTE or one.rule in _LISTED]
         if not diagnostics:
             return
         from . import report

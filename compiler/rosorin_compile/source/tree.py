@@ -57,6 +57,11 @@ class Map(dict[str, "Any"]):
         self.key_spans[key] = key_span
         self.value_spans[key] = value_span
 
+    def setdefault_at(self, key: str, value: Any, span: Span) -> None:
+        """Set ``key`` as if it were written at ``span``, unless the mapping has it."""
+        if key not in self:
+            self.put(key, value, span, span)
+
     def locate(self, path: Sequence[str | int], key: bool = False) -> Place:
         """Return the place of ``path``, or of its longest prefix that exists.
 

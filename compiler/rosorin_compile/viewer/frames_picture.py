@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import Asked, Format, Importing, Proving
+from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, error
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -86,6 +87,13 @@ FORMAT = Format(
     article="a",
     about="the tree of frames, with who publishes each",
     rank=80,
+    covers=(
+        *NODES,
+        *UNPUBLISHED,
+        *("robot", "joints.type", "joints.parent", "joints.child", "sensors.type", "sensors.parent", "sensors.frame"),
+        *("sensors.joint", "sensors.optical.frame", "sensors.optical.joint", "edges.parent", "edges.child"),
+        *("edges.publisher", "edges.moving", "edges.when", "publishers.node"),
+    ),
     options={
         "modes": {
             "type": "array",

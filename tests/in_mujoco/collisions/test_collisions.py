@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.mujoco.collisions import search as search_module
 from rosorin_compile.mujoco.collisions.search import Search
 from rosorin_compile.source.progress import Progress
 from support.commands import Shown, ask, write_files
@@ -207,7 +206,7 @@ def test_without_a_mesh_there_is_no_matrix(reach: Path, capsys: Shown) -> None:
     assert not (reach / "descriptions" / "reach" / "stone.stl").exists()
     assert main(["collisions", "reach"]) == 1
     said = capsys.readouterr().err
-    assert "error[collisions-refused]: without all meshes nobody knows what never touches" in said
+    assert "error[collisions-refused]: pairs that never touch can only be found with all meshes" in said
     assert not MATRIX.exists()
 
 
@@ -216,7 +215,7 @@ def test_what_is_no_matrix_is_not_replaced(capsys: Shown) -> None:
     MATRIX.write_text("links: {}\n", "utf-8")
     said = ask(capsys, "collisions", "reach", code=1)
     assert "error[collisions-refused]" in said
-    assert "is there, and rosorin-compile has not written it" in " ".join(said.split())
+    assert "was not written by rosorin-compile" in " ".join(said.split())
     assert MATRIX.read_text("utf-8") == "links: {}\n"
 
 
@@ -287,26 +286,11 @@ def test_pairs_stay_whose_shapes_and_joints_are_the_same(capsys: Shown, monkeypa
 def searched(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
     """Return the pairs that are brought near each other from now on."""
     asked: set[tuple[str, str]] = set()
-    nearest = Search._nearest
+    approach = Search.approach
 
-    def watched(search: Search, pair: tuple[str, str]) -> float:
+    def watched(search: Search, pair: tuple[str, str], *states: Any) -> float:
         asked.add(pair)
-        return nearest(search, pair)
+        return approach(search, pair, *states)
 
-    monkeypatch.setattr(Search, "_nearest", watched)
-    monkeypatch.setattr(search_module.system, "cores", lambda: 1)
+    monkeypatch.setattr(Search, "approach", watched)
     return asked
-
-
-@pytest.mark.tier("engines")
-@pytest.mark.usefixtures("reach")
-def test_one_core_and_two_find_the_same(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    """And so does a second process that ends before it has told anything."""
-    found = []
-    for cores in (1, 2):
-        monkeypatch.setattr(search_module.system, "cores", lambda cores=cores: cores)
-        ask(capsys, "collisions", "reach", "--force")
-        found.append(MATRIX.read_bytes())
-    monkeypatch.setattr(search_module.pickle, "dump", lambda *_: os._exit(1))
-    ask(capsys, "collisions", "reach", "--force")
-    assert found[0] == found[1] == MATRIX.read_bytes()

@@ -13,7 +13,7 @@ from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.mujoco.collisions.contacts import FAR, Contacts
 from rosorin_compile.mujoco.collisions.search import Search, bounds_of
-from rosorin_compile.mujoco.physics.files import Meshes, named_meshes
+from rosorin_compile.mujoco.physics.solids import mesh_shapes, read_meshes
 from rosorin_compile.request import Request
 from rosorin_compile.ros.srdf.planning import Planning, urdf_of
 from rosorin_compile.source.project import Description
@@ -73,9 +73,8 @@ def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[flo
     assert urdf is not None
     planning = Planning(known.robot, urdf)
     files = Places(path, outputs, {}, os.environ).meshes(known.tree, known.robot.outputs)
-    meshes = Meshes(known, files)
-    for named in named_meshes(known):
-        assert meshes.read(named) is not None
+    meshes, problems = read_meshes(known, list(mesh_shapes(known)), files)
+    assert not problems
     (text,) = (one.text for one in compile_robot(path).artifacts if one.output == urdf.name)
     for name, file in files.items():
         text = text.replace(f'"{name}"', f'"{file.absolute()}"')
@@ -87,14 +86,17 @@ def judged(contacts: Contacts, coal: Coal, bounds: dict[str, tuple[float, float]
     chance, touching, near = random.Random(7), 0, 0  # noqa: S311
     for _ in range(STATES):
         state = {name: chance.uniform(*ends) for name, ends in bounds.items()}
-        ours, theirs = contacts.touching(state), coal.distances(state)
+        ours, theirs = contacts.touching(contacts.rows([state])[0]), coal.distances(state)
         assert set(ours) <= set(theirs)
         for pair, far in theirs.items():
             if abs(far) > ROUNDING:
                 assert (pair in ours) == (far < 0), (pair, ours.get(pair), far, state)
                 touching += far < 0
             if ROUNDING < far < FAR and near < MOST_NEAR:
-                assert contacts.exact(pair, state, 2 * FAR) == pytest.approx(far, abs=ROUNDING), (pair, state)
+                assert next(contacts.distances(pair, [state], 2 * FAR)) == pytest.approx(far, abs=ROUNDING), (
+                    pair,
+                    state,
+                )
                 near += 1
     return touching, near
 
@@ -133,8 +135,8 @@ def test_no_state_of_a_fine_grid_is_nearer_than_what_was_found(tmp_path: Path, s
     contacts, _, bounds = both(path, tmp_path)
     pair = ("base", "finger")
     axes = [np.linspace(*bounds[name], 150) for name in ("shoulder", "elbow")]
-    states = ({"shoulder": float(one), "elbow": float(other)} for one in axes[0] for other in axes[1])
-    least = min(contacts.exact(pair, state, 1.0) for state in states)
+    states = [{"shoulder": float(one), "elbow": float(other)} for one in axes[0] for other in axes[1]]
+    least = min(contacts.distances(pair, states, 1.0))
     search = Search(contacts.planning, contacts.meshes)
     (found,) = (one for one in search.run() if one.links == pair)
     assert found.nearest == pytest.approx(0.0036, abs=1e-9)

@@ -7,6 +7,7 @@ it, and in every compared array of its model.
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,10 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 import numpy as np  # noqa: E402
+from mujoco.introspect import structs  # noqa: E402
 
-from in_mujoco.mjcf.other_fields import CARED_FOR  # noqa: E402
-from rosorin_compile.mujoco.mjcf import compared, compared_fields, moves  # noqa: E402
-from rosorin_compile.mujoco.mjcf.matched import Model  # noqa: E402
+from rosorin_compile.mujoco.mjcf import accelerations, compare_models  # noqa: E402
+from rosorin_compile.mujoco.mjcf.compiled_model import Model  # noqa: E402
 from support.paths import DATA  # noqa: E402
 
 EVERYTHING = DATA / "mjcf" / "compared" / "everything.xml"
@@ -36,7 +37,12 @@ def compiled(text: str) -> tuple[Any, Any]:
 def told(one: str, other: str, names: Any = None) -> list[str]:
     """Return what differs between two texts."""
     (source, said), (ours, _) = compiled(one), compiled(other)
-    return [f"{feature}: {text}" for feature, text in compared.compare(mujoco, source, ours, names or {}, said)]
+    return [one.text for one in compared(source, ours, names, said)]
+
+
+def compared(source: Any, ours: Any, names: Any = None, said: Any = None) -> list[compare_models.Difference]:
+    models = Model(mujoco, source), Model(mujoco, ours)
+    return compare_models.Comparison(*models, names or {}).run(said)
 
 
 def edited(old: str, new: str, text: str = TEXT) -> str:
@@ -49,145 +55,149 @@ def test_a_model_is_itself() -> None:
 
 
 PLANTED = [
-    ('density="1.2"', 'density="1.3"', "options: density 1.2 in the source, 1.3 in ours"),
-    ('nuserdata="2"', 'nuserdata="3"', "sizes: nuserdata 2 in the source, 3 in ours"),
-    ('ambient="0.3 0.3 0.3"', "", "settings of the viewer: ambient 0.3 0.3 0.3 in the source, 0.1 0.1 0.1 in ours"),
-    ('extent="3"', 'extent="4"', "settings of the viewer: extent 3 in the source, 4 in ours"),
-    ('data="1 2 3"', 'data="1 2 4"', "numbers and texts: number number: data 1 2 3 in the source, 1 2 4 in ours"),
-    ("some words", "more words", "numbers and texts: text words: data"),
+    ('density="1.2"', 'density="1.3"', "density 1.2 in the source, 1.3 in ours"),
+    ('nuserdata="2"', 'nuserdata="3"', "nuserdata 2 in the source, 3 in ours"),
+    ('ambient="0.3 0.3 0.3"', "", "ambient 0.3 0.3 0.3 in the source, 0.1 0.1 0.1 in ours"),
+    ('extent="3"', 'extent="4"', "extent 3 in the source, 4 in ours"),
+    ('data="1 2 3"', 'data="1 2 4"', "numeric number: data 1 2 3 in the source, 1 2 4 in ours"),
+    ("some words", "more words", "text words: data"),
     (
         'objname="base" prm',
         'objname="arm" prm',
-        "numbers and texts: tuple tuple: objid body base in the source, body arm in ours",
+        "tuple tuple: objid body base in the source, body arm in ours",
     ),
-    ('key="kp" value="4"', 'key="kp" value="5"', "plugins: actuator loop: plugin"),
+    ('key="kp" value="4"', 'key="kp" value="5"', "actuator loop: plugin"),
     (
         'rgb1="0.1 0.2 0.3"',
         'rgb1="0.1 0.2 0.4"',
-        "textures: texture checker: data differs in 32 of 192 numbers: 76 in the source, 102 in ours",
+        "texture checker: data differs in 32 of 192 numbers: 76 in the source, 102 in ours",
     ),
-    ('reflectance="0.2"', "", "shine: material steel: reflectance 0.2 in the source, 0 in ours"),
-    ('texture="checker" refl', 'texture="dots" refl', "textures: material steel: texid none, texture checker"),
-    ('mass="2" user="4" material="steel"', 'mass="2" user="4"', "shine: geom hull: has not material steel in ours"),
-    ("0.2 0 0  0 0.1 0  0 0 0.1", "0.2 0 0  0 0.1 0  0 0 0.2", "shapes: mesh wedge: vertices differ"),
-    ("0 1 2 3 4 5", "0 1 2 3 4 6", "shapes: height field hills: data"),
-    ('bindpos="0 0 0"', 'bindpos="0 0 0.1"', "skins: skin_bonebindpos 0 0 0 in the source, 0 0 0.1 in ours"),
-    ('pos="0 0 3" dir="0 0 -1"', 'pos="0 0 3" dir="0 1 -1"', "lights: light sun: orientation differs by 0.71"),
+    ('reflectance="0.2"', "", "material steel: reflectance 0.2 in the source, 0 in ours"),
+    ('texture="checker" refl', 'texture="dots" refl', "material steel: texid none, texture checker"),
+    ('mass="2" user="4" material="steel"', 'mass="2" user="4"', "geom hull: has not material steel in ours"),
+    ("0.2 0 0  0 0.1 0  0 0 0.1", "0.2 0 0  0 0.1 0  0 0 0.2", "mesh wedge: vertices differ"),
+    ("0 1 2 3 4 5", "0 1 2 3 4 6", "hfield hills: data"),
+    ('bindpos="0 0 0"', 'bindpos="0 0 0.1"', "skin_bonebindpos 0 0 0 in the source, 0 0 0.1 in ours"),
+    ('pos="0 0 3" dir="0 0 -1"', 'pos="0 0 3" dir="0 1 -1"', "light sun: orientation differs by 0.71"),
     (
         'target="arm" pos',
         'target="base" pos',
-        "lights: light lamp: targetbodyid body arm in the source, body base in ours",
+        "light lamp: targetbodyid body arm in the source, body base in ours",
     ),
-    ('gravcomp="0.1"', "", "gravity compensation: body base: gravcomp 0.1 in the source, 0 in ours"),
+    ('gravcomp="0.1"', "", "body base: gravcomp 0.1 in the source, 0 in ours"),
     (
         'pos="0 0 1" gravcomp',
         'pos="0 0 2" gravcomp',
-        "places of bodies: body base: position 0 0 1 in the source, 0 0 2 in ours",
+        "body base: position 0 0 1 in the source, 0 0 2 in ours",
     ),
-    ('quat="0.9 0.1 0.2 0.3"', "", "places of bodies: body arm: orientation differs by"),
-    ('user="2">', 'user="3">', "user data: body base: user 2 in the source, 3 in ours"),
+    ('quat="0.9 0.1 0.2 0.3"', "", "body arm: orientation differs by"),
+    ('user="2">', 'user="3">', "body base: user 2 in the source, 3 in ours"),
     (
         'size="0.1 0.2 0.05"',
         'size="0.1 0.2 0.06"',
-        "shapes: geom hull: size 0.1 0.2 0.05 in the source, 0.1 0.2 0.06 in ours",
+        "geom hull: size 0.1 0.2 0.05 in the source, 0.1 0.2 0.06 in ours",
     ),
     (
         'friction="0.8 0.01 0.001"',
         "",
-        "contact: geom hull: friction 0.8 0.01 0.001 in the source, 1 0.005 0.0001 in ours",
+        "geom hull: friction 0.8 0.01 0.001 in the source, 1 0.005 0.0001 in ours",
     ),
     (
         '<geom name="ball" size="0.04"',
         '<geom name="ball" size="0.04" contype="2"',
-        "masks: geom ball: contype 1 in the source, 2 in ours",
+        "geom ball: contype 1 in the source, 2 in ours",
     ),
     (
         '<site name="imu" pos="0 0 0.05"',
         '<site name="imu"',
-        "sites: site imu: position 0 0 0.05 in the source, 0 0 0 in ours",
+        "site imu: position 0 0 0.05 in the source, 0 0 0 in ours",
     ),
     (
         '<site name="tip" pos="0.2 0 0" size="0.02"/>',
         '<site name="tip" pos="0.2 0 0"/>',
-        "looks of sites: site tip: size",
+        "site tip: size",
     ),
-    ('fovy="50"', "", "cameras: camera eye: fovy 50 in the source, 45 in ours"),
-    ('damping="0.1" s', "s", "damping: joint shoulder: damping 0.1 in the source, 0 in ours"),
-    ('stiffness="2"', "", "springs: joint shoulder: stiffness 2 in the source, 0 in ours"),
-    ('springref="0.2"', "", "springs: joint shoulder: rest of the spring 0.2 in the source, 0 in ours"),
-    ('armature="0.01"', "", "armature: joint shoulder: armature 0.01 in the source, 0 in ours"),
-    ('frictionloss="0.02"', "", "friction loss: joint shoulder: frictionloss 0.02 in the source, 0 in ours"),
-    ('actuatorfrcrange="-5 5"', "", "forces of joints: joint shoulder: actfrclimited 1 in the source, 0 in ours"),
+    ('fovy="50"', "", "camera eye: fovy 50 in the source, 45 in ours"),
+    ('damping="0.1" s', "s", "joint shoulder: damping 0.1 in the source, 0 in ours"),
+    ('stiffness="2"', "", "joint shoulder: stiffness 2 in the source, 0 in ours"),
+    ('springref="0.2"', "", "joint shoulder: rest of the spring 0.2 in the source, 0 in ours"),
+    ('armature="0.01"', "", "joint shoulder: armature 0.01 in the source, 0 in ours"),
+    ('frictionloss="0.02"', "", "joint shoulder: frictionloss 0.02 in the source, 0 in ours"),
+    ('actuatorfrcrange="-5 5"', "", "joint shoulder: actfrclimited 1 in the source, 0 in ours"),
     (
         'range="-1 1" damping',
         'range="-1 2" damping',
-        "ranges of joints: joint shoulder: range -1 1 in the source, -1 2 in ours",
+        "joint shoulder: range -1 1 in the source, -1 2 in ours",
     ),
     (
         'axis="0 1 0" range',
         'axis="0 0 1" range',
-        "types of joints: joint shoulder: axis 0 1 0 in the source, 0 0 1 in ours",
+        "joint shoulder: axis 0 1 0 in the source, 0 0 1 in ours",
     ),
-    ('pos="0.01 0.02 0"', "", "types of joints: joint spin: anchor 0.01 0.02 0 in the source, 0 0 0 in ours"),
+    ('pos="0.01 0.02 0"', "", "joint spin: anchor 0.01 0.02 0 in the source, 0 0 0 in ours"),
     (
         'type="ball" range="0 1.5"',
         'type="ball" range="0 1.4"',
-        "ranges of joints: joint wrist: range 0 1.5 in the source, 0 1.4 in ours",
+        "joint wrist: range 0 1.5 in the source, 0 1.4 in ours",
     ),
-    ('mass="1" fullinertia', 'mass="1.5" fullinertia', "masses: body arm: mass 1 in the source, 1.5 in ours"),
-    ("0.01 0.02 0.015 0.001", "0.01 0.02 0.015 0.002", "masses: body arm: inertia"),
+    ('mass="1" fullinertia', 'mass="1.5" fullinertia', "body arm: mass 1 in the source, 1.5 in ours"),
+    ("0.01 0.02 0.015 0.001", "0.01 0.02 0.015 0.002", "body arm: inertia"),
     (
         '<inertial pos="0.1 0 0"',
         '<inertial pos="0.2 0 0"',
-        "masses: body arm: centre of mass 0.1 0 0 in the source, 0.2 0 0 in ours",
+        "body arm: centre of mass 0.1 0 0 in the source, 0.2 0 0 in ours",
     ),
-    ('radius="0.01" dim', 'radius="0.02" dim', "flexible bodies: flex_radius 0.01 in the source, 0.02 in ours"),
-    ('geom2="cube" friction="0.9', 'geom2="cube" friction="0.7', "contact pairs: pair touch: friction"),
-    ('geom1="ball" geom2="cube"', 'geom1="shell" geom2="cube"', "contact pairs: pair touch: geom1"),
+    ('radius="0.01" dim', 'radius="0.02" dim', "flex_radius 0.01 in the source, 0.02 in ours"),
+    ('geom2="cube" friction="0.9', 'geom2="cube" friction="0.7', "pair touch: friction"),
+    ('geom1="ball" geom2="cube"', 'geom1="shell" geom2="cube"', "pair touch: geom1"),
     (
         '<exclude name="apart" body1="arm" body2="slider"/>',
         "",
-        "touching: body arm and body slider may touch in ours alone",
+        "body arm and body slider may touch in ours alone",
     ),
-    ('coef="2"', 'coef="3"', "tendons: tendon both: prm 2 0.5 in the source, 3 0.5 in ours"),
-    ('sidesite="side"', "", "tendons: tendon string: prm"),
-    ('springlength="0.1"', "", "tendons: tendon string: lengthspring"),
-    ('<site site="hook"/>', '<site site="imu"/>', "tendons: tendon string: objid site hook"),
-    ('polycoef="0 1 0 0 0"', 'polycoef="0 2 0 0 0"', "equalities: equality geared: data"),
+    (
+        'coef="2"',
+        'coef="3"',
+        "tendon both: objid joint rail, joint spin, 2, 0.5 in",
+    ),
+    ('sidesite="side"', "", "tendon string: objid site hook, geom ball, site tip"),
+    ('springlength="0.1"', "", "tendon string: lengthspring"),
+    ('<site site="hook"/>', '<site site="imu"/>', "tendon string: objid site hook"),
+    ('polycoef="0 1 0 0 0"', 'polycoef="0 2 0 0 0"', "equality geared: data"),
     (
         'joint1="spin" joint2="rail"',
         'joint1="spin" joint2="shoulder"',
-        "equalities: equality geared: obj2id joint rail in the source, joint shoulder in ours",
+        "equality geared: obj2id joint rail in the source, joint shoulder in ours",
     ),
-    ('solref="0.01 1"', "", "tuning of equalities: equality geared: solref 0.01 1 in the source, 0.02 1 in ours"),
-    ('body1="slider" body2="arm" anchor', 'body1="slider" body2="wrist" anchor', "equalities: equality closed: obj2id"),
-    ('<weld name="held"', '<weld name="held" torquescale="2"', "equalities: equality held: data"),
-    ('kp="10" kv="1"', 'kp="10"', "actuators: actuator servo: biasprm 0 -10 -1"),
-    ('forcerange="-3 3"', "", "actuators: actuator servo: forcelimited 1 in the source, 0 in ours"),
-    ('gear="3"', 'gear="4"', "actuators: actuator motor: gear 3 0 0 0 0 0 in the source, 4 0 0 0 0 0 in ours"),
+    ('solref="0.01 1"', "", "equality geared: solref 0.01 1 in the source, 0.02 1 in ours"),
+    ('body1="slider" body2="arm" anchor', 'body1="slider" body2="wrist" anchor', "equality closed: obj2id"),
+    ('<weld name="held"', '<weld name="held" torquescale="2"', "equality held: data"),
+    ('kp="10" kv="1"', 'kp="10"', "actuator servo: biasprm 0 -10 -1"),
+    ('forcerange="-3 3"', "", "actuator servo: forcelimited 1 in the source, 0 in ours"),
+    ('gear="3"', 'gear="4"', "actuator motor: gear 3 0 0 0 0 0 in the source, 4 0 0 0 0 0 in ours"),
     (
         '<motor name="motor" joint="spin"',
         '<motor name="motor" joint="rail"',
-        "actuators: actuator motor: trnid joint spin",
+        "actuator motor: trnid joint spin",
     ),
     (
         'refsite="hook"',
         'refsite="tip"',
-        "actuators: actuator thrust: trnid site imu, site hook in the source, site imu, site tip in ours",
+        "actuator thrust: trnid site imu, site hook in the source, site imu, site tip in ours",
     ),
-    ('actrange="0 1"', 'actrange="0 2"', "actuators: actuator thrust: actrange 0 1 in the source, 0 2 in ours"),
-    ('noise="0.01"', "", "sensors: sensor gyro: noise 0.01 in the source, 0 in ours"),
+    ('actrange="0 1"', 'actrange="0 2"', "actuator thrust: actrange 0 1 in the source, 0 2 in ours"),
+    ('noise="0.01"', "", "sensor gyro: noise 0.01 in the source, 0 in ours"),
     (
         'objname="tip" reftype',
         'objname="pull" reftype',
-        "sensors: sensor seen: objid site tip in the source, site pull in ours",
+        "sensor seen: objid site tip in the source, site pull in ours",
     ),
-    ('<jointpos name="angle" joint="shoulder"/>', "", "sensors: sensor angle: is not in ours"),
-    ('mpos="0 0 2"', 'mpos="0 0 3"', "keys: key home: place of body hand_of_god 0 0 2 in the source, 0 0 3 in ours"),
-    ('mquat="0 1 0 0"', 'mquat="0 0 1 0"', "keys: key home: orientation of body hand_of_god 0 1 0 0 in the source"),
-    ('ctrl="0.2 0', 'ctrl="0.3 0', "keys: key home: control of actuator servo 0.2 in the source, 0.3 in ours"),
-    ('act="0.3 0.2"', 'act="0.3 0.1"', "keys: key home: activation of actuator muscle 0.2 in the source, 0.1 in ours"),
-    ('name="gyro"', 'name="turning"', "names: sensor gyro: is called turning in ours"),
+    ('<jointpos name="angle" joint="shoulder"/>', "", "sensor angle: is not in ours"),
+    ('mpos="0 0 2"', 'mpos="0 0 3"', "key home: place of body hand_of_god 0 0 2 in the source, 0 0 3 in ours"),
+    ('mquat="0 1 0 0"', 'mquat="0 0 1 0"', "key home: orientation of body hand_of_god 0 1 0 0 in the source"),
+    ('ctrl="0.2 0', 'ctrl="0.3 0', "key home: control of actuator servo 0.2 in the source, 0.3 in ours"),
+    ('act="0.3 0.2"', 'act="0.3 0.1"', "key home: activation of actuator muscle 0.2 in the source, 0.1 in ours"),
+    ('name="gyro"', 'name="turning"', "sensor gyro: is called turning in ours"),
 ]
 
 
@@ -199,30 +209,28 @@ def test_a_planted_difference_is_told(old: str, new: str, message: str) -> None:
 
 def test_motion_capture_is_told() -> None:
     one = '<mujoco><worldbody><body name="b" mocap="true"><geom size="1"/></body></worldbody></mujoco>'
-    assert told(one, one.replace('mocap="true"', "")) == [
-        "motion capture: body b: motion capture 1 in the source, 0 in ours"
-    ]
+    assert told(one, one.replace('mocap="true"', "")) == ["body b: motion capture 1 in the source, 0 in ours"]
 
 
 def test_order_is_told() -> None:
     motor = '    <motor name="winch" tendon="string"/>\n'
     keyless = edited("<keyframe>", "<!--", edited("</keyframe>", "-->"))
     moved = edited('    <plugin name="loop"', f'{motor}    <plugin name="loop"', edited(motor, "", keyless))
-    assert told(keyless, moved) == ["order: the actuators stand in another order in ours"]
+    assert told(keyless, moved) == ["the actuators are in another order in ours"]
 
 
 def test_another_first_key_is_told() -> None:
     more = edited("<keyframe>", '<keyframe><key name="home"/>', edited('name="home"', 'name="own"', ARM))
     assert told(edited('name="home"', 'name="own"', ARM), more) == [
-        "order: the keys of the source are not the first ones, in their order"
+        "the keys of the source are not the first ones, in their order"
     ]
 
 
 def test_what_is_added_is_told() -> None:
     found = told(TEXT, edited('<site name="pull"/>', '<site name="pull"/><geom name="more" size="0.01" mass="0"/>'))
-    assert "shapes: geom more is in ours alone" in found
+    assert "geom more is in ours alone" in found
     heavy = '<site name="pull"/><body name="more"><inertial pos="0 0 0" mass="0.1" diaginertia="1 1 1"/></body>'
-    assert told(TEXT, edited('<site name="pull"/>', heavy)) == ["bodies: body more is in ours alone"]
+    assert told(TEXT, edited('<site name="pull"/>', heavy)) == ["body more is in ours alone"]
 
 
 ARM = """<mujoco><compiler angle="radian"/><worldbody><body name="base">
@@ -317,7 +325,7 @@ def test_a_mesh_stands_where_its_file_has_it() -> None:
     <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
     assert told(solid, solid.replace("legacy", "shell")) == []
     assert told(solid, solid.replace('mesh="m" mass="0"', 'mesh="m" mass="0" pos="0 0 0.1"')) == [
-        "shapes: geom g: position 0 0 0 in the source, 0 0 0.1 in ours"
+        "geom g: position 0 0 0 in the source, 0 0 0.1 in ours"
     ]
 
 
@@ -335,7 +343,7 @@ def test_what_has_no_mass_has_no_centre_of_mass() -> None:
     <inertial pos="0 0 0" mass="{}" diaginertia="1 1 1"/></body></body></worldbody></mujoco>"""
     assert told(one.format("1e-12"), one.format("1e-12").replace("0 0 0", "0.1 0 0")) == []
     assert told(one.format("2e-12"), one.format("2e-12").replace("0 0 0", "0.1 0 0")) == [
-        "masses: body frame: centre of mass 0 0 0 in the source, 0.1 0 0 in ours"
+        "body frame: centre of mass 0 0 0 in the source, 0.1 0 0 in ours"
     ]
 
 
@@ -346,14 +354,15 @@ def test_the_first_site_is_a_site_like_others() -> None:
     <tendon><spatial><site site="a"/><geom geom="ball" sidesite="side"/><site site="b"/></spatial></tendon></mujoco>"""
     assert told(text, text) == told(text, edited(side + ends, ends + side, text)) == []
     assert told(text, edited(' sidesite="side"', "", text)) == [
-        "tendons: tendon 0: prm 0 0 0 in the source, 0 -1 0 in ours"
+        "tendon 0: objid site a, geom ball, site b, 0, site side, 0 in the source, site a, geom ball, site b, 0, none,"
+        " 0 in ours"
     ]
 
 
 def test_a_range_that_does_not_limit_is_not_compared() -> None:
     free = edited('ctrlrange="-0.5 1.5"', "", ARM)
-    assert told(ARM, free) == ["actuators: actuator servo: ctrllimited 1 in the source, 0 in ours"]
-    assert told(free, ARM) == ["actuators: actuator servo: ctrllimited 0 in the source, 1 in ours"]
+    assert told(ARM, free) == ["actuator servo: ctrllimited 1 in the source, 0 in ours"]
+    assert told(free, ARM) == ["actuator servo: ctrllimited 0 in the source, 1 in ours"]
 
 
 def test_how_far_a_key_has_bent_a_spring_is_told() -> None:
@@ -362,7 +371,7 @@ def test_how_far_a_key_has_bent_a_spring_is_told() -> None:
     )
     assert told(text, text) == []
     assert told(text, edited('plastic="0.05"', 'plastic="0.06"', text)) == [
-        "keys: key home: plastic 0.05 in the source, 0.06 in ours"
+        "key home: plastic 0.05 in the source, 0.06 in ours"
     ]
 
 
@@ -373,33 +382,34 @@ def test_a_site_that_is_not_there_is_no_other_one() -> None:
     one = text.format('<site name="side" pos="0 0.2 0"/>', "", "side")
     other = text.format("", '<site name="block" type="box" pos="0 0.2 0"/>', "block")
     assert told(one, other) == [
-        "sites: site side: is not in ours",
-        "tendons: tendon 0: prm 0 -2 0 in the source, 0 2 0 in ours",
+        "site side: is not in ours",
+        "tendon 0: objid site a, geom ball, site b, 0, site side, 0 in the source, site a, geom ball, site b, 0,"
+        " site block, 0 in ours",
     ]
 
 
 def test_a_material_that_is_not_there_is_told_where_it_is_more_than_a_colour() -> None:
     text = edited("<worldbody>", '<asset><material name="glossy" shininess="0.9"/></asset><worldbody>', ARM)
-    assert told(text, ARM) == ["shine: material glossy: is not in ours"]
+    assert told(text, ARM) == ["material glossy: is not in ours"]
     plain = edited(' shininess="0.9"', "", text)
     assert told(plain, ARM) == []
     found = told(plain, edited('<site name="tip" pos="0.1 0.2 0"/>', "", plain))
-    assert found == ["sites: site tip: is not in ours"]  # the first one of its kind, as the material
+    assert found == ["site tip: is not in ours"]  # the first one of its kind, as the material
 
 
 def test_the_degrees_of_one_joint_are_not_those_of_the_next() -> None:
     assert told(TEXT, edited('ref="0.05"', 'ref="0.05" damping="0.3"')) == [
-        "damping: joint rail: damping 0 in the source, 0.3 in ours"
+        "joint rail: damping 0 in the source, 0.3 in ours"
     ]
 
 
 def test_where_a_key_has_a_joint_is_told() -> None:
     assert told(ARM, edited('qpos="0.6', 'qpos="0.7', ARM)) == [
-        "keys: key home: position of joint turn 0.6 in the source, 0.7 in ours"
+        "key home: position of joint turn 0.6 in the source, 0.7 in ours"
     ]
     fast = edited('ctrl="0.8 0.1"', 'qvel="0.1 0 0 0.2" ctrl="0.8 0.1"', ARM)
     assert told(fast, edited('qvel="0.1 0 0 0.2"', 'qvel="0.1 0 0 0.3"', fast)) == [
-        "keys: key home: speed of joint wrist 0 0 0.2 in the source, 0 0 0.3 in ours"
+        "key home: speed of joint wrist 0 0 0.2 in the source, 0 0 0.3 in ours"
     ]
 
 
@@ -409,9 +419,7 @@ def test_a_hull_of_fewer_vertices_is_told() -> None:
     <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><geom name="g" type="mesh" mesh="m"/></body></worldbody>
     </mujoco>"""
     assert told(text, text) == []
-    assert "shapes: mesh m: vertices of the hull 8 in the source, 5 in ours" in told(
-        text, edited('vert="8"', 'vert="5"', text)
-    )
+    assert "mesh m: vertices of the hull 8 in the source, 5 in ours" in told(text, edited('vert="8"', 'vert="5"', text))
 
 
 def test_names_that_the_import_gave_are_no_difference() -> None:
@@ -419,31 +427,10 @@ def test_names_that_the_import_gave_are_no_difference() -> None:
     renamed = ARM.replace('"hand"', '"arm_body"').replace('"wrist"', '"arm_body_joint"')
     assert told(nameless, renamed) == []
     assert told(ARM, renamed) == [
-        "names: body hand: is called arm_body in ours",
-        "names: joint wrist: is called arm_body_joint in ours",
+        "body hand: is called arm_body in ours",
+        "joint wrist: is called arm_body_joint in ours",
     ]
     assert told(ARM, renamed, {"body": {3: "arm_body"}, "joint": {1: "arm_body_joint"}}) == []
-
-
-DRAWN = {"tendon_rgba", "tendon_width"}  # of tendons through sites: one of joints is not drawn
-
-
-def _arrays() -> list[tuple[str, bool]]:
-    """Return the arrays that are compared as they are, and whether each row of them counts."""
-    made = []
-    for kind in compared_fields.KINDS.values():
-        for fields in kind.fields.values():
-            made += [
-                (f"{kind.prefix}_{word}", f"{kind.prefix}_{word}" not in compared_fields.GATES)
-                for word in fields.split()
-            ]
-    made = [(field, each and field not in DRAWN) for field, each in made]
-    made += [(f"dof_{word}", True) for words in compared_fields.OF_DOFS.values() for word in words.split()]
-    made += [(field, False) for field in compared_fields.REFERENCES]
-    made += [(field, True) for words in compared_fields.WHOLE.values() for field in words.split()]
-    words = " ".join(CARED_FOR).split()
-    made += [(word, False) for word in words if not word.startswith("name") and not word.startswith("n")]
-    return made
 
 
 @pytest.fixture(autouse=True)
@@ -459,45 +446,78 @@ def _everything() -> Any:
     return compiled(TEXT)[0]
 
 
-# Arrays that cannot be changed alone: what tells them is the text, above.
-NOT_ALONE = {
-    "plugin_attradr": "an address",
-    "body_parentid": "MuJoCo's own functions need a tree",
-    "text_data": "MuJoCo gives it as bytes",
-    "wrap_type": "says of what kind the next number is",
-    "tendon_adr": "an address",
-    "tendon_num": "a count",
-    "mesh_graphadr": "an address",
-    "actuator_ctrladr": "an address: test_order_is_told",
-    "sensor_adr": "an address",
-    "jnt_qposadr": "an address",
-    "dof_jntid": "the joint says where its degrees begin",
-    "actuator_ctrlnum": "a count",
-    "actuator_outnum": "a count",
-    "actuator_actnum": "a count",
-}
+# Arrays of mjModel that are not compared, besides those that follow from others and addresses.
+IN_NO_OBJECT = re.compile(
+    "(bvh|oct|M|B|C|D|mapM2|mapD2|efm0|efmC|ten_J|flexedge_J|flexedge_rigid|tree|names?|paths|plugin|exclude)_?.*"
+    "|mesh_(graph|poly.*|vert|normal)|qpos0|qpos_spring|history"
+)
+# Arrays that cannot be changed alone: a planted text above changes them.
+NOT_ALONE = (
+    *("text_data", "wrap_type", "wrap_prm", "eq_type", "eq_objtype", "geom_dataid", "pair_geom2"),
+    *("body_parentid", "body_mocapid", "actuator_plugin"),
+)
+# Rows that count for nothing: of a geom that touches nothing, of a tendon of joints, of what does not limit.
+SOME_ROWS = re.compile(
+    ".*(solref|solimp|margin|range|user|lengthspring|data|rgba|width|id|trnid|prm)|(body|geom|site|key)_.*|jnt_(pos|axis)"
+)
+
+
+def _arrays() -> Iterator[str]:
+    """Yield the arrays that ``mujoco.introspect`` has."""
+    for field in structs.STRUCTS["mjModel"].fields:
+        is_derived = compare_models._DERIVED.fullmatch(field.name) or IN_NO_OBJECT.fullmatch(field.name)
+        if getattr(field, "array_extent", None) and not is_derived and field.name not in NOT_ALONE:
+            yield field.name
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("field", "each"), _arrays(), ids=lambda value: str(value))
-def test_a_difference_in_any_array_is_told(everything: Any, field: str, each: bool) -> None:
-    if field in NOT_ALONE:
-        assert NOT_ALONE[field]
+@pytest.mark.parametrize("field", list(_arrays()))
+def test_a_difference_in_any_array_is_told(everything: Any, field: str) -> None:
+    """A new array of MuJoCo fails until it is compared, or known to follow from others."""
+    data = getattr(everything, field)
+    rows = range(len(data)) if SOME_ROWS.fullmatch(field) else {0, len(data) - 1} if data.size else ()
+    seen = (any(compared(everything, planted) for planted in _planted(everything, field, row)) for row in rows)
+    assert not data.size or (any(seen) if SOME_ROWS.fullmatch(field) else all(seen))
+
+
+@pytest.mark.parametrize(("name", "of"), [("mjOption", "opt"), ("mjStatistic", "stat"), ("mjVisual", "vis")])
+def test_every_field_of_the_settings_is_compared(name: str, of: str) -> None:
+    struct, known = getattr(mujoco.MjModel.from_xml_string("<mujoco/>"), of), structs.STRUCTS[name].fields
+    if of != "vis":
+        assert sorted(compare_models._numbers_of(struct)) == sorted(field.name for field in known)
         return
-    array = getattr(everything, field)
-    data = np.asarray(array if not isinstance(array, bytes) else np.frombuffer(array, np.uint8))
-    rows = range(len(data)) if not each else {0, len(data) - 1} if data.size else ()
-    if field in ("tendon_width", "tendon_rgba"):  # a tendon of joints is not drawn
-        rows = [row for row in rows if everything.wrap_type[everything.tendon_adr[row]] != compared.JOINED]
-        assert rows
-    seen = False
-    for row in rows:
-        for planted in _planted(everything, field, row):
-            seen = compared.compare(mujoco, everything, planted, {}) != []
-            assert seen or not each, (field, row)
-        if seen:
-            break
-    assert seen or not data.size, field
+    assert {{"global": "global_"}.get(part.name, part.name) for part in known} == set(compare_models._VIEWER)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        ([1.0, 2.0], [1.0, 2.0 + 1e-9], True),
+        ([1.0, 2.0], [1.0, 2.0 + 3e-9], False),
+        ([0.0], [9e-13], True),
+        ([0.0], [1.1e-12], False),
+        ([np.nan], [np.nan], True),
+        ([1.0], [1.0, 1.0], False),
+        (np.array([1.0], np.float32), np.array([1.0 + 1.5e-6], np.float32), True),
+        (np.array([1.0], np.float32), np.array([1.0 + 2.5e-6], np.float32), False),
+        ([1, 2], [1, 3], False),
+    ],
+)
+def test_rounding_is_no_difference(one: Any, other: Any, same: bool) -> None:
+    assert compare_models.close(one, other) == same
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "said"),
+    [
+        ([1, 2], [], "1 2 in the source, nothing in ours"),
+        (0.1, 0.1 + 1e-9, "0.1 in the source, 0.100000001 in ours"),
+        (range(21), [*range(20), 0], "differs in 1 of 21 numbers: 20 in the source, 0 in ours"),
+        (range(21), range(3), "has 21 numbers in the source, 3 in ours"),
+    ],
+)
+def test_two_values_in_words(one: object, other: object, said: str) -> None:
+    assert compare_models.in_words(np.array(one), np.array(other)) == said
 
 
 def _planted(model: Any, field: str, row: int) -> Iterator[Any]:
@@ -521,47 +541,26 @@ def _planted(model: Any, field: str, row: int) -> Iterator[Any]:
         yield made
 
 
-def _moved(one: str, other: str) -> Any:
+def _moved(one: str, other: str) -> accelerations.Motion:
     (source, _), (ours, _) = compiled(one), compiled(other)
-    comparison = compared.Comparison(Model(mujoco, source), Model(mujoco, ours), {})
-    comparison.run()
-    return moves.run(mujoco, comparison)
+    comparison = compare_models.Comparison(Model(mujoco, source), Model(mujoco, ours), {})
+    return accelerations.compare_motion(mujoco, comparison)
 
 
 def test_a_model_moves_as_itself() -> None:
     found = _moved(TEXT, TEXT)
-    assert (found.verdict, found.largest, found.steps) == ("same", 0.0, 250)
-    assert found.contacts > 0
+    assert (found.differs, found.largest) == (False, 0.0)
+    assert found.constraints > 0
 
 
-def test_another_motion_is_told() -> None:
-    found = _moved(ARM, edited('kp="5"', 'kp="5.5"', ARM))
-    assert found.verdict == "differs"
-    assert found.largest > 1e3 * found.itself
-    assert found.body in ("body arm", "body hand")
+@pytest.mark.parametrize(("old", "new"), [('kp="5"', 'kp="5.5"'), ('mass="1" diaginertia', 'mass="1.1" diaginertia')])
+def test_another_motion_is_told(old: str, new: str) -> None:
+    found = _moved(ARM, edited(old, new, ARM))
+    assert found.differs
+    assert found.where in ("joint turn", "joint wrist")
 
 
-PILE = "".join(
-    f'<body name="b{n}" pos="{0.01 * (n % 4)} {0.013 * (n % 3)} {0.2 + 0.11 * n}" euler="{10 * n} {20 * n} 0">'
-    f'<freejoint/><geom type="box" size="0.05 0.02 0.05"/></body>'
-    for n in range(12)
-)
-CHAOS = f'<mujoco><option gravity="0 0 -9.81"/><worldbody><geom type="plane" size="9 9 1"/>{PILE}</worldbody></mujoco>'
-
-
-@pytest.mark.slow
-def test_chaos_is_judged_by_what_the_source_does_to_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A pile of bricks that fall for four seconds, with gravity moved by one unit in the last place."""
-    monkeypatch.setattr(moves, "TOLERANCE", 1e-13)
-    monkeypatch.setattr(moves, "SECONDS", 4)
-    found = _moved(CHAOS, edited("-9.81", "-9.810000000000002", CHAOS))
-    assert found.verdict == "chaotic"
-    assert found.itself > 1e-13
-    assert found.without_contact <= 1e-13
-    assert found.contacts > 20
-
-
-# Three meshes within each other, pushed by servos: where they touch hangs on the last bits, and not on all of them.
+# Three meshes within each other: where they touch hangs on the last bits.
 STONE = """0.011 -0.018 -0.037 -0.039 0.025 0.033 0.009 0.018 0.003 0.035 0.025 -0.040 0.029 -0.037 0.018 -0.026 0.029
 0.003 -0.016 -0.006 -0.038 -0.030 0.014 0.012 0.009 -0.009 0.040 0.038 0.015 0.012 0.015 -0.009 -0.029 0.018
 0.002 -0.015"""
@@ -576,28 +575,14 @@ STONES = f"""<mujoco><option integrator="implicitfast" cone="elliptic" impratio=
 <actuator><position joint="one"/><position joint="tip"/><position joint="two"/></actuator></mujoco>"""
 
 
-def test_what_few_of_the_last_bits_decide_is_chaos() -> None:
-    found = _moved(STONES, edited("0.012 -0.01 0", "0.01199999999999 -0.01 0", STONES))
-    assert found.verdict == "chaotic"
-    assert found.largest > moves.TOLERANCE
-    assert found.without_contact <= moves.TOLERANCE
-
-
-def test_a_difference_is_not_taken_for_chaos() -> None:
-    found = _moved(CHAOS, edited("-9.81", "-9.8", CHAOS))
-    assert found.verdict == "differs"
-
-
-def test_a_source_that_falls_apart_says_so() -> None:
-    wild = ARM.replace('kp="5"', 'kp="1e14"').replace("<worldbody>", '<option integrator="Euler"/><worldbody>', 1)
-    found = _moved(wild, wild.replace('kp="1e14"', 'kp="1.1e14"'))
-    assert found.verdict == "unstable"
+def test_what_the_last_bits_decide_is_no_difference() -> None:
+    assert not _moved(STONES, edited("0.012 -0.01 0", "0.01199999999999 -0.01 0", STONES)).differs
 
 
 def test_the_corners_are_themselves() -> None:
     for path in sorted(Path(DATA, "mjcf", "corners").glob("*.xml")):
         model = mujoco.MjModel.from_xml_path(str(path))
-        assert compared.compare(mujoco, model, copy.copy(model), {}) == []
+        assert compared(model, copy.copy(model)) == []
 
 
 @pytest.mark.filterwarnings("ignore:compiler attribute")
@@ -610,4 +595,4 @@ def test_what_mujoco_saves_is_the_same(path: Path) -> None:
     text = spec.to_xml()
     assert text != path.read_text("utf-8")
     assert told(path.read_text("utf-8"), text) == []
-    assert _moved(path.read_text("utf-8"), text).verdict == "same"
+    assert not _moved(path.read_text("utf-8"), text).differs

@@ -18,7 +18,7 @@ from rosorin_compile.language.lower import lower  # noqa: E402
 from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
 from rosorin_compile.model.robot import JointPose  # noqa: E402
 from rosorin_compile.model.simulation import Contact  # noqa: E402
-from rosorin_compile.mujoco.mjcf.compared_values import may_touch  # noqa: E402
+from rosorin_compile.mujoco.mjcf.compare_models import may_touch  # noqa: E402
 from rosorin_compile.mujoco.mjcf.contacts import MOST, contacts  # noqa: E402
 from rosorin_compile.mujoco.mjcf.mjx import CANNOT, refused  # noqa: E402
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402

@@ -122,8 +122,8 @@ def test_the_next_line_makes_an_mjcf_with_all_files(
     way: str, vendor: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, asked = write_robot(vendor, way), []
-    real = proof.ask
-    monkeypatch.setattr(proof, "ask", lambda source, what: asked.append(what["text"]) or real(source, what))
+    real = proof.prove_in_child
+    monkeypatch.setattr(proof, "prove_in_child", lambda source, what: asked.append(what["text"]) or real(source, what))
     assert main(["import", str(path)]) == 0
     said = capsys.readouterr()
     assert "MuJoCo's model of the MJCF is that of the source, in every field that it decides" in said.out
@@ -177,12 +177,12 @@ def test_an_mjcf_that_mujoco_does_not_load_is_not_written(
     vendor: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A fault of ours is told with the words of MuJoCo, and is no success."""
-    real = proof.ask
+    real = proof.prove_in_child
 
     def damaged(source: Path, what: dict[str, Any]) -> Any:
         return real(source, {**what, "text": what["text"].replace('geom2="finger"', 'geom2="nothing"')})
 
-    monkeypatch.setattr(proof, "ask", damaged)
+    monkeypatch.setattr(proof, "prove_in_child", damaged)
     assert main(["import", str(write_robot(vendor, "beside"))]) == 1
     said = capsys.readouterr().err
     assert "error[import-untold]" in said

@@ -167,7 +167,7 @@ def test_without_mujoco_the_way_out_is_told(monkeypatch: pytest.MonkeyPatch, cap
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--limit", "hodl=1"], 'there is no limit "hodl"; did you mean "hold"?'),
+        (["--limit", "hodl=1"], 'unknown limit "hodl"; did you mean "hold"?'),
         (["--limit", "hold"], "a limit is a number that is not negative, such as hold=0.01"),
         (["--limit", "hold=nan"], "a limit is a number that is not negative, such as hold=0.01"),
         (["--limit", "hold=-1"], "a limit is a number that is not negative, such as hold=0.01"),

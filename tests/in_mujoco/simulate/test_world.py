@@ -15,7 +15,7 @@ from rosorin_compile.model import Joint, Limit, Link, Output, Robot
 from rosorin_compile.model.drive import Drive
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.standing import home_of
-from rosorin_compile.mujoco.simulate.trials import hold, poses_of, swept_joints
+from rosorin_compile.mujoco.simulate.scenarios import hold, poses_of, swept_joints
 from rosorin_compile.mujoco.simulate.world import (
     FIXED,
     FORCE,
@@ -25,8 +25,8 @@ from rosorin_compile.mujoco.simulate.world import (
     Broken,
     Refused,
     World,
+    mjcf_text,
     quiet,
-    simulated,
 )
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
@@ -84,12 +84,12 @@ def test_what_an_actuator_is_is_read_from_its_gain_and_bias(mujoco: Any) -> None
         "": FORCE,
     }
     assert world.own == ()
-    assert world.reach("position") == pytest.approx((-0.5, 0.7))
-    assert world.reach("geared") == pytest.approx((-0.5, 1.5))
-    assert world.reach("unlimited") is None
-    assert world.highest_speed("velocity") == pytest.approx(6)
-    assert world.highest_speed("damper") == pytest.approx(4)  # 4 * 10 / 2, through a gear of 5
-    assert world.highest_speed("motor") is None
+    targets = {one.joint: one.targets() for one in world.actuators if one.kind != FORCE}
+    assert targets["position"] == pytest.approx((-0.5, 0.7))
+    assert targets["geared"] == pytest.approx((-0.5, 1.5))
+    assert targets["unlimited"] is None
+    assert targets["velocity"] == pytest.approx((-6, 6))
+    assert targets["damper"] == pytest.approx((-4, 8))  # 4 * 10 / 2, through a gear of 5
     found = {joint.name: ends for joint, ends in swept_joints(world)}
     assert {name: pytest.approx(ends) for name, ends in found.items()} == {
         "position": (-0.5, 0.7),
@@ -175,11 +175,11 @@ def test_numbers_that_end_are_told(mujoco: Any) -> None:
     world = World(mujoco, robot(("motor",)), mjcf(("motor",), '<motor joint="motor"/>'), FREE, Path())
     world.reset({})
     world.data.ctrl[0] = float("inf")
-    with pytest.raises(Broken, match="MuJoCo warns: a control is NaN, infinite or huge"):
+    with pytest.raises(Broken, match="MuJoCo warns: Nan, Inf or huge value in CTRL"):
         list(world.run(0.1))
     world.reset({})
     world.data.qvel[0] = 1e200
-    with pytest.raises(Broken, match="MuJoCo warns: a speed is NaN, infinite or huge") as caught:
+    with pytest.raises(Broken, match="MuJoCo warns: Nan, Inf or huge value in QVEL") as caught:
         list(world.run(0.1))
     assert caught.value.time == 0
     assert hold(world, "home", {}, 0.5).broken is None  # a trial begins anew
@@ -190,19 +190,16 @@ def test_what_mujoco_does_not_take_is_refused(mujoco: Any) -> None:
         World(mujoco, robot(), "<mujoco>", FIXED, Path())
 
 
-def test_home_is_a_pose_of_that_name_or_as_near_to_zero_as_can_be(mujoco: Any) -> None:
+def test_home_is_a_pose_of_that_name_or_as_near_to_zero_as_can_be() -> None:
+    limits = {"velocity": Limit(0.5, 1), "motor": Limit(-1, -0.25), "position": None}
     joints = tuple(
-        Joint(name, "revolute", "base", f"{name}_link", axis=(0, 0, 1), limit=limit)
-        for name, limit in (("velocity", Limit(0.5, 1)), ("motor", Limit(-1, -0.25)), ("position", None))
+        Joint(name, "revolute", "base", f"{name}_link", axis=(0, 0, 1), limit=limit) for name, limit in limits.items()
     )
-    names = tuple(joint.name for joint in joints)
-    links = (Link("base"), *(Link(f"{name}_link") for name in names))
+    links = (Link("base"), *(Link(f"{name}_link") for name in limits))
     plain = Robot("r", links, joints, poses=(JointPose("tuck", {"motor": -0.5}),))
-    world = World(mujoco, plain, mjcf(names, ""), FREE, Path())
-    nearest = {"velocity": 0.5, "motor": -0.25, "position": 0.0}
-    assert poses_of(world) == [("home", nearest), ("tuck", {"motor": -0.5})]
+    assert poses_of(plain) == [("home", {"velocity": 0.5, "motor": -0.25}), ("tuck", {"motor": -0.5})]
     named = Robot("r", links, joints, poses=(JointPose("a", {}), JointPose("home", {"velocity": 1.0})))
-    assert [name for name, _ in poses_of(World(mujoco, named, mjcf(names, ""), FREE, Path()))] == ["home", "a"]
+    assert [name for name, _ in poses_of(named)] == ["home", "a"]
 
 
 SLOPE = math.radians(10.0)
@@ -216,7 +213,7 @@ def creeps(path: Path, mujoco: Any, option: dict[str, Any] | None = None) -> flo
     options = next((dict(one.options) for one in made.robot.outputs if one.backend == "mjcf"), {})
     options["option"] = {**options.get("option", {}), **(option or {})}
     output = Output("mjcf", "mjcf", "robot.xml", options)
-    world = World(mujoco, made.robot, simulated(made.robot, output, Templates(), FREE), FREE, path.parent)
+    world = World(mujoco, made.robot, mjcf_text(made.robot, output, Templates(), FREE), FREE, path.parent)
     world.reset(dict(home_of(made.robot).positions))
     for _ in world.run(1.0):  # it settles on the level
         pass

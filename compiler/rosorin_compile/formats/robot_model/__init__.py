@@ -21,6 +21,7 @@ from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from ..format import Format, Importing, InRos, Opened, Proving, Writing
+from ..unsupported import PLACES
 
 if TYPE_CHECKING:
     from ..imported import Imported
@@ -325,6 +326,11 @@ FORMAT = Format(
     files="the JSON of a driver",
     about="the model for drivers",
     rank=60,
+    covers=(
+        *PLACES,
+        *("joints.type", "joints.limit.lower", "joints.limit.upper", "links.collision.box.size", "sensors.joint"),
+        *("sensors.optical.joint", "servos.flipped", "servos.rad_per_pulse", "servos.zero_pulse"),
+    ),
     options={
         "joints": {
             "type": "array",

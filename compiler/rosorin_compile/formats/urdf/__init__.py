@@ -7,7 +7,7 @@ Written by ``write``; ``facts`` reads such a file back for comparison. Foreign f
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
@@ -26,6 +26,7 @@ from ..format import (
     Proving,
     Writing,
 )
+from ..unsupported import OF_MUJOCO, OF_PUBLISHERS, Unsupported
 from . import damping, masses, write
 
 if TYPE_CHECKING:
@@ -89,12 +90,39 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     return Asked(entry, _CAPSULES if capsules else "")
 
 
+def _unsupported(output: Output) -> Mapping[str, Unsupported]:
+    """Return what a URDF has no word for."""
+    table = {
+        **OF_MUJOCO,
+        **OF_PUBLISHERS,
+        "disabled_contacts": Unsupported("the SRDF lists pairs of links that are not to collide", quiet=True),
+    }
+    if not output.options.get("gazebo"):
+        for_gazebo = Unsupported("Gazebo alone reads it, and needs the option gazebo", quiet=True)
+        keys = ("joints.*.dynamics.stiffness", "joints.*.dynamics.spring_reference", "sensors.*.gazebo")
+        table |= dict.fromkeys((*keys, "links.*.collision.*.contact.friction"), for_gazebo)
+    return table
+
+
 FORMAT = Format(
     name="urdf",
     word="URDF",
     article="a",
     about="the URDF",
     rank=10,
+    covers=(
+        "robot",
+        "links",
+        "joints",
+        "materials",
+        "sensors",
+        "root",
+        "actuators",
+        "disabled_contacts",
+        "urdf_elements",
+        "control",
+    ),
+    unsupported=_unsupported,
     options={
         "number_format": NUMBER_FORMAT,
         "elements": {

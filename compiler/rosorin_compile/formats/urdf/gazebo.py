@@ -55,6 +55,49 @@ def sensors(robot: Robot, carried: Carried, asked: str, number: NumberFormat) ->
     return blocks, [_not_seen(names, *why) for why, names in writer.unseen.items()]
 
 
+def physics(
+    robot: Robot, frictions: Mapping[str, Set[float | None]], joints: Sequence[Joint], number: NumberFormat
+) -> tuple[list[str], list[Diagnostic]]:
+    """Return the blocks for what a URDF has no word for and Gazebo reads: springs of joints and friction of links.
+
+    ``frictions`` are the coefficients of the collision shapes of each link, None for a shape without. Gazebo reads one
+    coefficient a link. What the description already has in a ``<gazebo>`` of its own is left as it is.
+    """
+    own = {
+        (block.get("reference", ""), inner.tag)
+        for text in robot.urdf_elements
+        if "<gazebo" in text
+        for block in tree_of(f"<all>{text}</all>").iter("gazebo")
+        for inner in block
+    }
+    wanted: dict[str, dict[str, float]] = {}
+    mixed = []
+    for link, coefficients in frictions.items():
+        given = [one for one in coefficients if one is not None]
+        if given and not {(link, "mu1"), (link, "mu2")} & own:
+            wanted[link] = {"mu1": min(given), "mu2": min(given)}
+            mixed += [link] if len(coefficients) > 1 else []
+    for joint in joints:
+        spring = joint.dynamics if joint.moves else None
+        if spring is not None and spring.stiffness and (joint.name, "springStiffness") not in own:
+            wanted[joint.name] = {"springReference": spring.spring_reference, "springStiffness": spring.stiffness}
+    blocks = [
+        "\n".join(
+            [
+                f"  <gazebo{attributes(reference=name)}>",
+                *(f"    <{tag}>{number(value)}</{tag}>" for tag, value in values.items()),
+                "  </gazebo>",
+            ]
+        )
+        for name, values in wanted.items()
+    ]
+    if not mixed:
+        return blocks, []
+    message = f"shapes of {quoted(mixed, 3)} differ in friction, and Gazebo reads one a link from a URDF: the least"
+    help = "give each shape a link of its own, or use the SDF"
+    return blocks, [Diagnostic("urdf-cannot-say", WARNING, message, help=help)]
+
+
 def _not_seen(names: Sequence[str], why: str, way: str) -> Diagnostic:
     which = f"{'sensors' if len(names) > 1 else 'sensor'} {quoted(names, 3)} {'are' if len(names) > 1 else 'is'}"
     help = f"{way}; or leave the sensor out: gazebo: []"

@@ -41,6 +41,7 @@ from rosorin_compile.source.wording import counted, first_of, plural
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.escaping import Markup
 
+from ..named_files import beside
 from ..templating import Templates, attribute, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
 from .solids import boxes_of, collisions, version_of
@@ -225,19 +226,28 @@ def _seen(robot: Robot, output: Output) -> Robot:
 def _gazebo(
     robot: Robot, output: Output, form: _Format, masses: Mapping[str, Inertial]
 ) -> tuple[list[str], list[Diagnostic]]:
-    """Return what Gazebo has of the sensors, and what it will not see of them."""
+    """Return the sensors, springs and frictions for Gazebo, and what it will not see of them."""
     from ..gazebo_sensors import distribution
-    from .gazebo import Carried, kept_joints, sensors
+    from .gazebo import Carried, kept_joints, physics, sensors
 
     carried = links_of(robot, output)
 
+    def shapes(link: str) -> list[Shape]:
+        return collisions(robot, link, carried, form.boxes) if "collision" in form.elements else []
+
     def named(link: str) -> list[str]:
-        shapes = collisions(robot, link, carried, form.boxes) if "collision" in form.elements else []
-        return [shape.name for shape in shapes]
+        return [shape.name for shape in shapes(link)]
 
     kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
     there = Carried(carried, joints_of(robot, output), INERTIAL in form.elements, masses, named, kept)
-    return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
+    blocks, told = sensors(robot, there, distribution(output.options["gazebo"]), form.number)
+    frictions = {
+        name: {shape.contact.sliding_friction if shape.contact else None for shape in shapes(name)}
+        for name in (link.name for link in robot.links if link.name in carried)
+    }
+    dynamics = there.joints if "dynamics" in form.elements else ()
+    more, lost = physics(robot, frictions, dynamics, form.number)
+    return [*blocks, *more], [*told, *lost]
 
 
 def _of_sections(robot: Robot, output: Output, form: _Format) -> list[str]:
@@ -285,7 +295,7 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
 def _look(rgba: Sequence[float] | None, texture: str, form: _Format) -> str:
     """Return the elements of a material."""
     colour = f"<color{attributes(rgba=form.numbers(rgba))}/>" if rgba is not None else ""
-    return f"{colour}<texture{attributes(filename=texture)}/>" if texture else colour
+    return f"{colour}<texture{attributes(filename=beside(texture))}/>" if texture else colour
 
 
 def _kept(texts: Iterable[str], indent: str) -> list[str]:
@@ -331,7 +341,7 @@ def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     if isinstance(shape, Sphere):
         return "sphere", {"radius": number(shape.radius)}
     if isinstance(shape, Mesh):
-        return "mesh", {"filename": shape.file, "scale": form.numbers(shape.scale)}
+        return "mesh", {"filename": beside(shape.file), "scale": form.numbers(shape.scale)}
     raise TypeError(f"{type(shape).__name__} is not a solid")
 
 

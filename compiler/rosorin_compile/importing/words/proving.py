@@ -19,7 +19,7 @@ from rosorin_compile.source.xml.markup import Document
 
 from .blocks import Unsayable, block
 from .drives import Driven, driven
-from .sensors import Seen, entry, gazebo_of, overlay, seen
+from .sensors import Seen, entry, gazebo_of, overlay, seen, without_collisions
 from .taking import CONTROL, SENSORS, Candidate, candidates, moved, put, trees, without
 
 _FORMATS = ("urdf", "sdf")
@@ -288,7 +288,8 @@ def _unwritten(texts: Seq) -> dict[str, str]:
 
 def _differs(one: Candidate, texts: Sequence[str]) -> str:
     """Return what comes out otherwise of a sensor; empty if nothing does."""
-    wrong = Proof.of([one.alone], texts, Proof.elements()).texts
+    alone, *written = without_collisions([one.alone, *texts])
+    wrong = Proof.of([alone], written, Proof.elements()).texts
     return _otherwise(wrong, texts) if wrong else ""
 
 

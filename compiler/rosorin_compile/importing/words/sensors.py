@@ -139,6 +139,12 @@ def entry(one: Seen, robot: Robot, asked: str) -> dict[str, Any]:
     """Return the entry of a sensor without what Gazebo has otherwise. Raises Unsayable."""
     kind = _kind(one)
     frame = _frame(one, robot, kind)
+    if kind == "contact":
+        own = {frame, *(shape.name for shape in robot.link[frame].collision)}
+        for name in collisions_of(one):
+            base = re.sub(r"_collision(_\d+)?$", "", name.rpartition("_fixed_joint_lump__")[2])
+            if base not in own and name not in own:
+                raise Unsayable(f'it responds to the collision "{name}", which is not one of link "{frame}"')
     made: dict[str, Any] = {"type": kind, "frame": frame}
     words = _WITH.get(kind, _plain_words)(one, asked)
     if words:
@@ -146,8 +152,6 @@ def entry(one: Seen, robot: Robot, asked: str) -> dict[str, Any]:
     if kind in IMAGES:
         optical = _optical(one, robot, frame)
         made["optical"] = {"frame": optical} if optical else False
-        if any(one.pose):
-            made["mjcf"] = []
     elif kind in ("lidar_2d", "lidar_3d", "range_finder") and not _in_mujoco(one, words):
         made["mjcf"] = []
     stamp = _stamp(one)
@@ -236,8 +240,8 @@ _NEAR = 5e-3  # rad: of a circle that is said with a few digits
 
 
 def _in_mujoco(one: Seen, words: Mapping[str, Any]) -> bool:
-    """Say whether the arguments of a lidar are all that MuJoCo has to know: where its rays begin, and not too many."""
-    if int(words.get("rays", 1)) * int(words.get("layers", 1)) > MAX_RAYS or any(one.pose):
+    """Return True if the arguments of a lidar describe its rays, and MuJoCo can take that many."""
+    if int(words.get("rays", 1)) * int(words.get("layers", 1)) > MAX_RAYS:
         return False
     for axis, word in ((_horizontal(one), "fov"), (_vertical(one), "vertical_fov")):
         low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)
@@ -280,6 +284,17 @@ def _imu_words(one: Seen, asked: str) -> dict[str, Any]:
         if axes[0] and axes[0] == axes[1] == axes[2]:
             made |= _noise(word, axes[0])
     return made
+
+
+def collisions_of(one: Seen) -> list[str]:
+    """Return the names of the collisions that a contact sensor responds to."""
+    names = _inner(one.elements, "contact").get("collision", [])
+    return [str(name) for name in (names if isinstance(names, list) else [names])]
+
+
+def without_collisions(texts: Sequence[str]) -> list[str]:
+    """Return elements without the names of the collisions of contact sensors: they follow from the shapes of a link."""
+    return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
 
 
 def _contact_words(one: Seen, asked: str) -> dict[str, Any]:  # noqa: ARG001

@@ -103,8 +103,11 @@ def expand(
     if robots and reader.robots:
         from .included_robots import Robots
 
-        included += Robots(reader, robots, scope, tell, packages or {}).fragments()
+        foreign = Robots(reader, robots, scope, tell, packages or {})
+        included += foreign.fragments()
     tree = _evaluate(root, scope, reader, included)
+    if tree is not None and included:
+        foreign.settle(tree)
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
             scope.lookup(name)

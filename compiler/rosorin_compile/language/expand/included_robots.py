@@ -25,6 +25,7 @@ from rosorin_compile.source.wording import first_of
 
 from ..annotations import sections
 from ..expression.functions import FUNCTIONS, kind_of
+from ..schema import backend_of
 from .files import Asked
 from .forms import hides_letters
 from .ledger import Failed
@@ -53,6 +54,13 @@ RULES = (
         "A note: in elements of an included robot that are kept as they are, names got its prefix.",
         topic=FILES,
     ),
+    Rule(
+        "include-settings",
+        "A warning: an included robot has settings of its simulation (a free base, a time step, a solver, ...) that an "
+        "output cannot take over, because the output or another include has others.",
+        "Decide in the output: `mjcf: {option: {timestep: 0.001}}`, `base: free`.",
+        FILES,
+    ),
 )
 
 
@@ -66,6 +74,8 @@ _WORDS = (
     (re.compile(r"--lenient\b"), "lenient: true"),
 )
 _FEW = 4
+_MJCF = "mjcf"
+_DEFAULT = ("integrator", "Euler")  # which an MJCF has that says nothing
 
 
 class How(NamedTuple):
@@ -123,6 +133,7 @@ class Robots:
         self.packages = packages
         self.known: dict[tuple[Any, ...], Map | None] = {}
         self.places: dict[tuple[Any, ...], Place] = {}
+        self.read: list[tuple[Map, Map, Instance]] = []
 
     def fragments(self) -> Iterator[Map | None]:
         """Yield the sections that each include makes, in their order; None for one with mistakes, after telling."""
@@ -140,6 +151,7 @@ class Robots:
         check_include(entry, scope)
         via = Instance("included here", include.place.span, scope.via or include.place.via)
         tree = self._read(entry, scope, include, via)
+        self.read.append((entry, tree, via))
         scope.count(_size(tree), *include.place)
         prefix = entry.get("prefix") or ""
         made, changed = prefixed(tree, prefix, via)
@@ -148,6 +160,55 @@ class Robots:
             message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
             self._say(Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"]), via.parent)
         return self._attached(self._meshes(made, entry, via), entry, via, tree)
+
+    def settle(self, tree: Map) -> None:
+        """Give the MJCF outputs of a description the settings of the simulation of what it includes.
+
+        What an output has itself is kept; of two includes the first decides. What is lost is reported.
+        """
+        outputs = tree.get("outputs")
+        mine = [
+            name for name, one in (outputs or {}).items() if isinstance(one, Map) and backend_of(name, one) == _MJCF
+        ]
+        for entry, robot, via in self.read if mine else ():
+            settings = (robot.get("outputs") or {}).get(_MJCF) or {}
+            lost: list[str] = []
+            for name in mine:
+                output = tree["outputs"][name].copied()
+                for key, value in (settings.get("option") or {}).items():
+                    options = output["option"].copied() if isinstance(output.get("option"), Map) else Map(output.span)
+                    if (key, value) != _DEFAULT and options.get(key, value) != value:
+                        lost.append(f"{key} {value}")
+                    elif (key, value) != _DEFAULT:
+                        options.put(key, value, entry.span, entry.span)
+                        output.put("option", options, entry.span, entry.span)
+                if settings.get("contacts") and len(self.read) == 1 and not self._moves_more(tree, robot):
+                    output.setdefault_at("contacts", settings["contacts"], entry.span)
+                if settings.get("base") == "free" and entry.get("parent") is None:
+                    output.setdefault_at("base", "free", entry.span)
+                    if output["base"] != "free":
+                        lost.append("a free base")
+                    elif "root" in robot and len(self.read) == 1:
+                        tree.setdefault_at("root", robot["root"], entry.span)
+                outputs = tree["outputs"].copied()
+                outputs[name] = output
+                tree["outputs"] = outputs
+            if lost:
+                message = (
+                    f"settings of {Path(entry['file']).name} that the MJCF does not take over: {first_of(lost, _FEW)}"
+                )
+                help = "the output or another include has others: decide in the output"
+                diagnostic = Diagnostic("include-settings", WARNING, message, entry.value_spans["file"], (), help)
+                self._say(diagnostic, via.parent)
+
+    @staticmethod
+    def _moves_more(tree: Map, robot: Map) -> bool:
+        """Return True if a description has more joints that move than a robot that it includes."""
+        counts = [
+            sum(isinstance(one, Map) and one.get("type") != "fixed" for one in (some.get("joints") or {}).values())
+            for some in (tree, robot)
+        ]
+        return bool(counts[0] > counts[1])
 
     def _meshes(self, made: Map, entry: Map, via: Instance) -> Map:
         """Return a robot whose meshes are named as its artifacts find them; say where they do not."""

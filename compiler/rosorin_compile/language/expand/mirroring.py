@@ -18,6 +18,7 @@ from .forms import is_number
 AXES = {"x": 0, "y": 1, "z": 2}
 # What the sides of a base become that is mirrored across x, y or z.
 _SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
+_PLANE = 2
 _TURNING_OR_SLIDING = ("revolute", "continuous", "prismatic", "planar")
 
 
@@ -49,11 +50,42 @@ def _axis(joint: Map, axis: int) -> dict[str, Any]:
     return {"axis": listed([_negative(v) if (i == axis) == slides else v for i, v in enumerate(values)], values)}
 
 
-def _direction(entry: Map, axis: int) -> dict[str, Any]:
-    values = entry.get("direction")
-    if values is None or not is_vector(values):
+def _vector_at(key: str) -> Callable[[Map, int], dict[str, Any]]:
+    """Return what reflects the vector of a key: a point, or a direction."""
+
+    def reflected(entry: Map, axis: int) -> dict[str, Any]:
+        values = entry.get(key)
+        if values is None or not is_vector(values):
+            return {}
+        return {key: listed([_negative(v) if i == axis else v for i, v in enumerate(values)], values)}
+
+    return reflected
+
+
+def _grid(grid: Map, axis: int) -> dict[str, Any]:
+    """Return the cells of a height map in reverse order along x or y.
+
+    Along z the heights change sign, which a rule reports: a map counts them up from z = 0.
+    """
+    heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
+    if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
         return {}
-    return {"direction": listed([_negative(v) if i == axis else v for i, v in enumerate(values)], values)}
+    if not isinstance(origin, Seq) or not isinstance(cell, (int, float)):
+        return {}
+    if axis == AXES["z"]:
+        negative = [listed([_negative(v) if is_number(v) else v for v in row], row) for row in heights]
+        return {"heights": listed(negative, heights)}
+    count = len(heights) if axis == AXES["x"] else len(heights[0])
+    if len(origin) != _PLANE or not is_number(origin[axis]):
+        return {}
+    high = float(origin[axis]) + count * float(cell)
+    changes: dict[str, Any] = {"origin": listed([-high if i == axis else v for i, v in enumerate(origin)], origin)}
+    for key in ("heights", "bottom"):
+        rows = grid.get(key)
+        if isinstance(rows, Seq) and all(isinstance(row, Seq) for row in rows):
+            lines = rows[::-1] if axis == AXES["x"] else [listed(row[::-1], row) for row in rows]
+            changes[key] = listed(lines, rows)
+    return changes
 
 
 def _inertia(moments: Map, axis: int) -> dict[str, Any]:
@@ -88,7 +120,10 @@ class Way(NamedTuple):
 MIRRORED: Mapping[str, Way] = {
     "pose": Way(_pose, ("xyz", "rpy")),
     "axis": Way(_axis, ("axis",)),
-    "direction": Way(_direction, ("direction",)),
+    "direction": Way(_vector_at("direction"), ("direction",)),
+    "dir": Way(_vector_at("dir"), ("dir",)),
+    "at": Way(_vector_at("at"), ("at",)),
+    "grid": Way(_grid, ("origin", "heights", "bottom")),
     "inertia": Way(_inertia, ("ixy", "ixz", "iyz")),
     "bounds": Way(_bounds, ("min", "max")),
     "scale": Way(_scale, ("scale",)),

@@ -30,6 +30,17 @@ RULES = (
 )
 
 
+class ChangedSensor(Seq):
+    """The Gazebo sensor of a type with the changes of one sensor; ``brought`` is the entry of the type.
+
+    The elements that the type has for MuJoCo move by the same amount as the Gazebo sensor. ``brought`` is None where
+    the sensor has MuJoCo elements of its own.
+    """
+
+    __slots__ = ("brought",)
+    brought: Map | None
+
+
 def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
     """Give every sensor of a tree what its type brings.
 
@@ -122,7 +133,8 @@ def _changed(brought: Any, changed: Map, kind: str, sensor: Map, scope: Scope) -
         place = Place(sensor.key_spans["gazebo"], sensor.via)
         scope.report("ignored-key", message, place, "write a list: gazebo: [{sensor: TYPE, elements: {...}}]")
         raise Failed
-    made = Seq(changed.span, changed.via)
+    made = ChangedSensor(changed.span, changed.via)
+    made.brought = None if "mjcf" in sensor else only
     made.put(merged(only, changed), changed.span)
     return made
 

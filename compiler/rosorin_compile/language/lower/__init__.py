@@ -64,7 +64,7 @@ from .entries import (
 from .in_place import sensor_in_place
 from .plainly import pose_of_entry, vector_of
 from .publishing import Publishing, node, optical_pose, publishing
-from .sdf import Frames, lower_gazebo
+from .sdf import Frames, around_shapes, lower_gazebo, moved
 from .sections import lower_own_sections, lower_sections, with_sections
 from .servos import pose_of_joints, servos_of
 from .shapes import RULES as _OF_SHAPES
@@ -122,6 +122,7 @@ class _Lowering:
         self.diagnostics: list[Diagnostic] = []
         # What was made of a piece of the tree, which many links and joints may share.
         self.made: dict[Hashable, Any] = {}
+        self.links: dict[str, Link] = {}
         self.nodes = {name: node_of(name, entry) for name, entry in entries_of(tree, "publishers")}
         self.edges = [self.edge(index, entry) for index, entry in enumerate(tree.get("edges") or ())]
 
@@ -175,6 +176,7 @@ class _Lowering:
         """Return the robot as it is said."""
         tree = self.tree
         links = [self.link(name, entry or {}) for name, entry in entries_of(tree, "links")]
+        self.links = {link.name: link for link in links}
         joints = [self.joint(name, entry) for name, entry in entries_of(tree, "joints")]
         sensors: list[Sensor] = []
         for name, entry in entries_of(tree, "sensors"):
@@ -369,7 +371,8 @@ class _Lowering:
         path: Path = ("sensors", name, "mjcf")
         made: list[Simulated] = []
         try:
-            for element in lower_elements(name, entry.get("mjcf") or (), frames):
+            for unmoved in lower_elements(name, entry.get("mjcf") or (), frames):
+                element = around_shapes(moved(unmoved, entry.get("gazebo"), frames), self.links)
                 if element.kind != TEMPLATE_ELEMENT:
                     self.place(f"MuJoCo {element.element}", element.name, (*path, len(made)))
                 if element.kind == SENSOR_ELEMENT and element.pose is not None:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import Pose, Transform
+from rosorin_compile.model import Link, Pose, Transform
+from rosorin_compile.model.bounds import bounds_of
 from rosorin_compile.model.geometry import IDENTITY, pose_of
-from rosorin_compile.model.simulated import AT_JOINT, GazeboSensor, SdfElement
+from rosorin_compile.model.simulated import AT_JOINT, GazeboSensor, SdfElement, Simulated
 
+from ..expand.sensor_types import ChangedSensor
 from .plainly import pose_of_entry
 from .shapes import ShapeProblem
 
@@ -60,6 +64,60 @@ def _sensor(sensor: str, entry: Mapping[str, Any], frames: Frames) -> GazeboSens
         feels={"parent": frames.parent, "sensor": frames.sensor}.get(feels, ""),
         without=frozenset(str(name) for name, value in said.items() if value is None),
     )
+
+
+def moved(element: Simulated, entries: Any, frames: Frames) -> Simulated:
+    """Move a MuJoCo element of a sensor type as the sensor moves the Gazebo sensor of that type."""
+    if (
+        not isinstance(entries, ChangedSensor)
+        or entries.brought is None
+        or element.link == frames.parent != frames.sensor
+    ):
+        return element
+    optical = frames.optical_pose.transform()
+
+    def placed(entry: Mapping[str, Any]) -> Transform | None:
+        one = _sensor("", entry, frames)
+        if one.at_joint or one.feels or one.link not in (frames.sensor, frames.optical):
+            return None
+        own = one.pose.transform()
+        for camera in one.elements:  # SDF composes <sensor><pose> and <sensor><camera><pose>
+            texts = [str(inner.value).split() for inner in camera.elements if (camera.name, inner.name) == _LENS]
+            with suppress(ValueError):
+                for x, y, z, roll, pitch, yaw in (map(float, words) for words in texts):
+                    own = own.then(Pose((x, y, z), (roll, pitch, yaw)).transform())
+        return own if one.link == frames.sensor else optical.then(own)
+
+    before, after = placed(entries.brought), placed(entries[0])
+    if before is None or after is None:
+        return element
+    shift = _cleaned(after.then(before.inverse()))
+    if shift == IDENTITY:
+        return element
+    pose = (element.pose or IDENTITY).transform()
+    at = pose if element.link == frames.sensor else optical.then(pose)
+    return replace(element, link=frames.sensor, pose=_cleaned(shift.transform().then(at)))
+
+
+_LENS = ("camera", "pose")
+_MARGIN = 1e-3  # m: contacts lie on the surface, and a little below it
+_MESH_ZONE = 2.0  # m: half the zone around a link with a mesh, whose size is not known here
+
+
+def around_shapes(element: Simulated, links: Mapping[str, Link]) -> Simulated:
+    """Give a box without a size, the zone of a contact sensor, the extents of all collision shapes of its link."""
+    values = element.attributes
+    if element.element != "site" or values.get("type") != "box" or values.get("size") is not None:
+        return element
+    shapes = links[element.link].collision if element.link in links else ()
+    bounds = bounds_of(shapes)
+    if bounds is None:
+        zone, pose = (_MESH_ZONE if shapes else _MARGIN,) * 3, element.pose or IDENTITY
+    else:
+        (a, b, c), (x, y, z) = bounds.lower, bounds.size
+        zone = (x / 2 + _MARGIN, y / 2 + _MARGIN, z / 2 + _MARGIN)
+        pose = Pose((a + x / 2, b + y / 2, c + z / 2), IDENTITY.rpy)
+    return replace(element, pose=pose, attributes={**values, "size": zone})
 
 
 def _cleaned(transform: Transform) -> Pose:

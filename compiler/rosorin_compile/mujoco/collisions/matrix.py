@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.model import DisabledCollision, Robot
@@ -18,8 +18,9 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..physics.checking import require
-from ..physics.files import Meshes, named_meshes
-from .planning import Pair, Parts, Planning, ordered
+from ..physics.scene import Pair
+from ..physics.solids import mesh_shapes, read_meshes
+from .contacts import Planning, ordered
 from .search import Search
 
 RULES = (
@@ -83,11 +84,7 @@ def compute_matrix(
         planning = planning_of(case.robot)
         if planning is None:
             raise _Refused(f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
-        if os.path.lexists(path) and not path.is_file():
-            raise RequestError(f"{path} cannot be written: it is no regular file")
-        if not _is_ours(path):
-            help = "name another file with -o, or remove it"
-            raise _Refused(f"{path} is there, and rosorin-compile has not written it", help)
+        _check_file(path)
         return _matrix(request, planning, case, path, force)
     except _Refused as problem:
         return CollisionMatrix(case.robot.name, str(path), diagnostics=problem.diagnostics)
@@ -95,12 +92,17 @@ def compute_matrix(
         return CollisionMatrix(case.robot.name, str(path), diagnostics=(problem.diagnostic,))
 
 
-def _is_ours(path: Path) -> bool:
-    """Return True if a file may be replaced."""
+def _check_file(path: Path) -> None:
+    """Raise RequestError or _Refused if a file may not be replaced."""
+    if os.path.lexists(path) and not path.is_file():
+        raise RequestError(f"{path} cannot be written: it is not a regular file")
     try:
-        return may_replace(path)
+        is_ours = may_replace(path)
     except (OSError, ValueError):
-        return True  # it does not exist, or writing reports the reason
+        return  # it does not exist, or writing reports the reason
+    if not is_ours:
+        help = "name another file with -o, or remove it"
+        raise _Refused(f"{path} was not written by rosorin-compile", help)
 
 
 def _matrix(request: Request, planning: Planning, case: Case, path: Path, force: bool) -> CollisionMatrix:
@@ -109,52 +111,37 @@ def _matrix(request: Request, planning: Planning, case: Case, path: Path, force:
     if planning.meshes:
         places = Places(description.path, description.outputs, request.packages, os.environ)
         files = dict(places.meshes(case.tree, case.robot.outputs))
-    meshes, matrix = planning.digests(files), planning.said.matrix
-    name, urdf, seed = planning.robot.name, planning.urdf.file, planning.said.search.seed
-    included = matrix is not None
-    if matrix is not None and matrix.of == planning.digest and dict(matrix.meshes) == meshes and not force:
-        return CollisionMatrix(name, str(path), False, urdf, seed, included=included)
+    digests, included, seed = planning.digests(files), planning.said.matrix, planning.said.search.seed
+    result = CollisionMatrix(
+        planning.robot.name, str(path), urdf=planning.urdf.file, seed=seed, included=included is not None
+    )
+    if included is not None and included.of == planning.digest and dict(included.meshes) == digests and not force:
+        return result
     require("collisions")
-    parts = planning.parts(meshes)
-    same = {} if force else planning.same_pairs(parts)
-    search = Search(planning, _read_meshes(case, planning, files), same)
+    parts = planning.parts(digests)
+    colliding = [one for one in mesh_shapes(case) if one.purpose == "collision" and one.mesh.file in planning.meshes]
+    meshes, problems = read_meshes(case, colliding, files)
+    if problems:
+        help = "--package NAME=PATH names a package"
+        raise _Refused("pairs that never touch can only be found with all meshes", help, problems)
+    search = Search(planning, meshes, {} if force else planning.same_pairs(parts))
     pairs = search.run()
-    write_file(path, _text(planning, search.tried, meshes, parts, pairs).encode())
-    contradicted = [
-        one.links
-        for one in planning.said.disabled
-        if one.reason == DisabledCollision.NEVER and ordered(one.links) in search.hit
-    ]
-    return CollisionMatrix(
-        name,
-        str(path),
-        True,
-        urdf,
-        seed,
-        search.tried,
-        len(planning.solids),
-        tuple(pairs),
-        len(same),
-        tuple(sorted(search.by_hulls)),
-        tuple(contradicted),
-        included,
+    write_file(path, _text(planning, search.tried, digests, parts, pairs).encode())
+    never = [one.links for one in planning.said.disabled if one.reason == DisabledCollision.NEVER]
+    return replace(
+        result,
+        written=True,
+        states=search.tried,
+        links=len(planning.solids),
+        pairs=tuple(pairs),
+        kept=len(search.same),
+        touching_hulls=tuple(sorted(search.only_hulls)),
+        contradicted=tuple(pair for pair in never if ordered(*pair) in search.hit),
     )
 
 
-def _read_meshes(case: Case, planning: Planning, files: Mapping[str, Path]) -> Meshes:
-    """Return the meshes of the collision shapes. Raises _Refused if one cannot be read."""
-    meshes, colliding = Meshes(case, files), planning.meshes
-    for named in named_meshes(case):
-        if named.purpose == "collision" and named.mesh.file in colliding:
-            meshes.read(named)
-    if meshes.told:
-        help = "--package NAME=PATH names a package"
-        raise _Refused("without all meshes nobody knows what never touches", help, meshes.told)
-    return meshes
-
-
 def _text(
-    planning: Planning, tried: int, meshes: Mapping[str, str], parts: Parts, pairs: Sequence[DisabledCollision]
+    planning: Planning, tried: int, meshes: Mapping[str, str], parts: Any, pairs: Sequence[DisabledCollision]
 ) -> str:
     """Return the file that the description includes."""
     lines = [

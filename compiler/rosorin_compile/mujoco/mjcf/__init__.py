@@ -34,6 +34,7 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
+from rosorin_compile.formats.unsupported import OF_PUBLISHERS, Unsupported
 from rosorin_compile.source.files import record, version
 
 from .settings import SETTINGS
@@ -141,11 +142,33 @@ def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     return prove(imported, text, files)
 
 
+_NO_JOINT = Unsupported("bodies that are fixed to each other need no joint", quiet=True)
+_UNSUPPORTED = {
+    **OF_PUBLISHERS,
+    "sensors.*.joint": _NO_JOINT,
+    "sensors.*.optical.joint": _NO_JOINT,
+    "joints.*.calibration": Unsupported("no calibration of joints"),
+    "joints.*.safety_controller": Unsupported("no soft limits"),
+}
+
 FORMAT = Format(
     name="mjcf",
     word="MJCF",
     about="the model for MuJoCo",
     rank=30,
+    covers=(
+        "robot",
+        "links",
+        "joints",
+        "materials",
+        "sensors",
+        "root",
+        "actuators",
+        "disabled_contacts",
+        "poses",
+        "mjcf_elements",
+    ),
+    unsupported=_UNSUPPORTED,
     options={
         "number_format": NUMBER_FORMAT,
         "base": {

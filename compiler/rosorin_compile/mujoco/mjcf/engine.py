@@ -22,14 +22,29 @@ _WRITTEN_FOR = 4  # the MuJoCo that our MJCF is written for
 MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
 
 
-def main(path: str, answer: str, cpu_seconds: int) -> None:
-    """Read the MJCF at ``path`` and write what was made of it, or why it was refused, to the file ``answer``."""
+def main(job: str, request: str, answer: str, cpu_seconds: int) -> None:
+    """Do a job of the file ``request``, and write its answer to the file ``answer``, both as JSON."""
     _limit(cpu_seconds)
     mujoco: Any = import_module("mujoco")
+    asked, here = json.loads(Path(request).read_text("utf-8")), Path(answer).parent
+    if job == "load":
+        made: Any = load(mujoco, asked["text"], asked["folder"])
+    elif job == "prove":
+        mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            made = proof(mujoco, asked["path"], asked, here)
+    else:
+        made = read(mujoco, Path(asked["path"]), here)
+    Path(answer).write_text(json.dumps(made), encoding="utf-8")
+
+
+def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
+    """Return what MuJoCo makes of the MJCF at ``path``, or why it refuses it (``refused``), with its ``warnings``."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            spec = _read(mujoco, Path(path), Path(answer).parent)
+            spec = _read(mujoco, path, here)
             # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
             spec.compiler.fusestatic = spec.compiler.discardvisual = False
             _strip_paths(spec)
@@ -37,10 +52,9 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
             made: dict[str, Any] = facts(mujoco, spec, spec.compile())
             if not hasattr(spec.compiler, "savecompiled"):
                 made["rounded_by"] = mujoco.__version__
-        except Exception as problem:  # whatever the reader refuses is told, not raised
+        except Exception as problem:  # whatever the reader refuses is reported, not raised
             made = {"refused": without_made_up(reason(mujoco, problem)[0])}
-    made["warnings"] = [str(warning.message) for warning in caught]
-    Path(answer).write_text(json.dumps(made), encoding="utf-8")
+    return {**made, "warnings": [str(warning.message) for warning in caught]}
 
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
@@ -81,32 +95,15 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
     return "", False
 
 
-def main_load(path: str, answer: str, cpu_seconds: int, folder: str) -> None:
-    """Load the MJCF at ``path`` as if it stood in ``folder``; write why it is refused to the file ``answer``."""
-    _limit(cpu_seconds)
-    refused = load(import_module("mujoco"), Path(path).read_text("utf-8"), folder)
-    Path(answer).write_text(json.dumps(refused), encoding="utf-8")
-
-
-def main_prove(path: str, answer: str, cpu_seconds: int, request: str) -> None:
-    """Hold the MJCF at ``path`` against ours, which ``request`` has; write what differs to the file ``answer``."""
-    _limit(cpu_seconds)
-    mujoco: Any = import_module("mujoco")
-    mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
-    asked = json.loads(Path(request).read_text("utf-8"))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        made = proof(mujoco, path, asked, Path(answer).parent)
-    Path(answer).write_text(json.dumps(made), encoding="utf-8")
-
-
 def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str, Any]:
     """Return how the MJCF at ``path`` differs from a text of ours, field by field, and in motion if nothing does.
 
-    ``asked`` has the ``text``, the files of its meshes by the names that it has for them (``files``), the ``names``
-    that the import gave by kind and index, and the features that no motion sees (``still``).
+    ``asked`` has the ``text``, the files of its meshes by the names that it has for them (``files``), and the ``names``
+    that the import gave by kind and index.
     """
-    from . import compared, matched, moves
+    from .accelerations import compare_motion, moves_alike
+    from .compare_models import Comparison
+    from .compiled_model import Model
 
     theirs = _read(mujoco, Path(path), here)
     theirs.compiler.fusestatic = theirs.compiler.discardvisual = False
@@ -122,14 +119,14 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str
         made = ours.compile()
     except Exception as problem:  # whatever MuJoCo has against it
         return {"refused": " ".join(str(problem).split())}
-    pair = matched.Model(mujoco, source, theirs), matched.Model(mujoco, made, ours)
-    comparison = compared.Comparison(*pair, given)
+    models = Model(mujoco, source, theirs), Model(mujoco, made, ours)
+    comparison = Comparison(*models, given)
     found = comparison.run(theirs.stat)
-    told: dict[str, Any] = {"differences": found, "counts": {kind: len(names) for kind, names in pair[0].names.items()}}
-    gone = [one for one in found if one.feature in ("shapes", "sites") and one.text.endswith(": is not in ours")]
-    if all(one.feature in asked["still"] or one in gone for one in found):  # the scene touches nothing then
-        told["motion"] = moves.run(mujoco, comparison)._asdict()
-    return told
+    counts = {kind: len(names) for kind, names in models[0].names.items()}
+    answer: dict[str, Any] = {"differences": found, "counts": counts}
+    if moves_alike(found):
+        answer["motion"] = compare_motion(mujoco, comparison)._asdict()
+    return answer
 
 
 def _read(mujoco: Any, path: Path, here: Path) -> Any:

@@ -1,8 +1,8 @@
-"""MuJoCo asked in a process of its own, and its answer or its refusal brought back.
+"""Run MuJoCo in a child process, and return its answer or its refusal.
 
-MuJoCo is native code that was written for files of friends: some files make it crash, hang or ask for all memory. In a
-process of its own that ends with a message. It costs a start of Python, 20 ms beside the 300 ms that MuJoCo itself
-takes to be loaded, and this process never loads it.
+MuJoCo is native code that trusts its files: some make it crash, hang or ask for all memory. In a child process that
+ends with a message. It costs a start of Python, 20 ms besides the 300 ms in which MuJoCo itself is loaded, and this
+process never loads it.
 """
 
 from __future__ import annotations
@@ -34,10 +34,8 @@ _TOP = str(files.resolve(__file__).parents[2])  # the folder in which the packag
 _START = (
     "import sys; sys.path[:] = [p for p in sys.path if p] + [sys.argv[1]];"
     "from rosorin_compile.mujoco.mjcf import engine;"
-    "engine.main(sys.argv[2], sys.argv[3], int(sys.argv[4]))"
+    "engine.main(sys.argv[2], sys.argv[3], sys.argv[4], int(sys.argv[5]))"
 )
-_START_LOAD = _START.replace("engine.main(", "engine.main_load(").replace("]))", "]), sys.argv[5])")
-_START_PROVE = _START.replace("engine.main(", "engine.main_prove(").replace("]))", "]), sys.argv[5])")
 
 
 class Answer(NamedTuple):
@@ -57,70 +55,58 @@ class Answer(NamedTuple):
 def ask(path: Path, seconds: int = SECONDS) -> Answer:
     """Return what MuJoCo makes of the MJCF at ``path``. Never raises for what is in the file."""
     system.needs("resource", system.NO_LIMITS)
-    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
-        answer = Path(folder, "answer.json")
-        command = [sys.executable, "-c", _START, _TOP, str(files.resolve(path)), str(answer), str(seconds)]
-        try:
-            done = _run(command, folder, seconds)
-        except subprocess.TimeoutExpired:
-            return Answer(None, (), _endless(seconds), "make the model smaller", True)
-        said = _answer(answer)
-    if said is None:
-        return _fallen(done, seconds)
-    made = json.loads(said)
-    told = tuple(made.pop("warnings"))
-    if "refused" in made:
-        return Answer(None, told, _without_folder(made["refused"], path), "correct it: MuJoCo does not load the file")
-    return Answer(made, told)
+    answer = _in_child("read", {"path": str(files.resolve(path))}, seconds)
+    if isinstance(answer, Answer):
+        return answer
+    warnings = tuple(answer.pop("warnings"))
+    if "refused" in answer:
+        refused = answer["refused"].replace(f"{files.resolve(path).parent}{os.sep}", "")
+        return Answer(None, warnings, refused, "correct it: MuJoCo does not load the file")
+    return Answer(answer, warnings)
 
 
 def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) -> Refusal:
-    """Return why MuJoCo does not load an MJCF that stands in ``folder``; nothing if it does, or is not installed.
+    """Return why MuJoCo does not load an MJCF that is in ``folder``, or that it is not installed.
 
-    A text of ours ``by_itself`` is loaded here; the meshes of others may do to a process what they like.
+    A text of ours that is complete ``by_itself`` is loaded in this process; foreign meshes may crash it.
     """
     if not is_installed("mujoco"):
-        return Refusal()
+        return Refusal(missing="MuJoCo")
     if by_itself:
         from . import engine
 
         reason, outdated = engine.load(import_module("mujoco"), text, str(folder))
         return Refusal(_reason(reason, text), outdated)
-    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as own:
-        model, answer = Path(own, "model.xml"), Path(own, "answer")
-        model.write_text(text, encoding="utf-8")
-        command = [sys.executable, "-c", _START_LOAD, _TOP, str(model), str(answer), str(seconds)]
-        try:
-            done = _run([*command, str(files.resolve(folder))], own, seconds)
-        except subprocess.TimeoutExpired:
-            return Refusal(_endless(seconds))
-        said = _answer(answer)
-    if said is None:
-        return Refusal(_fallen(done, seconds).refusal)
-    reason, outdated = json.loads(said)
+    answer = _in_child("load", {"text": text, "folder": str(files.resolve(folder))}, seconds)
+    if isinstance(answer, Answer):
+        return Refusal(answer.refusal)
+    reason, outdated = answer
     return Refusal(_reason(reason, text).replace(f"{files.resolve(folder)}{os.sep}", ""), outdated)
 
 
-def _answer(path: Path) -> str | None:
-    """Return what the child process answered; None if it did not."""
-    return path.read_text("utf-8") if path.exists() else None
-
-
 def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[str, Any] | str:
-    """Return how the MJCF at ``path`` differs from ours (see ``engine.proof``), or why MuJoCo did not say."""
-    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as own:
-        request, answer = Path(own, "request.json"), Path(own, "answer.json")
-        request.write_text(json.dumps(asked), encoding="utf-8")
-        command = [sys.executable, "-c", _START_PROVE, _TOP, str(files.resolve(path)), str(answer), str(seconds)]
+    """Return how the MJCF at ``path`` differs from ours (see ``engine.proof``), or why MuJoCo gives no answer."""
+    answer = _in_child("prove", {"path": str(files.resolve(path)), **asked}, seconds)
+    if isinstance(answer, Answer):
+        return answer.refusal
+    proved: dict[str, Any] = answer
+    return proved
+
+
+def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
+    """Return the answer of a job of ``engine`` in a child process, or an ``Answer`` with the reason for none.
+
+    Its working folder is empty, for MuJoCo writes a log into it.
+    """
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
+        asked, answer = Path(folder, "request.json"), Path(folder, "answer.json")
+        asked.write_text(json.dumps(request), encoding="utf-8")
+        command = [sys.executable, "-c", _START, _TOP, job, str(asked), str(answer), str(seconds)]
         try:
-            done = _run([*command, str(request)], own, seconds)
+            done = _run(command, folder, seconds)
         except subprocess.TimeoutExpired:
-            return _endless(seconds)
-        said = _answer(answer)
-    if said is None:
-        return _fallen(done, seconds).refusal
-    made: dict[str, Any] = json.loads(said)
-    return made
+            return Answer(None, (), _endless(seconds), "make the model smaller", True)
+        return json.loads(answer.read_text("utf-8")) if answer.exists() else _failure(done, seconds)
 
 
 def _reason(refused: str, text: str) -> str:
@@ -132,14 +118,9 @@ def _reason(refused: str, text: str) -> str:
 
 
 def _run(command: list[str], folder: str, seconds: int) -> subprocess.CompletedProcess[bytes]:
-    """Run a child; MuJoCo writes a log into the working folder, and that should be nobody's."""
     return subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
         command, cwd=folder, capture_output=True, timeout=_PATIENCE * seconds, env=_environment()
     )
-
-
-def _endless(seconds: int) -> str:
-    return f"MuJoCo did not come to an end with the file in {seconds} s"
 
 
 def _environment() -> dict[str, str]:
@@ -147,24 +128,21 @@ def _environment() -> dict[str, str]:
     return {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
 
 
-def _fallen(done: subprocess.CompletedProcess[bytes], seconds: int) -> Answer:
+def _endless(seconds: int) -> str:
+    return f"MuJoCo did not come to an end with the file in {seconds} s"
+
+
+def _failure(done: subprocess.CompletedProcess[bytes], seconds: int) -> Answer:
+    """Return why a child process wrote no answer."""
     if done.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
         return Answer(None, (), _endless(seconds), "make the model smaller", True)
-    lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
-    last = lines[-1] if lines else ""
+    last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
     absent = _ABSENT.match(last)
     if absent:
-        is_it = absent[1] == "mujoco"
-        what = "MuJoCo, which reads MJCF," if is_it else f"the package {absent[1]}, which MuJoCo needs,"
-        message = f"{what} is not installed"
-        return Answer(None, (), message, pip_install("import"), True, True)
+        is_mujoco = absent[1] == "mujoco"
+        what = "MuJoCo, which reads MJCF," if is_mujoco else f"the package {absent[1]}, which MuJoCo needs,"
+        return Answer(None, (), f"{what} is not installed", pip_install("import"), True, True)
+    message = f"MuJoCo gave up on the file: {last or f'exit code {done.returncode}'}"
     if done.returncode < 0:
         message = f"MuJoCo crashed on the file (signal {-done.returncode})"
-    else:
-        message = f"MuJoCo gave up on the file: {last or f'exit code {done.returncode}'}"
     return Answer(None, (), message, "a file that MuJoCo cannot take is not imported; try it in MuJoCo itself", True)
-
-
-def _without_folder(text: str, path: Path) -> str:
-    """Return a message that does not tell where the file lies on this machine."""
-    return text.replace(f"{files.resolve(path).parent}{os.sep}", "")

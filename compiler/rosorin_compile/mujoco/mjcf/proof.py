@@ -1,12 +1,11 @@
-"""Proof: the MJCF that an imported one becomes is held against it in MuJoCo, and what differs is told or known.
+"""Prove that the MJCF of an imported one is the same robot to MuJoCo, except for what the import reported.
 
-MuJoCo compiles both in a child process (``engine``, ``compared``, ``moves``). What the import has listed as left out,
-ignored or changed differs as it said; all else that differs is a fault.
+MuJoCo compiles and compares both in a child process (``engine``, ``compare_models``, ``accelerations``). What the
+import listed as left out, ignored or changed may differ in that way; any other difference is a fault.
 """
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -15,71 +14,39 @@ from rosorin_compile.compare.proof import Found, Proof
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.source.diagnostics import counted, listed
 
-from .process import prove as ask
-
-_GONE = r": is not in ours$"
-_RENAMED = r": is called "
+from .process import prove as prove_in_child
 
 
 class Listed(NamedTuple):
-    """What a message of an import has in it, the features that may differ then, and how, as a regular expression."""
+    """Words of a message of an import, and what may then differ: a pattern for "kind field: text"."""
 
     words: str
-    features: tuple[str, ...]
-    how: str = ""
+    pattern: str
 
 
-_OF_JOINTS = (
-    *("types of joints", "forces of joints", "springs", "tuning of joints", "ranges of joints", "damping", "armature"),
-    *("friction loss", "gravity compensation", "groups", "user data"),
+_GONE = r".*: is not in ours$"
+LISTED = (
+    Listed("of the world: the scene", rf"(geom|mesh|hfield|material|texture|site|camera|light) {_GONE}"),
+    Listed("of the world: the scene", r"contact : body world and .* may touch in the source alone$|geom user"),
+    Listed("that no geom has", rf"(mesh|hfield) {_GONE}"),
+    Listed("that no material has", rf"texture {_GONE}"),
+    Listed("becomes the link", r"\w+ name:"),
+    Listed('is called "', r"\w+ name:"),
+    Listed("no range limit", r"joint (range|limited):"),
+    Listed(" of the free joint ", r"joint (?!name)"),
+    Listed(" of the joint ", r"joint (?!name)"),
+    Listed(" of a geom ", r"geom (?!name|matid|rgba|contype|conaffinity)"),
+    Listed(" of the body ", r"body (gravcomp|mocapid|sleep|user):"),
+    Listed(" of the material ", r"(material (?!rgba|name)|geom matid|texture)"),
+    Listed(" of the actuator ", r"actuator (?!name)"),
+    Listed("its control is not where it was", r"order |key "),
+    Listed(" of a key ", r"key "),
+    Listed("move a little otherwise", r"motion "),
+    Listed("the setting ", r"option "),
+    Listed("the tendon ", rf"tendon {_GONE}"),
+    Listed("the equality ", rf"equality {_GONE}"),
+    Listed("the sensor ", rf"sensor {_GONE}"),
 )
-LISTED: tuple[Listed, ...] = (
-    Listed(
-        "of the world: the scene",
-        ("shapes", "shine", "textures", "sites", "cameras", "lights", "touching", "user data"),
-        rf"{_GONE}|^body world and .* may touch in the source alone$",
-    ),
-    Listed("that no geom has", ("shapes",), _GONE),
-    Listed("that no material has", ("textures",), _GONE),
-    Listed("becomes the link", ("names",), _RENAMED),
-    Listed('is called "', ("names",), _RENAMED),
-    Listed("no range limit", ("ranges of joints",)),
-    Listed(" of the free joint ", _OF_JOINTS),
-    Listed(" of the joint ", _OF_JOINTS),
-    Listed(" of a geom ", ("shapes", "contact", "drag", "looks", "groups", "user data")),
-    Listed(" of the body ", ("gravity compensation", "motion capture", "sleep", "user data")),
-    Listed(" of the material ", ("shine", "textures")),
-    Listed(" of the actuator ", ("actuators", "groups", "user data")),
-    Listed("its control is not where it was", ("order", "keys")),
-    Listed(" of a key ", ("keys",)),
-    Listed("move a little otherwise", ("motion",)),
-    Listed("the setting ", ("options",)),
-    Listed("the tendon ", ("tendons",), _GONE),
-    Listed("the equality ", ("equalities",), _GONE),
-    Listed("the sensor ", ("sensors",), _GONE),
-)
-"""What an import says of what it leaves out, ignores or changes; all that differs otherwise is a fault."""
-
-STILL = (
-    "names",
-    "groups",
-    "looks",
-    "colours",
-    "shine",
-    "textures",
-    "looks of sites",
-    "cameras",
-    "lights",
-    "numbers and texts",
-    "user data",
-    "settings of the viewer",
-    "sensors",
-    "keys",
-    "sizes",
-    "skins",
-)
-"""The features that no motion sees."""
-
 _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-stand-in")
 
 
@@ -89,54 +56,40 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
 
 
 def _by_mujoco(imported: Imported, made: tuple[str, Mapping[str, str]]) -> Found | str:
-    """Return what MuJoCo tells apart; ``made`` is the MJCF with its files."""
+    """Return the differences that MuJoCo finds; ``made`` is the MJCF with its files."""
     text, files = made
-    answer = ask(imported.files[0], {"text": text, "files": dict(files), "names": imported.names, "still": STILL})
+    answer = prove_in_child(imported.files[0], {"text": text, "files": dict(files), "names": imported.names})
     if isinstance(answer, str):
         return answer
     if "refused" in answer:
         return Found([("loading", f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}")])
     motion = answer.get("motion")
-    moved = [("motion", _moved(motion))] if motion and motion["verdict"] == "differs" else []
-    said = [d.message for d in imported.diagnostics if d.rule in _LISTS]
+    differences = [(f"{kind} {field}".strip(), what) for kind, field, what in answer["differences"]]
+    if motion and motion["differs"]:
+        what = f"frames or accelerations differ by {motion['largest']:.2g} ({motion['where']})"
+        differences.insert(0, ("motion", what))
+    messages = [one.message for one in imported.diagnostics if one.rule in _LISTS]
     return Found(
-        [*moved, *answer["differences"]],
-        lambda feature, difference: is_listed(feature, difference, said),
-        lambda features: _in_words(features, motion),
+        differences,
+        lambda feature, difference: is_listed(feature, difference, messages),
+        lambda features: _summary(features, motion),
         answer.get("counts", {}),
     )
 
 
-def is_listed(feature: str, difference: str, said: Sequence[str]) -> bool:
-    """Say whether a message of an import says that something of a feature differs in this way."""
-    ways = (one for one in LISTED if feature in one.features and any(one.words in message for message in said))
-    return any(re.search(one.how, difference) for one in ways)
+def is_listed(feature: str, difference: str, messages: Sequence[str]) -> bool:
+    """Return True if a message of an import lists a difference."""
+    full = f"{feature}: {difference}" if " " in feature else f"{feature} : {difference}"
+    return any(re.match(one.pattern, full) for one in LISTED if any(one.words in message for message in messages))
 
 
-def _moved(motion: Mapping[str, Any]) -> str:
-    where = f" ({motion['body']})" if motion["body"] else ""
-    apart = f"{motion['largest']:.2g}" if math.isfinite(motion["largest"]) else "without end"
-    return f"after {motion['steps']} steps with moving controls the two are apart by {apart}{where}"
-
-
-def _in_words(known: Sequence[str], motion: Mapping[str, Any] | None) -> str:
-    """Return what was shown, but for the features of which something was told, as a sentence."""
-    but = f"but for what is listed above ({listed(known)})" if known else "in every field that it decides"
+def _summary(known: Sequence[str], motion: Mapping[str, Any] | None) -> str:
+    """Return the sentence about what was shown; ``known`` are the features with a listed difference."""
+    but = f"except for what is listed above ({listed(known)})" if known else "in every field that it decides"
     sentence = f"MuJoCo's model of the MJCF is that of the source, {but}"
-    return sentence + (f"; {_how_it_moved(motion)}" if motion else "")
-
-
-def _how_it_moved(motion: Mapping[str, Any]) -> str:
-    steps, touching = counted(motion["steps"], "step"), counted(motion["contacts"], "contact")
-    steps += " without the scene" if motion.get("scene") else ""
-    if motion["verdict"] == "unstable":
-        return "the source does not come through a simulation with moving controls"
-    if motion["verdict"] == "differs":
-        return f"{steps} with moving controls: apart by {motion['largest']:.2g}"
-    if motion["verdict"] == "same":
-        return f"{steps} with moving controls and up to {touching}: largest difference {motion['largest']:.2g}"
-    return (
-        f"{steps} with moving controls are chaotic: apart by {motion['largest']:.2g}, where the source, moved by no"
-        f" more than rounding, is apart from itself by {motion['itself']:.2g}; without contact by"
-        f" {motion['without_contact']:.2g}"
-    )
+    if not motion:
+        return sentence
+    states = f"{motion['states']} random states{' without the scene' if motion['scene'] else ''}"
+    constraints = counted(motion["constraints"], "constraint")
+    difference = f"largest difference {motion['largest']:.2g}"
+    return f"{sentence}; frames and accelerations in {states} with {constraints}: {difference}"

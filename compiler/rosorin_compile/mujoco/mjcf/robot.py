@@ -18,13 +18,13 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import COMMENT, Document, Element, MarkupError, Remark
 
-from . import entries, joints, links, neighbours, sections, shapes
+from . import entries, joints, links, poses, shapes
 from .actuators import drives_of
 from .broken import before, place, refusal
 from .process import ask
-from .reading import Reading, legal, put
+from .reading import Reading
 from .source import Markup, Places
-from .worded import listing
+from .values import legal, listing, put
 
 RULES = (
     Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", Heading.READING),
@@ -106,14 +106,13 @@ def _read(reading: Reading, path: Path) -> None:
     put(tree, "joints", reading.joints)
     joints.add_root(reading)
     entries.add_tendons(reading)
-    sections.add_equalities(reading)
-    sections.add_poses(reading)
+    entries.add_equalities(reading)
+    poses.add_poses(reading)
     entries.add_sensors(reading)
-    neighbours.add_contacts(reading)
-    entries.add_whole(reading)
-    entries.put_elements(reading)
-    joints.tell_of_stand_ins(reading)
-    joints.tell_of_light_bodies(reading)
+    entries.add_contacts(reading)
+    entries.add_kept(reading)
+    joints.report_stand_ins(reading)
+    joints.report_light_bodies(reading)
 
 
 def _names(reading: Reading) -> dict[str, dict[int, str]]:
@@ -148,7 +147,7 @@ def _outputs(reading: Reading) -> Map:
         put(mjcf, "groups", groups)
     if any(not mesh["taken"] for mesh in reading.facts["meshes"]):
         put(mjcf, "mesh_inertia", "legacy")
-    put(mjcf, "option", sections.settings(reading))
+    put(mjcf, "option", poses.settings(reading))
     put(outputs, "mjcf", mjcf)
     return outputs
 

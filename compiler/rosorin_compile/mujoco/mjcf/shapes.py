@@ -1,11 +1,11 @@
 """Geoms become shapes that are seen, that collide, or both.
 
-MuJoCo has no such difference; people say it in two ways. A geom that collides with nothing (``contype`` and
+MuJoCo has no such difference; people express it in two ways. A geom that collides with nothing (``contype`` and
 ``conaffinity`` 0) is only there to be seen. One that collides is also seen, unless its model tells the two apart: it
 is in a group that viewers hide (3 to 5), or transparent, or of a class with "collision" in its name, or its body has
 geoms only to be seen and those have groups of their own in this model.
 
-Whom a geom touches becomes layers. A geom that the language has no shape for is kept as it is.
+The masks of a geom become layers. A geom that the language has no shape for is kept as it is.
 """
 
 from __future__ import annotations
@@ -22,177 +22,164 @@ from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
 from .bodies import SHOWN, SHOWN_WHEEL
-from .links import placing
 from .omissions import texture_path
-from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
-from .worded import Node, listing, put_words
+from .reading import Reading
+from .values import (
+    Node,
+    legal,
+    listing,
+    numbers,
+    placing,
+    put,
+    put_inner,
+    put_number,
+    put_pose,
+    put_words,
+    tidy,
+    tidy_vector,
+    transform,
+)
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 _CARRIED = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH)
-_FIRST_HIDDEN_GROUP = _HIDDEN = 3
+_HIDDEN = 3  # the first group that viewers hide
 _NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # MuJoCo: a geom of this colour has that of its material
-
-
-def add_shapes(reading: Reading) -> None:
-    """Add the shapes of all links, and the materials that they use."""
-    geoms = reading.facts["geoms"]
-    purposes = _purposes(reading)
-    looks = Looks(reading)
-    layers = _Layers(reading, [index for index, found in purposes.items() if "collision" in found])
-    reading.groups = _usual_groups(reading, purposes)
-    held: dict[tuple[str, str], Seq] = {}
-    for index, found in purposes.items():
-        element = reading.places.of("geoms", index)
-        for purpose in found:
-            shape = _shape(reading, index, element)
-            if purpose == "visual":
-                looks.put(index, shape, element)
-            else:
-                layers.put(index, shape, element)
-            _more(reading, looks, index, shape, purpose, found)
-            held.setdefault((reading.link_of[geoms[index]["body"]], purpose), Seq(element.span)).put(
-                shape, element.span
-            )
-    for (link, purpose), shapes in held.items():
-        put(reading.links[link], purpose, shapes)
-    _keep_others(reading)
-    looks.finish()
-    layers.finish()
-    _tell(reading)
-
-
-def _purposes(reading: Reading) -> dict[int, list[str]]:
-    """Return what each geom that is carried is there for: to be seen, to collide, or both."""
-    geoms = reading.facts["geoms"]
-    carried = [index for index, geom in enumerate(geoms) if _is_carried(reading, geom)]
-    apart = _groups_apart([geoms[index] for index in carried])
-    decorated = {geoms[index]["body"] for index in carried if not _collides(geoms[index])}
-    made = {}
-    for index in carried:
-        geom = geoms[index]
-        made[index] = ["collision"] if _collides(geom) else ["visual"]
-        if _collides(geom) and _is_seen(geom) and not (apart and geom["body"] in decorated):
-            made[index] = ["visual", "collision"]
-    return made
-
-
-def _usual_groups(reading: Reading, purposes: Mapping[int, list[str]]) -> dict[str, int]:
-    """Return the groups that most geoms have, of those that are seen and of those that collide and are not."""
-    geoms, made = reading.facts["geoms"], {}
-    for purpose in ("visual", "collision"):
-        of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
-        counts = Counter(geom["group"] for geom in of_it if not has_our_look(reading, geom))
-        if counts:
-            made[purpose] = counts.most_common(1)[0][0]
-    return made
-
-
-# What is said by the shape, its place, its layers and its looks, or has gone into the mass of the link.
-_SAID = frozenset(
-    [
-        "name",
-        "type",
-        "pos",
-        "quat",
-        "size",
-        "fromto",
-        "mesh",
-        "hfield",
-        "mass",
-        "density",
-        "shellinertia",
-        "fitscale",
-        "contype",
-        "conaffinity",
-        "rgba",
-        "material",
-        "group",
-    ]
+# What the shape, its place, its layers and its looks express, or what has gone into the mass of the link.
+_READ = (
+    *("name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"),
+    *("fitscale", "contype", "conaffinity", "rgba", "material", "group"),
 )
 _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 _LOOKS = ("castshadow",)
 
 
-def _more(reading: Reading, looks: Looks, index: int, shape: Map, purpose: str, purposes: list[str]) -> None:
+def add_shapes(reading: Reading) -> None:
+    """Add the shapes of all links, and the materials that they use."""
+    geoms, purposes = reading.facts["geoms"], _purposes(reading)
+    looks = Looks(reading)
+    layers = _layers(reading, [index for index, found in purposes.items() if "collision" in found])
+    reading.groups = _usual_groups(reading, purposes)
+    held: dict[tuple[str, str], Seq] = {}
+    for index, found in purposes.items():
+        element, link = reading.places.of("geoms", index), reading.link_of[geoms[index]["body"]]
+        for purpose in found:
+            shape = _shape(reading, geoms[index], element)
+            if purpose == "visual":
+                looks.put(geoms[index], shape, element)
+            else:
+                _put_contact(reading, layers, geoms[index], shape, element)
+            _put_more(reading, looks, geoms[index], shape, element, found, purpose)
+            held.setdefault((link, purpose), Seq(element.span)).put(shape, element.span)
+    for (link, purpose), shapes in held.items():
+        put(reading.links[link], purpose, shapes)
+    for index, geom in enumerate(geoms):
+        if geom["body"] in reading.link_of and not _is_carried(reading, geom) and not is_scene(geom):
+            span, link = reading.places.of("geoms", index).span, reading.link_of[geom["body"]]
+            reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
+    looks.finish()
+    if len(layers) > 1:
+        put(reading.tree, "contact_layers", listing(layers, reading.markup.root))
+    _report_scene(reading)
+
+
+def _purposes(reading: Reading) -> dict[int, list[str]]:
+    """Return what each geom that is carried is there for: to be seen, to collide, or both."""
+    carried = {index: geom for index, geom in enumerate(reading.facts["geoms"]) if _is_carried(reading, geom)}
+    only_seen = [geom for geom in carried.values() if not _collides(geom)]
+    seen_groups, decorated = {geom["group"] for geom in only_seen}, {geom["body"] for geom in only_seen}
+    solid_groups = {geom["group"] for geom in carried.values() if _collides(geom)}
+    are_apart = bool(seen_groups) and seen_groups.isdisjoint(solid_groups)
+    purposes = {}
+    for index, geom in carried.items():
+        is_visible = geom["group"] < _HIDDEN and geom["rgba"][3] > 0 and "collision" not in geom["class"].lower()
+        is_seen = not _collides(geom) or (is_visible and not (are_apart and geom["body"] in decorated))
+        purposes[index] = ["visual"] * is_seen + ["collision"] * _collides(geom)
+    return purposes
+
+
+def _usual_groups(reading: Reading, purposes: Mapping[int, list[str]]) -> dict[str, int]:
+    """Return the groups that most geoms have, of those that are seen and of those that collide and are not."""
+    geoms, usual = reading.facts["geoms"], {}
+    for purpose in ("visual", "collision"):
+        of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
+        counts = Counter(geom["group"] for geom in of_it if not has_our_look(reading, geom))
+        if counts:
+            usual[purpose] = counts.most_common(1)[0][0]
+    return usual
+
+
+def _put_more(
+    reading: Reading,
+    looks: Looks,
+    geom: Mapping[str, Any],
+    shape: Map,
+    element: Element,
+    purposes: list[str],
+    purpose: str,
+) -> None:
     """Set what a shape has for a simulation alone; of two that stand for one geom only one has it."""
-    geom, element = reading.facts["geoms"][index], reading.places.of("geoms", index)
-    said = {key: text for key, text in geom["element"]["attributes"].items() if key not in (*_SAID, *_OF_CONTACT)}
+    attributes = geom["element"]["attributes"]
+    more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
     if len(purposes) > 1:
-        said = {key: text for key, text in said.items() if (key in _LOOKS) == (purpose == "visual")}
+        more = {key: text for key, text in more.items() if (key in _LOOKS) == (purpose == "visual")}
     ours = has_our_look(reading, geom)
     if purposes[0] == purpose and not ours and geom["group"] != reading.groups[purpose]:
-        said["group"] = str(geom["group"])
+        more["group"] = str(geom["group"])
     elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
-        said["group"] = str(_HIDDEN)  # what is seen of it is the visual
-    if purposes == ["collision"] and "rgba" in geom["element"]["attributes"]:
-        said["rgba"] = " ".join(repr(tidy(round(value, 7))) for value in geom["rgba"])
+        more["group"] = str(_HIDDEN)  # the visual is what is seen of it
+    if purposes == ["collision"] and "rgba" in attributes:
+        more["rgba"] = " ".join(map(repr, _colour(geom)))
     if purposes == ["collision"] and geom["material"] >= 0 and not ours:
-        said["material"] = looks.material(geom["material"])
+        more["material"] = looks.material(geom["material"])
     inner = Map(element.span)
-    for name in put_words(inner, said, "mjcf_geom", element):
-        reading.lost(f'"{name}" of a geom of link "{reading.link_of[geom["body"]]}"', element.span)
+    what = f'a geom of link "{reading.link_of[geom["body"]]}"'
+    reading.put_words(inner, more, "mjcf_geom", element, what)
     for word, value in inner.items():
-        more = shape.get("mjcf") or Map(element.span)
-        put(more, word, value)
-        put(shape, "mjcf", more)
+        put_inner(shape, word, value)
 
 
-class _Layers:
-    """Who may touch whom: a layer for each bit of the masks, and how a geom touches."""
+def _colour(thing: Mapping[str, Any]) -> list[float]:
+    """Return the colour of a geom or material, which MuJoCo has with seven digits."""
+    return [tidy(round(value, 7)) for value in thing["rgba"]]
 
-    def __init__(self, reading: Reading, geoms: Iterable[int]) -> None:
-        self.reading = reading
-        masks = [reading.facts["geoms"][index][word] for index in geoms for word in ("contype", "conaffinity")]
-        highest = max((_bits(mask)[-1] for mask in masks if mask), default=0)
-        self.names = ["default", *(f"layer_{bit}" for bit in range(1, highest + 1))]
 
-    def put(self, index: int, shape: Map, element: Element) -> None:
-        """Set how a shape touches."""
-        geom = self.reading.facts["geoms"][index]
-        entry = Map(element.span)
-        for word, key in (("contype", "layers"), ("conaffinity", "touches")):
-            if geom[word] != 1:
-                put(entry, key, listing([self.names[bit] for bit in _bits(geom[word])], element))
-        attributes = geom["element"]["attributes"]
-        said = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
-        for name in put_words(entry, said, "contact", element):
-            self.reading.lost(f'"{name}" of a geom', element.span)
-        if entry:
-            put(shape, "contact", entry)
-
-    def finish(self) -> None:
-        """Set the layers, in the order of their bits."""
-        if len(self.names) > 1:
-            put(self.reading.tree, "contact_layers", listing(self.names, self.reading.markup.root))
+def _layers(reading: Reading, geoms: Iterable[int]) -> list[str]:
+    """Return the names of the layers, one for each bit of the masks of geoms."""
+    masks = [reading.facts["geoms"][index][word] for index in geoms for word in ("contype", "conaffinity")]
+    highest = max((_bits(mask)[-1] for mask in masks if mask), default=0)
+    return ["default", *(f"layer_{bit}" for bit in range(1, highest + 1))]
 
 
 def _bits(mask: int) -> list[int]:
     return [bit for bit in range(32) if mask & (1 << bit)]
 
 
-def _keep_others(reading: Reading) -> None:
-    """Keep the geoms of the robot that the language has no shape for, as they are, with what they name."""
-    for index, geom in enumerate(reading.facts["geoms"]):
-        if geom["body"] not in reading.link_of or _is_carried(reading, geom) or is_scene(geom):
-            continue
-        span, link = reading.places.of("geoms", index).span, reading.link_of[geom["body"]]
-        reading.kept(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
+def _put_contact(reading: Reading, layers: list[str], geom: Mapping[str, Any], shape: Map, element: Element) -> None:
+    """Set the layers of a shape and how it touches."""
+    entry, attributes = Map(element.span), geom["element"]["attributes"]
+    for word, key in (("contype", "layers"), ("conaffinity", "touches")):
+        if geom[word] != 1:
+            put(entry, key, listing([layers[bit] for bit in _bits(geom[word])], element))
+    own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
+    reading.put_words(entry, own, "contact", element, "a geom")
+    if entry:
+        put(shape, "contact", entry)
 
 
 def whole_geom(reading: Reading, geom: Mapping[str, Any]) -> Node:
     """Return a geom as an element that is kept as it is, without mass, in the frame of its file."""
     node = geom["element"]
-    said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
+    attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
     place = transform(geom["pos"], geom["quat"])
     if geom["type"] in (MESH, SDF):
         mesh = reading.facts["meshes"][geom["data"]]
         place = place.then(transform(mesh["pos"], mesh["quat"]).inverse())
-    return {**node, "attributes": {**said, **placing(place), "density": "0"}}
+    return {**node, "attributes": {**attributes, **placing(place), "density": "0"}}
 
 
 def keep_assets(reading: Reading, node: Node, span: Span) -> None:
-    """Keep the assets that an element names which is kept as it is, and those of what stands in it."""
+    """Keep the assets that an element names which is kept as it is, and those of its inner elements."""
     for kind in ("texture", "material", "mesh", "hfield"):
         _keep_asset(reading, kind, node["attributes"].get(kind, ""), span)
     for inner in node["inner"]:
@@ -200,39 +187,38 @@ def keep_assets(reading: Reading, node: Node, span: Span) -> None:
 
 
 def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
-    """Keep a mesh, a height field or a texture that something names which is kept as it is; once."""
+    """Keep an asset that is named by something that is kept as it is; once."""
     for node in reading.facts["elements"][f"{kind}_assets"]:
-        said, called = node["attributes"], _called(node)
-        if not name or called != name or (kind, name) in reading.of_scene:
+        attributes, own = node["attributes"], _asset_name(node)
+        if not name or own != name or (kind, name) in reading.of_scene:
             continue
         reading.of_scene.add((kind, name))
-        folder = reading.facts["folders"].get(kind, {}).get(called, "")
+        folder = reading.facts["folders"].get(kind, {}).get(own, "")
         files = {
             word: reading.markup.place_of(posixpath.normpath(posixpath.join(folder, text.replace("\\", "/"))))
-            for word, text in said.items()
+            for word, text in attributes.items()
             if word.startswith("file")
         }
-        whole = {"tag": "asset", "attributes": {}, "inner": [{**node, "attributes": said | files}]}
-        reading.kept(whole, f"asset: {kind}", span)
+        reading.keep_in_section("asset", {**node, "attributes": attributes | files}, f"asset: {kind}", span)
 
 
 def _is_carried(reading: Reading, geom: Mapping[str, Any]) -> bool:
-    more = geom["element"]["inner"]  # plugins
+    inner = geom["element"]["inner"]  # plugins
     if geom["type"] == MESH:
         mesh = reading.facts["meshes"][geom["data"]]
-        more = more or _asset(reading, "mesh", mesh["name"])["inner"]
+        inner = inner or _asset(reading, "mesh", mesh["name"])["inner"]
         if not mesh_file(mesh):
             return False
-    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not more
+    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not inner
 
 
 def is_scene(geom: Mapping[str, Any]) -> bool:
-    """Say whether a geom is ground that the robot stands on."""
+    """Return True if a geom is ground for the robot to be on."""
     return geom["body"] == 0 and geom["type"] in (PLANE, HFIELD)
 
 
 def has_our_look(reading: Reading, geom: Mapping[str, Any]) -> bool:
-    """Say whether a geom collides and is seen in a colour that we have given it, for want of a visual."""
+    """Return True if a geom collides and is seen in a colour that our writer gave it, for want of a visual."""
     return geom["class"] in [f"{reading.facts['name']}_{purpose}" for purpose in (SHOWN, SHOWN_WHEEL)]
 
 
@@ -240,35 +226,23 @@ def _collides(geom: Mapping[str, Any]) -> bool:
     return bool(geom["contype"] or geom["conaffinity"])
 
 
-def _is_seen(geom: Mapping[str, Any]) -> bool:
-    return geom["group"] < _FIRST_HIDDEN_GROUP and geom["rgba"][3] > 0 and "collision" not in geom["class"].lower()
-
-
-def _groups_apart(geoms: list[Mapping[str, Any]]) -> bool:
-    """Say whether the geoms that only are seen have groups of their own."""
-    seen = {geom["group"] for geom in geoms if not _collides(geom)}
-    return bool(seen) and seen.isdisjoint(geom["group"] for geom in geoms if _collides(geom))
-
-
-def _shape(reading: Reading, index: int, element: Element) -> Map:
+def _shape(reading: Reading, geom: Mapping[str, Any], element: Element) -> Map:
     """Return the entry of a shape."""
-    geom = reading.facts["geoms"][index]
-    entry = Map(element.span)
-    place = transform(geom["pos"], geom["quat"])
+    entry, place = Map(element.span), transform(geom["pos"], geom["quat"])
     if geom["type"] == MESH:
-        mesh = reading.facts["meshes"][geom["data"]]
-        made = Map(element.span)
-        put(made, "file", reading.markup.place_of(mesh_file(mesh)))
+        mesh, inner = reading.facts["meshes"][geom["data"]], Map(element.span)
+        put(inner, "file", reading.markup.place_of(mesh_file(mesh)))
         scale = tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
-            put(made, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
+            put(inner, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
         if mesh["taken"]:
-            put(made, "inertia", mesh["taken"])
-        more = Map(element.span)
-        put_words(more, _of_mesh(reading, mesh), "mjcf_mesh", element)
+            put(inner, "inertia", mesh["taken"])
+        attributes, more = _asset(reading, "mesh", mesh["name"])["attributes"], Map(element.span)
+        words = ("maxhullvert", "smoothnormal", *(() if PurePosixPath(mesh["file"]).suffix else ("content_type",)))
+        put_words(more, {key: attributes[key] for key in words if key in attributes}, "mjcf_mesh", element)
         if more:
-            put(made, "mjcf", more)
-        put(entry, "mesh", made)
+            put(inner, "mjcf", more)
+        put(entry, "mesh", inner)
         place = place.then(frame_of_file(mesh))
     else:
         put(entry, _WORDS[geom["type"]], _sizes(geom["type"], geom["size"], element))
@@ -278,47 +252,39 @@ def _shape(reading: Reading, index: int, element: Element) -> Map:
     return entry
 
 
-def _of_mesh(reading: Reading, mesh: Mapping[str, Any]) -> dict[str, str]:
-    """Return what a mesh says beside its file, its size and where it is counted from."""
-    said = _asset(reading, "mesh", mesh["name"])["attributes"]
-    wanted = ("maxhullvert", "smoothnormal", *(() if PurePosixPath(mesh["file"]).suffix else ("content_type",)))
-    return {key: said[key] for key in wanted if key in said}
+def _sizes(kind: int, size: list[float], element: Element) -> Map:
+    """Return the sizes of a primitive: full extents and lengths, where MuJoCo has halves."""
+    sizes = Map(element.span)
+    if kind == BOX:
+        put(sizes, "size", numbers([tidy(2 * half) for half in size], element))
+    elif kind == ELLIPSOID:
+        put(sizes, "radii", numbers([tidy(radius) for radius in size], element, "size"))
+    else:
+        put_number(sizes, "radius", tidy(size[0]), element, "size")
+        if kind != SPHERE:
+            put_number(sizes, "length", tidy(2 * size[1]), element)
+    return sizes
 
 
 def _asset(reading: Reading, kind: str, name: str) -> Node:
-    """Return the element of a mesh, a texture or a material by its name, which may be that of its file."""
+    """Return the element of a mesh, a texture or a material by its name."""
     for node in reading.facts["elements"][f"{kind}_assets"]:
-        if name and _called(node) == name:
+        if name and _asset_name(node) == name:
             return cast("Node", node)
     return {"tag": kind, "attributes": {}, "inner": []}
 
 
-def _called(asset: Node) -> str:
+def _asset_name(asset: Node) -> str:
     """Return the name of a mesh, a texture or a material, which may be that of its file."""
-    said = asset["attributes"]
-    return said.get("name") or PurePosixPath(said.get("file", "")).stem
-
-
-def _sizes(kind: int, size: list[float], element: Element) -> Map:
-    """Return the sizes of a primitive: full extents and lengths, where MuJoCo has halves."""
-    made = Map(element.span)
-    if kind == BOX:
-        put(made, "size", numbers([tidy(2 * half) for half in size], element))
-        return made
-    if kind == ELLIPSOID:
-        put(made, "radii", numbers([tidy(radius) for radius in size], element, "size"))
-        return made
-    put_number(made, "radius", tidy(size[0]), element, "size")
-    if kind != SPHERE:
-        put_number(made, "length", tidy(2 * size[1]), element)
-    return made
+    attributes = asset["attributes"]
+    return attributes.get("name") or PurePosixPath(attributes.get("file", "")).stem
 
 
 def frame_of_file(mesh: Mapping[str, Any]) -> Transform:
     """Return where the scaled mesh of the file is in the frame of its geom, which MuJoCo moves to the mesh's own axes.
 
     MuJoCo takes ``refpos`` from the vertices of the file, turns them by ``refquat``, scales them, and then moves them
-    to the axes ``pos`` and ``quat``. Here they are scaled first; ``is_stretched`` says where that is another mesh.
+    to the axes ``pos`` and ``quat``. Here they are scaled first; ``mesh_file`` refuses what that would change.
     """
     own = transform(mesh["pos"], mesh["quat"])
     reference = transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
@@ -326,125 +292,113 @@ def frame_of_file(mesh: Mapping[str, Any]) -> Transform:
     return own.inverse().then(Transform(reference.rows, (x, y, z)))
 
 
-def is_stretched(mesh: Mapping[str, Any]) -> bool:
-    """Say whether a mesh is turned before it is scaled by another factor along each axis."""
-    return any(mesh["reference"]["quat"][1:]) and len(set(mesh["scale"])) > 1
-
-
 def mesh_file(mesh: Mapping[str, Any]) -> str:
-    """Return the file of a mesh as it is found from the folder of the MJCF; empty if no file has it as it is."""
-    file: str = "" if is_stretched(mesh) else mesh["file"]
+    """Return the file of a mesh as it is found from the folder of the MJCF; empty if no file has it as it is.
+
+    No file has a mesh that is turned before it is scaled by another factor along each axis.
+    """
+    is_stretched = any(mesh["reference"]["quat"][1:]) and len(set(mesh["scale"])) > 1
+    file: str = "" if is_stretched else mesh["file"]
     return posixpath.normpath(posixpath.join(mesh["folder"], file.replace("\\", "/"))) if file else ""
 
 
 class Looks:
-    """Colours and materials: those that shapes use, and what else the file says of them.
+    """Colours and materials: those that shapes use, and the others of the file.
 
-    What the language cannot say of a texture or a material is kept as it is, and the material names it.
+    What the language cannot express of a texture or a material is kept as it is, and the material names it.
     """
 
     def __init__(self, reading: Reading) -> None:
         self.reading = reading
         self.materials = Map(reading.markup.root.span)
 
-    def put(self, index: int, shape: Map, element: Element) -> None:
+    def put(self, geom: Mapping[str, Any], shape: Map, element: Element) -> None:
         """Set the colour of a visual: its own, or its material."""
-        geom = self.reading.facts["geoms"][index]
-        rgba = tuple(tidy(round(value, 7)) for value in geom["rgba"])  # MuJoCo keeps colours with seven digits
-        at = geom["material"]
-        whole = at >= 0 and self._is_whole(at)
-        if rgba == _NO_COLOUR and whole:
-            rgba = tuple(tidy(round(value, 7)) for value in self.reading.facts["materials"][at]["rgba"])
-        elif rgba == _NO_COLOUR:
-            if at >= 0:
+        rgba, at = _colour(geom), geom["material"]
+        material = self.reading.facts["materials"][at] if at >= 0 else None
+        is_whole = material is not None and self._is_whole(material)
+        if rgba == list(_NO_COLOUR) and material is not None and is_whole:
+            rgba = _colour(material)
+        elif rgba == list(_NO_COLOUR):
+            if material is not None:
                 put(shape, "material", self.material(at))
             return
         put(shape, "rgba", numbers(rgba, element, "rgba"))
-        texture = self.reading.facts["materials"][at]["texture"] if at >= 0 else ""
-        if texture:
-            put(shape, "texture", self.reading.markup.place_of(texture))
-        if at >= 0 and (texture or whole or self._said(at)):
-            more = Map(element.span)
-            put(more, "material", self.material(at))
-            put(shape, "mjcf", more)
+        if material is not None and material["texture"]:
+            put(shape, "texture", self.reading.markup.place_of(material["texture"]))
+        if material is not None and (material["texture"] or is_whole or self._more(material)):
+            put_inner(shape, "material", self.material(at))
 
-    def _is_whole(self, index: int) -> bool:
-        """Say whether a material has layers of textures, for which it is kept as it is."""
-        name = self.reading.facts["materials"][index]["name"]
-        return bool(_asset(self.reading, "material", name)["inner"])
+    def _is_whole(self, material: Mapping[str, Any]) -> bool:
+        """Return True if a material has layers of textures: it is kept as it is."""
+        return bool(_asset(self.reading, "material", material["name"])["inner"])
 
-    def _said(self, index: int) -> dict[str, str]:
-        """Return what a material says beside its colour, and an image that the language has words for."""
-        material = self.reading.facts["materials"][index]
-        said = _asset(self.reading, "material", material["name"])["attributes"]
-        plain = material["texture"] and self._is_plain(said.get("texture", ""))
-        known = ("name", "rgba", "texture") if plain else ("name", "rgba")
-        return {key: text for key, text in said.items() if key not in known}
-
-    def _is_plain(self, texture: str) -> bool:
-        """Say whether a texture is an image and nothing else."""
-        said = _asset(self.reading, "texture", texture)["attributes"]
+    def _more(self, material: Mapping[str, Any]) -> dict[str, str]:
+        """Return the attributes of a material besides its colour, and an image that the language has words for."""
+        attributes = _asset(self.reading, "material", material["name"])["attributes"]
+        texture = attributes.get("texture", "")
+        image = _asset(self.reading, "texture", texture)["attributes"]
         written = self.reading.markup.named("asset", texture)
-        plain = said.keys() <= {"name", "type", "file", "colorspace", "content_type"} and said.get("type") == "2d"
-        return bool(plain and not (written and written.get("colorspace")) and texture_path(said.get("file", "")))
+        is_plain = image.keys() <= {"name", "type", "file", "colorspace", "content_type"} and image.get("type") == "2d"
+        is_plain = (
+            is_plain and not (written and written.get("colorspace")) and bool(texture_path(image.get("file", "")))
+        )
+        known = ("name", "rgba", "texture") if material["texture"] and is_plain else ("name", "rgba")
+        return {key: text for key, text in attributes.items() if key not in known}
 
     def material(self, index: int) -> str:
         """Return the name of a material, which the description has from now on."""
         reading = self.reading
-        material = reading.facts["materials"][index]
+        material, name = reading.facts["materials"][index], reading.facts["materials"][index]["name"]
         if index in reading.material_of:
             return reading.material_of[index]
-        if self._is_whole(index):
-            element = reading.markup.named("asset", material["name"]) or reading.markup.root
-            _keep_asset(reading, "material", material["name"], element.span)
-            return str(material["name"])
-        own = material["name"].removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or material["name"]
-        known = reading.material_of[index] = reading.name("material", own)
-        reading.renamed.setdefault("material", {})[material["name"]] = known
-        element = reading.markup.named("asset", material["name"]) or reading.markup.root
+        element = reading.markup.named("asset", name) or reading.markup.root
+        if self._is_whole(material):
+            _keep_asset(reading, "material", name, element.span)
+            return str(name)
+        own = name.removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or name
+        given = reading.material_of[index] = reading.name("material", own)
+        reading.renamed.setdefault("material", {})[name] = given
         entry = Map(element.span)
-        put(entry, "rgba", numbers([tidy(round(value, 7)) for value in material["rgba"]], element, "rgba"))
+        put(entry, "rgba", numbers(_colour(material), element, "rgba"))
         if material["texture"]:
             put(entry, "texture", reading.markup.place_of(material["texture"]))
-        said = self._said(index)
-        made = said.pop("texture", "")
-        for name in put_words(entry, said, "material", element):
-            reading.lost(f'"{name}" of the material "{known}"', element.span)
-        if made:
-            more = entry.get("mjcf") or Map(element.span)
-            put(more, "texture", made)
-            put(entry, "mjcf", more)
-            _keep_asset(reading, "texture", made, element.span)
-        put(self.materials, known, entry)
-        return known
+        more = self._more(material)
+        texture = more.pop("texture", "")
+        reading.put_words(entry, more, "material", element, f'the material "{given}"')
+        if texture:
+            put_inner(entry, "texture", texture)
+            _keep_asset(reading, "texture", texture, element.span)
+        put(self.materials, given, entry)
+        return given
 
     def finish(self) -> None:
-        """Set the materials: those of shapes, and those that sites and tendons have, or nobody."""
-        scene: set[int] = set()
-        own: set[int] = set()
-        ours: set[int] = set()
-        for geom in self.reading.facts["geoms"]:
-            carried = own if _is_carried(self.reading, geom) else scene
-            (ours if has_our_look(self.reading, geom) else carried).add(geom["material"])
-        indices = range(len(self.reading.facts["materials"]))
-        for index in (at for at in indices if at in own or at not in scene | ours):
-            self.material(index)
-        if scene - own - {-1}:
-            element = self.reading.markup.sections("asset")[:1] or [self.reading.markup.root]
-            message = f"{counted(len(scene - own - {-1}), 'material')} of the world: the scene is no part of the robot"
-            self.reading.ignored(message, element[0].span)
-        _tell_of_textures(self.reading)
+        """Set the materials: those of shapes, and those that sites and tendons have, or nothing."""
+        reading = self.reading
+        used: dict[str, set[int]] = {"ours": set(), "own": set(), "scene": set()}
+        for geom in reading.facts["geoms"]:
+            where = "ours" if has_our_look(reading, geom) else "own" if _is_carried(reading, geom) else "scene"
+            used[where].add(geom["material"])
+        for index in range(len(reading.facts["materials"])):
+            if index in used["own"] or index not in used["scene"] | used["ours"]:
+                self.material(index)
+        left = used["scene"] - used["own"] - {-1}
+        if left:
+            element = (reading.markup.sections("asset") or [reading.markup.root])[0]
+            message = f"{counted(len(left), 'material')} of the world: the scene is no part of the robot"
+            reading.ignored(message, element.span)
+        _report_textures(reading)
         if self.materials:
-            put(self.reading.tree, "materials", self.materials)
+            put(reading.tree, "materials", self.materials)
 
 
-def _tell_of_textures(reading: Reading) -> None:
-    """Say which textures are not carried, for nothing has them but the scene, such as its sky."""
+def _report_textures(reading: Reading) -> None:
+    """Report the textures that are not carried, because only the scene has them, such as its sky."""
     assets = reading.facts["elements"]
     used = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:
         used |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
-    names = [_called(texture) for texture in assets["texture_assets"]]
+    names = [_asset_name(texture) for texture in assets["texture_assets"]]
     unused = [name for name in names if not name or name not in used]
     if unused:
         elements = reading.markup.listed("asset", "texture") or [reading.markup.root]
@@ -453,21 +407,16 @@ def _tell_of_textures(reading: Reading) -> None:
         reading.ignored(message, element.span)
 
 
-def _tell(reading: Reading) -> None:
-    """Say which geoms are not carried, for they are those of the scene."""
-    scene = []
-    for index, geom in enumerate(reading.facts["geoms"]):
-        if geom["body"] not in reading.link_of or is_scene(geom):
-            scene.append(index)
-    used = {geom["data"] for geom in reading.facts["geoms"] if geom["type"] in (MESH, SDF)}
+def _report_scene(reading: Reading) -> None:
+    """Report the meshes that no geom has, and the geoms that are not carried because they are those of the scene."""
+    geoms, markup = reading.facts["geoms"], reading.markup
+    used = {geom["data"] for geom in geoms if geom["type"] in (MESH, SDF)}
     named = {site["element"]["attributes"].get("mesh") for site in reading.facts["sites"]}
     unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used and mesh["name"] not in named]
     if unused:
-        element = (
-            reading.markup.named("asset", unused[0]["name"])
-            or (reading.markup.sections("asset") or [reading.markup.root])[0]
-        )
+        element = markup.named("asset", unused[0]["name"]) or (markup.sections("asset") or [markup.root])[0]
         reading.ignored(f"{counted(len(unused), 'mesh')} that no geom has", element.span)
+    scene = [at for at, geom in enumerate(geoms) if geom["body"] not in reading.link_of or is_scene(geom)]
     if scene:
         message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"
         reading.ignored(message, reading.places.of("geoms", scene[0]).span)

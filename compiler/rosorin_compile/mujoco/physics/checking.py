@@ -4,34 +4,74 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
 
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
-from rosorin_compile.source.diagnostics import MissingPackages, arrange
+from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, arrange, counted, has_errors, listed
 from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.progress import Progress
 
-from . import meshes as mesh_facts
-from . import overlaps, rest, sweeps
-from .answers import CheckedPhysics, LookedAt
-from .files import Meshes, named_meshes
-from .overlaps import ZERO, State
+from .mesh_checks import check_meshes
+from .overlaps import ZERO, State, check_overlaps, nearest_to_zero
+from .rest import check_rest
 from .scene import Scene
+from .solids import mesh_shapes, read_meshes
+from .sweeps import check_sweeps, sweep, swept_joints
 
-NEEDED = ("mujoco", "numpy", "scipy", "trimesh", "collada")
-_NAMES = {"collada": "pycollada", "mujoco": "'mujoco>=4'"}
+# The packages that are imported, and what pip calls them.
+_NEEDED = {
+    "mujoco": "'mujoco>=3.12'",
+    "numpy": "numpy",
+    "scipy": "scipy",
+    "trimesh": "trimesh",
+    "collada": "pycollada",
+}
 
 
-def lacking() -> str:
+@dataclass(frozen=True)
+class LookedAt:
+    """The extent of a check: zero and the poses, the joints that were moved over their ranges, the meshes."""
+
+    poses: Annotated[int, "how many named poses; position zero comes on top"]
+    joints: Annotated[int, "how many joints, each moved over its range"]
+    meshes: Annotated[int, "how many files of meshes"]
+
+    def __str__(self) -> str:
+        at = [f"the ranges of {counted(self.joints, 'joint')}"] if self.joints else []
+        at += [counted(self.meshes, "mesh")] if self.meshes else []
+        return listed([counted(self.poses, "pose"), "zero", *at] if self.poses else ["zero", *at])
+
+
+@dataclass(frozen=True)
+class CheckedPhysics:
+    """The result of the check of one robot."""
+
+    robot: str
+    file: Annotated[str, "its first file"]
+    fine: Annotated[bool, "whether there is no error; the exit code is 0 where all are fine"]
+    looked_at: Annotated[LookedAt | None, "null if the description has errors"]
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @classmethod
+    def of(cls, robot: str, file: str, looked_at: LookedAt | None, diagnostics: Sequence[Diagnostic]) -> CheckedPhysics:
+        """Return the result with these diagnostics."""
+        return cls(robot, file, not has_errors(diagnostics), looked_at, tuple(diagnostics))
+
+
+def missing_packages() -> str:
     """Return the packages to install, as arguments of pip; empty if nothing is missing."""
-    return " ".join(_NAMES.get(name, name) for name in NEEDED if not is_installed(name))
+    return " ".join(pip_name for name, pip_name in _NEEDED.items() if not is_installed(name))
 
 
 def require(command: str) -> None:
     """Raise MissingPackages if a package that a command needs is not installed."""
-    if missing := lacking():
+    if missing := missing_packages():
         raise MissingPackages(f"{command} needs what is not installed: pip install {missing}")
 
 
@@ -45,45 +85,60 @@ def check_robot(request: Request) -> CheckedPhysics:
     if case is None:
         errors = [one for one in understood.diagnostics if one.severity == "error"]
         return CheckedPhysics.of(name, file, None, errors)
+    files = Places(description.path, description.outputs, request.packages, os.environ)
     # numpy warns about huge numbers, which have rules of their own.
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
-        return _check(name, file, case, request)
+        looked_at, found = _check(case, files.meshes(case.tree, case.robot.outputs))
+    return CheckedPhysics.of(name, file, looked_at, arrange(settled(case, found, "physics")))
 
 
-def _check(name: str, file: str, case: Case, request: Request) -> CheckedPhysics:
-    done = 0
-    named = list(named_meshes(case))
-    poses = [(ZERO, {}), *((pose.name, pose.positions) for pose in case.robot.poses)]
-    joints = sweeps.swept_joints(case.robot)
-    # What is done weighs about as much: a mesh, a second, a joint over its range.
-    total = len(named) + len(poses) * (1 + len(joints))
+def _check(case: Case, files: Mapping[str, Path]) -> tuple[LookedAt, list[Diagnostic]]:
+    shapes, joints = list(mesh_shapes(case)), swept_joints(case.robot)
+    poses: list[tuple[str, Mapping[str, float]]] = [
+        (ZERO, {}),
+        *((one.name, one.positions) for one in case.robot.poses),
+    ]
+    # The steps weigh about the same: reading a mesh, simulating a second, moving a joint over its range.
+    done, total = 0, len(shapes) + len(poses) * (1 + len(joints))
 
     def tick() -> None:
         nonlocal done
         done += 1
         Progress.step("checking the physics", done, total)
 
-    description = request.description
-    places = Places(description.path, description.outputs, request.packages, os.environ)
-    meshes = Meshes(case, places.meshes(case.tree, case.robot.outputs))
-    for one in named:
-        meshes.read(one)
-        tick()
-    found = [*overlaps.at_most(case, meshes.told, "of this kind"), *mesh_facts.diagnose_meshes(case, meshes)]
+    meshes, found = read_meshes(case, shapes, files, tick)
+    found += check_meshes(case, shapes, meshes)
     scene = Scene(case.robot, meshes)
     states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
-    starts = [_legal(scene), *states[1:]]
-    swept = sweeps.sweep(scene, starts, tick)
-    always = swept.always & set(states[0].overlaps)
-    found += overlaps.diagnose_overlaps(case, scene, states, always)
-    found += sweeps.diagnose_sweeps(case, scene, swept.meetings)
-    found += rest.diagnose_rest(case, starts, tick)
-    at = LookedAt(len(poses) - 1, len(joints), len({one.mesh.file for one in named}))
-    return CheckedPhysics.of(name, file, at, arrange(settled(case, found, "physics")))
+    # Sweeps and simulations start within the limits of all joints.
+    legal = {joint.name: position for joint in case.robot.joints if (position := nearest_to_zero(joint))}
+    starts = [State(ZERO, legal, scene.overlaps(legal)), *states[1:]]
+    meetings, always = sweep(scene, starts, tick)
+    found += check_overlaps(case, scene, states, always & set(states[0].overlaps))
+    found += check_sweeps(case, scene, meetings)
+    found += check_rest(case, starts, tick)
+    return LookedAt(len(poses) - 1, len(joints), len({shape.mesh.file for shape in shapes})), found
 
 
-def _legal(scene: Scene) -> State:
-    """Return zero, or where that is beyond limits what is as near to it as they let."""
-    positions = {joint.name: overlaps.nearest(joint) for joint in scene.robot.joints if overlaps.nearest(joint)}
-    return State(ZERO, positions, scene.overlaps(positions), bool(positions))
+class OverlapFinder:
+    """Finds overlapping links for the viewer; the scene in MuJoCo is built at the first request."""
+
+    def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
+        """``files`` are the mesh files of the robot by name."""
+        self.case, self.files = case, files
+        self.scene: Scene | None = None
+
+    def lacking(self) -> str:
+        """Return the packages to install, as arguments of pip; empty if nothing is missing."""
+        return missing_packages()
+
+    def pairs(self, positions: Mapping[str, Any]) -> list[list[str]]:
+        """Return the pairs of links that overlap at joint positions (rad or m), without neighbours.
+
+        The position of a joint with several coordinates is a sequence.
+        """
+        if self.scene is None:
+            meshes, _ = read_meshes(self.case, list(mesh_shapes(self.case)), self.files)
+            self.scene = Scene(self.case.robot, meshes)
+        return [list(pair) for pair in self.scene.overlaps(positions) if self.scene.joint_of(pair) is None]

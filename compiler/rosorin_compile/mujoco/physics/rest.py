@@ -1,7 +1,7 @@
-"""The robot left to itself for a second, from zero and from each pose: it should stay in one piece, and where it is.
+"""Simulate the robot for a second from zero and from each pose: it should stay in one piece, and where it is.
 
-The root is held in the world, actuators hold the pose, gravity pulls. Meshes take no part: their hulls are told where
-they overlap. What the format for simulation refuses is told by its rules, and not simulated.
+The root is held in the world, actuators hold the pose, gravity pulls. Meshes take no part: overlaps of their hulls are
+reported by ``overlaps``. A robot that cannot be simulated is reported by the rules of its format.
 """
 
 from __future__ import annotations
@@ -9,30 +9,30 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Joint, Robot
+from rosorin_compile.model import Joint, Link, Mesh, Robot
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from ..simulate.moved import first_to_go, moved
-from ..simulate.world import FIXED, Refused, joint_of, moving, quiet, set_joints, simulated, without_meshes
-from .overlaps import ZERO, State
+from ..simulate.world import FIXED, Broken, Refused, World, describe_joint, mjcf_text, quiet, single_joints
+from .overlaps import State
 
 RULES = (
     Rule(
         "explodes-at-rest",
-        "Left to itself for a second in MuJoCo, the robot leaves the numbers. A warning where a joint gets faster than "
-        "any joint is, or is driven out of its limits.",
+        "Left alone for a second in MuJoCo, the positions of the robot become infinite. A warning where a joint gets "
+        "faster than any joint is, or is driven out of its limits.",
         "Look for parts that start inside each other, masses and inertias that are far too small, gains that are far "
         "too large.",
         Heading.PHYSICS,
     ),
     Rule(
         "sinks-at-rest",
-        "A warning: left to itself for a second in MuJoCo, an actuator does not hold its joint against gravity.",
+        "A warning: left alone for a second in MuJoCo, an actuator does not hold its joint against gravity.",
         "Check the mass that it carries, `kp` of the actuator, and the effort of the joint.",
         Heading.PHYSICS,
     ),
@@ -40,137 +40,100 @@ RULES = (
 
 SECONDS = 1.0
 FASTEST = 300.0  # rad/s or m/s: a light link that hangs without damping gets to 100 rad/s by gravity
-SUNK = math.radians(10)
-SUNK_SLIDE = 0.02  # m
+SUNK, SUNK_SLIDE = math.radians(10), 0.02  # m
 BEYOND = 0.1  # rad or m out of the limits: bounds are soft
+_HELP = "look for parts that start inside each other, for masses and inertias far too small, for gains far too large"
 
 
-class _Ended(NamedTuple):
-    """How a second ended: when it left the numbers, the fastest joint, and where the joints are (rad or m).
+class _Second(NamedTuple):
+    """The end of a second: positions (rad or m) and the loads (N or N*m) at its begin, and the fastest joint."""
 
-    ``first`` is the joint that left the numbers, as MuJoCo says it.
-    """
-
-    broken: float | None
-    fastest: tuple[float, float, str]
     positions: dict[str, float]
     load: dict[str, float]
-    first: str = ""
+    fastest: tuple[float, float, str]  # rad/s or m/s, after how many seconds, which joint
 
 
-def diagnose_rest(case: Case, states: Sequence[State], tick: Callable[[], None]) -> list[Diagnostic]:
-    """Let the robot move for a second from each state, and return what is wrong then.
-
-    What MuJoCo itself prints, or would write into MUJOCO_LOG.TXT, is dropped.
-    """
+def check_rest(case: Case, states: Sequence[State], tick: Callable[[], None]) -> list[Diagnostic]:
+    """Simulate a second from each state and return what is wrong then; calls ``tick`` after each state."""
     found: dict[tuple[str, str], Diagnostic] = {}
     with quiet() as mujoco:
-        model = _model(mujoco, case.robot)
+        try:
+            robot = _without_meshes(case.robot)
+            world = World(mujoco, robot, mjcf_text(robot, None, Templates(), FIXED), FIXED, Path())
+        except Refused:
+            world = None  # check reports why
         for state in states:
-            if model is not None:
-                for one in _judged(case, state, _simulated(mujoco, case.robot, model, state)):
+            if world is not None:
+                for one in _check_state(case, state, world):
                     found.setdefault((one.rule, "".join(one.of)), one)
             tick()
     return list(found.values())
 
 
-def _model(mujoco: Any, robot: Robot) -> Any:
-    """Return the robot in MuJoCo without its meshes; None if it cannot be simulated."""
+def _without_meshes(robot: Robot) -> Robot:
+    def primitives(link: Link) -> Link:
+        solid = tuple(shape for shape in link.collision if not isinstance(shape.geometry, Mesh))
+        return replace(link, collision=solid, visual=())
+
+    return replace(robot, links=tuple(map(primitives, robot.links)))
+
+
+def _check_state(case: Case, state: State, world: World) -> Iterator[Diagnostic]:
     try:
-        return mujoco.MjModel.from_xml_string(simulated(without_meshes(robot), None, Templates(), FIXED))
-    except (Refused, ValueError):
-        return None  # check tells why
-
-
-def _simulated(mujoco: Any, robot: Robot, model: Any, state: State) -> _Ended:
-    """Return what becomes of the robot in a second."""
-    import numpy as np
-
-    data = mujoco.MjData(model)
-    if state.name != ZERO:
-        key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, state.name)
-        mujoco.mj_resetDataKeyframe(model, data, key)
-    set_joints(robot, data, state.positions)
-    mujoco.mj_forward(model, data)
-    joints = moving(robot)
-    load = {joint.name: float(data.joint(joint.name).qfrc_bias[0]) for joint in joints}
-    speeds = [data.joint(joint.name).qvel for joint in joints]
-    fastest = (0.0, 0.0, "")
-    broken = None
-    while data.time < SECONDS and broken is None:
-        before = data.time
-        mujoco.mj_step(model, data)
-        for joint, speed in zip(joints, speeds, strict=True):
-            fastest = max(fastest, (abs(float(speed[0])), data.time, joint.name))
-        if data.time <= before or not np.isfinite(data.qpos).all():  # MuJoCo begins anew where numbers end
-            broken = before
-    positions = {joint.name: float(data.joint(joint.name).qpos[0]) for joint in joints}
-    return _Ended(broken, fastest, positions, load, _first(mujoco, model, data) if broken is not None else "")
-
-
-def _first(mujoco: Any, model: Any, data: Any) -> str:
-    """Return the joint that MuJoCo warned of; empty if it warned of none."""
-    warned = (
-        joint_of(model, mujoco.mjtWarning(index).name, int(data.warning.lastinfo[index]))
-        for index in range(len(data.warning.number))
-        if data.warning.number[index]
-    )
-    return next(filter(None, warned), "")
-
-
-def _judged(case: Case, state: State, ended: _Ended) -> Iterator[Diagnostic]:
-    where = f'in pose "{state.name}"' if state.name != ZERO else "at zero"
-    help = "look for parts that start inside each other, for masses and inertias far too small, for gains far too large"
-    if ended.broken is not None:
-        message = f"left to itself {where}, the robot leaves the numbers after {ended.broken:.6g} s in MuJoCo"
-        message += first_to_go(case.robot, ended.first)
-        yield replace(case.problem("explodes-at-rest", message, ("robot",), help, severity=ERROR), of=())
+        second = _simulate(world, state)
+    except Broken as problem:
+        message = f"left alone {state}, after {problem.time:.6g} s: {problem}"
+        message += describe_joint(case.robot, problem.joint)
+        yield replace(case.problem("explodes-at-rest", message, ("robot",), _HELP, severity=ERROR), of=())
         return
-    speed, time, name = ended.fastest
+    speed, time, name = second.fastest
     if speed > FASTEST:
         joint = case.robot.joint[name]
         message = (
-            f'left to itself {where}, joint "{name}", {moved(case.robot, name)}, gets to {speed:.0f} {_unit(joint)}/s'
-            f" within {time:.2g} s in MuJoCo"
+            f'left alone {state}, joint "{name}" gets to {speed:.0f} {joint.unit}/s within {time:.2g} s in MuJoCo'
+            f"{describe_joint(case.robot, name)}"
         )
-        yield case.problem("explodes-at-rest", message, case.joint(joint), help, severity=WARNING, key=True)
+        yield case.problem("explodes-at-rest", message, case.joint(joint), _HELP, severity=WARNING, key=True)
         return
     for joint in case.robot.joints:
         if joint.moves and joint.mimic is None:
-            yield from _placed(case, state, where, joint, ended)
+            yield from _check_joint(case, state, joint, second)
 
 
-def _placed(case: Case, state: State, where: str, joint: Joint, ended: _Ended) -> Iterator[Diagnostic]:
-    """Yield a warning about a joint that is not where it was left."""
-    begun, now = state.positions.get(joint.name, 0.0), ended.positions[joint.name]
-    limit, unit = joint.limit, _unit(joint)
-    moved = f"from {round(begun, 3):.6g} to {round(now, 3):.6g} {unit} within a second in MuJoCo"
+def _simulate(world: World, state: State) -> _Second:
+    """Return the end of a second from a state. Raises Broken."""
+    joints = single_joints(world.robot)
+    world.reset(state.positions)
+    load = {joint.name: float(world.data.joint(joint.name).qfrc_bias[0]) for joint in joints}
+    speeds = [world.data.joint(joint.name).qvel for joint in joints]
+    fastest = (0.0, 0.0, "")
+    for time in world.run(SECONDS):
+        for joint, speed in zip(joints, speeds, strict=True):
+            fastest = max(fastest, (abs(float(speed[0])), time, joint.name))
+    return _Second({joint.name: world.position(joint.name) for joint in joints}, load, fastest)
+
+
+def _check_joint(case: Case, state: State, joint: Joint, second: _Second) -> Iterator[Diagnostic]:
+    """Yield a warning about a joint that left its limits, or that its actuator does not hold."""
+    begun, now = state.positions.get(joint.name, 0.0), second.positions[joint.name]
+    limit, slides, actuator = joint.limit, joint.type == "prismatic", joint.actuator
+    moved = f"from {round(begun, 3):.6g} to {round(now, 3):.6g} {joint.unit} within a second in MuJoCo"
     if joint.type != "continuous" and limit is not None and limit.lower is not None and limit.upper is not None:
-        started_inside = limit.lower - BEYOND <= begun <= limit.upper + BEYOND
-        if started_inside and not limit.lower - BEYOND <= now <= limit.upper + BEYOND:
-            message = f'left to itself {where}, joint "{joint.name}" is driven out of its limits, {moved}'
-            path = case.joint(joint, "limit")
-            help = "look for parts that start inside each other, and at the masses that it carries"
+        low, high = limit.lower - BEYOND, limit.upper + BEYOND
+        if low <= begun <= high and not low <= now <= high:
+            message = f'left alone {state}, joint "{joint.name}" is driven out of its limits, {moved}'
+            help, path = "look for parts that start inside each other", case.joint(joint, "limit")
             yield case.problem("explodes-at-rest", message, path, help, severity=WARNING, key=True)
             return
-    if (
-        joint.actuator is None
-        or not joint.actuator.holds_position
-        or abs(now - begun) <= (SUNK_SLIDE if joint.type == "prismatic" else SUNK)
-    ):
+    load = second.load[joint.name]  # a part that is pushed out of another one does not move against its load
+    sinks = abs(now - begun) > (SUNK_SLIDE if slides else SUNK) and (now - begun) * load <= 0
+    if actuator is None or not actuator.holds_position or not sinks:
         return
-    load = ended.load[joint.name]  # what holds it: it sinks the other way
-    if (now - begun) * load > 0:
-        return  # pushed by a part that it started in, which is told
-    force = "N" if joint.type == "prismatic" else "N*m"
+    force = "N" if slides else "N*m"
     effort = f" and an effort of {limit.effort:.6g} {force}" if limit and limit.effort else ""
     message = (
-        f'left to itself {where}, joint "{joint.name}" sinks {moved}: it carries'
-        f" {abs(load):.3g} {force}, held by kp {joint.actuator.kp or 0.0:.6g}{effort}"
+        f'left alone {state}, joint "{joint.name}" sinks {moved}: it carries {abs(load):.3g} {force}, held by kp'
+        f" {actuator.kp or 0.0:.6g}{effort}"
     )
     help = "check the mass that it carries, kp of its actuator, and its effort"
     yield case.problem("sinks-at-rest", message, case.joint(joint, "actuator"), help, severity=WARNING, key=True)
-
-
-def _unit(joint: Joint) -> str:
-    return "m" if joint.type == "prismatic" else "rad"

@@ -1,4 +1,4 @@
-"""Run all trials of one robot in MuJoCo and compare their results with limits."""
+"""Run all scenarios of one robot in MuJoCo and compare their results with limits."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
@@ -26,8 +25,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .judging import LIMITS, Judge, Limit, limits_with
-from .trials import Driven, PoseTrial, Swept, Swung, all_trials
-from .world import FIXED, FREE, Refused, World, quiet, simulated
+from .scenarios import Driven, PoseTrial, Swept, Swung, run_scenarios
+from .world import FIXED, FREE, Refused, World, mjcf_text, quiet
 
 RULES = (
     Rule(
@@ -66,7 +65,7 @@ class Simulated:
     poses: tuple[PoseTrial, ...] = ()
     drive: tuple[Driven, ...] = ()
     own_servos: Annotated[tuple[str, ...], "joints of the drive without an actuator, which got a servo"] = ()
-    ranges: Annotated[tuple[Swept, ...], "joints that were led through their ranges"] = ()
+    ranges: Annotated[tuple[Swept, ...], "joints that were moved over their ranges"] = ()
     energy: Swung | None = None
     timing: Annotated[Timing | None, "null with `--no-timing`"] = None
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -79,14 +78,6 @@ class Simulated:
         return page(self)
 
 
-def _require_mujoco() -> None:
-    """Raise MissingPackages unless MuJoCo and numpy are installed."""
-    missing = [name for name in ("mujoco", "numpy") if not is_installed(name)]
-    if missing:
-        text = f"simulate needs what is not installed ({listed(missing)}): {pip_install('simulate')}"
-        raise MissingPackages(text)
-
-
 def simulate_robot(
     request: Request,
     *,
@@ -95,7 +86,7 @@ def simulate_robot(
     limits: Mapping[str, float] | None = None,
     timing: bool = True,
 ) -> Simulated:
-    """Run all trials of a robot and return their results, with a diagnostic for each that is beyond a limit.
+    """Run all scenarios of a robot and return their results, with a diagnostic for each that is beyond a limit.
 
     ``base`` is "fixed" or "free"; by default a robot with a drive is free on a floor. Each pose is held for ``seconds``
     (0.5 to 600). ``limits`` replace those of ``LIMITS`` by name. Raises RequestError for unusable values, and without
@@ -106,38 +97,38 @@ def simulate_robot(
         raise RequestError(f"seconds is {SECONDS[0]:g} to {SECONDS[1]:g}, not {seconds:g}")
     if base not in (None, FIXED, FREE):
         raise RequestError(f'base is "{FIXED}" or "{FREE}", not "{base}"')
-    _require_mujoco()
+    if missing := [name for name in ("mujoco", "numpy") if not is_installed(name)]:
+        raise MissingPackages(f"simulate needs what is not installed ({listed(missing)}): {pip_install('simulate')}")
     understood = request.understand()
     case = understood.case
     if case is None:
         errors = tuple(one for one in understood.diagnostics if one.severity == "error")
         return Simulated(request.description.name, diagnostics=errors)
     robot = case.robot
-    base = base or (FREE if robot.drive else FIXED)
     with quiet() as mujoco:
         try:
-            world = _world(mujoco, case, request, base)
+            world = _world(mujoco, case, request, base or (FREE if robot.drive else FIXED))
         except Refused as problem:
             message = f"{robot.name} cannot be simulated: {problem}"
             refused = error("simulation-refused", message, None, "check names the place")
             return Simulated(robot.name, diagnostics=(*problem.diagnostics, refused))
-        trials = all_trials(world, seconds)
-        found = arrange(settled(case, Judge(case, world, used).all(trials), "simulation"))
+        results = run_scenarios(world, seconds)
+        found = arrange(settled(case, Judge(case, world, used).judge(results), "simulation"))
     timestep = float(world.model.opt.timestep)
-    steps = world.steps / world.cpu if world.cpu else 0.0
+    speed = world.steps / world.cpu if world.cpu else 0.0
     return Simulated(
         robot.name,
         mujoco.__version__,
-        base,
+        world.base,
         timestep,
-        {name: one._replace(value=used[name]) for name, one in LIMITS.items()},
-        {joint.name: "m" if joint.type == "prismatic" else "rad" for joint in robot.joints if joint.moves},
-        tuple(trials.poses),
-        tuple(trials.drives),
+        {name: limit._replace(value=used[name]) for name, limit in LIMITS.items()},
+        {joint.name: joint.unit for joint in robot.joints if joint.moves},
+        tuple(results.poses),
+        tuple(results.drives),
         tuple(world.own),
-        tuple(trials.sweeps),
-        trials.swung,
-        Timing(steps, steps * timestep) if timing else None,
+        tuple(results.sweeps),
+        results.swung,
+        Timing(speed, speed * timestep) if timing else None,
         tuple(found),
         understood.expanded.files,
     )
@@ -149,9 +140,8 @@ def _world(mujoco: Any, case: Case, request: Request, base: str) -> World:
     description, meshes = request.description, request.search_meshes(case.tree, case.robot.outputs)
     if has_errors(meshes.diagnostics):
         raise Refused("a mesh cannot be used", meshes.diagnostics)
-    names = [one.name for one in FORMATS.values() if one.proving.refusal is not None and one.write is not None]
-    output = next((one for one in case.robot.outputs if one.backend in names), None)
+    output = next((one for one in case.robot.outputs if one.backend == "mjcf"), None)
     robot = meshes.told_to(case.robot)
-    text = simulated(robot, output, Templates(description.path.parent), base)
+    text = mjcf_text(robot, output, Templates(description.path.parent), base)
     folder = (description.outputs / output.file).parent if output else description.outputs
     return World(mujoco, robot, text, base, folder, meshes.files)

@@ -7,6 +7,7 @@ holds parameters against the robot: those of a description (``described``), and 
 from __future__ import annotations
 
 from rosorin_compile.formats.format import Format, InRos, Proving, Writing
+from rosorin_compile.formats.unsupported import Unsupported
 
 from ..parameters import DISTRIBUTION, read, syntax
 from .described import check
@@ -15,12 +16,16 @@ from .filled import view, write
 __all__ = ["FORMAT"]
 
 
+_UNSUPPORTED = {"controllers.*.inactive": Unsupported("the launch file of a package starts it so", quiet=True)}
+
 FORMAT = Format(
     name="controllers",
     word="controllers.yaml",
     article="a",
     about="the parameters of ros2_control's controllers",
     rank=61,
+    covers=("robot", "controllers", "drive"),
+    unsupported=_UNSUPPORTED,
     options={
         "distribution": DISTRIBUTION,
         "update_rate": {

@@ -24,6 +24,7 @@ FORMAT = Format(
     article="a",
     about="frames, footprint and height of the robot for Nav2, AMCL and slam_toolbox",
     rank=62,
+    covers=("robot", "edges.parent", "edges.child"),
     options={
         "distribution": DISTRIBUTION,
         "pose": {

@@ -16,6 +16,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
+from rosorin_compile.formats.named_files import beside, references
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -31,7 +32,8 @@ RULES = (
     ),
 )
 
-_FILE = re.compile(r"""(<(?:mesh|texture)\b[^<>]*?\bfilename=)(["'])([^"'<>]*)\2""")
+_FILE = re.compile(r"""(<(?:mesh|texture)\b[^<>]*?\bfilename=["'])([^"'<>]*)(?=["'])""")
+_OF_SDF = re.compile(r"(<(?:mesh>\s*<uri|albedo_map|normal_map|metalness_map|roughness_map)>\s*)([^<>]*?)(?=\s*</)")
 _PACKAGE = re.compile(r"package://([^/]+)/(.+)")
 _ENTITIES = {"&quot;": '"', "&apos;": "'", "&#34;": '"', "&#39;": "'"}
 MESHES = "meshes"
@@ -46,9 +48,10 @@ class Meshes(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def named(urdf: str) -> list[str]:
-    """Return the names of the mesh and texture files of a URDF, each once, in their order."""
-    return list(dict.fromkeys(unescape(match[3], _ENTITIES) for match in _FILE.finditer(urdf)))
+def named(text: str, is_sdf: bool = False) -> list[str]:
+    """Return the names of the mesh and texture files of a URDF or an SDF, each once, in their order."""
+    pattern = _OF_SDF if is_sdf else _FILE
+    return list(dict.fromkeys(unescape(match[2], _ENTITIES) for match in pattern.finditer(text)))
 
 
 def settle(
@@ -58,8 +61,9 @@ def settle(
     target: Path,
     known: Mapping[str, Path] = MappingProxyType({}),
     told_before: Container[str] = (),
+    place: str = "",
 ) -> Meshes:
-    """Return a URDF with its meshes in a package.
+    """Return a URDF, or an SDF at a ``place``, with its meshes in a package: the SDF names them relative to itself.
 
     The files of meshes are ``known`` by name, and what was not found was ``told_before``; textures, and meshes that
     nobody looked for, are looked for in ``folders``, one after the other. ``target`` is the folder of the package,
@@ -69,9 +73,13 @@ def settle(
     files: dict[str, Path] = {}
     packages: set[str] = set()
     missing: dict[tuple[str, str], list[str]] = {}  # names by what is to say of them, and the way out
-    for name in named(urdf):
+    is_sdf = place.endswith(".sdf")
+    for name in named(urdf, is_sdf):
         match = _PACKAGE.fullmatch(name)
-        if match and match[1] != package:
+        if is_sdf and name in known:
+            match, files[_inside(beside(name))] = None, known[name]
+            addresses[name] = posixpath.relpath(_inside(beside(name)), posixpath.dirname(place))
+        elif match and match[1] != package:
             packages |= {match[1]} if is_legal(match[1]) else set()
         elif match:
             if not _own(match[2], known.get(name), folders, target, files) and name not in told_before:
@@ -80,17 +88,31 @@ def settle(
             help = f"copy the file into a package and write package://{package}/{MESHES}/... in the description"
             missing.setdefault(("found on machines that have this very file", help), []).append(name)
         else:
-            place = _inside(name)
+            inside = _inside(name)
             source = known.get(name) or _existing(name, folders)
             if source is not None:
-                files[place] = source
-            elif not is_file(target / place) and name not in told_before:
+                files[inside] = source
+            elif not is_file(target / inside) and name not in told_before:
                 help = f"put the file into {MESHES}/ of the package"
                 missing.setdefault((_nowhere(folders), help), []).append(name)
-            addresses[name] = f"package://{package}/{place}"
-    text = _FILE.sub(lambda match: _renamed(match, addresses), urdf)
+            relative = posixpath.relpath(inside, posixpath.dirname(place)) if is_sdf else ""
+            addresses[name] = relative or f"package://{package}/{inside}"
+    for inside, source in list(files.items()):
+        for name, file in companions(inside, source).items():
+            if name.startswith(f"{MESHES}/"):
+                files[name] = file
+            else:
+                help = f"put it below the folder of the mesh: a package installs {MESHES}/"
+                missing.setdefault((f"named by {inside} and not in the package", help), []).append(name)
+    text = (_OF_SDF if is_sdf else _FILE).sub(lambda match: _renamed(match, addresses), urdf)
     diagnostics = [one_warning(names, what, help) for (what, help), names in missing.items()]
     return Meshes(text, files, tuple(sorted(packages)), diagnostics)
+
+
+def companions(place: str, mesh: Path) -> dict[str, Path]:
+    """Return the files that a mesh file at a place names and that are there, by their places."""
+    found = {name: mesh.parent / name for name in references(mesh) if is_file(mesh.parent / name)}
+    return {posixpath.normpath(posixpath.join(posixpath.dirname(place), name)): file for name, file in found.items()}
 
 
 def _own(inside: str, known: Path | None, folders: Sequence[Path], target: Path, files: dict[str, Path]) -> bool:
@@ -117,8 +139,8 @@ def _existing(name: str, folders: Sequence[Path]) -> Path | None:
 
 
 def _renamed(match: re.Match[str], addresses: dict[str, str]) -> str:
-    name = addresses.get(unescape(match[3], _ENTITIES))
-    return match[0] if name is None else f"{match[1]}{match[2]}{escape(name)}{match[2]}"
+    name = addresses.get(unescape(match[2], _ENTITIES))
+    return match[0] if name is None else f"{match[1]}{escape(name)}"
 
 
 def not_placed(place: str, names: Sequence[str], places: Container[str]) -> list[str]:

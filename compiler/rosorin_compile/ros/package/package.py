@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
+from rosorin_compile.formats.named_files import beside
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, error
@@ -103,18 +104,27 @@ def make(
     needs: set[str] = set(started.packages())
     diagnostics: list[Diagnostic] = []
     searched = None if compiled is None else compiled.meshes
-    found: Mapping[str, Path] = {} if searched is None else searched.by_name
+    found: dict[str, Path] = {} if searched is None else dict(searched.by_name)
+    found |= {beside(name): file for name, file in found.items()}
     lost = frozenset[str]() if searched is None else searched.missing
     for place, artifact in placed.items():
-        beside = FORMATS[artifact.backend].writing.beside
+        named_beside = FORMATS[artifact.backend].writing.beside
         if FORMATS.names_meshes(artifact):
-            settled = meshes.settle(artifact.text, options.name, sources, target, found, lost)
+            settled = meshes.settle(artifact.text, options.name, sources, target, found, lost, place)
             artifact = dataclasses.replace(artifact, text=settled.text)
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
             files.update({name: read_bytes(path) for name, path in settled.files.items()})
-        elif beside is not None:
-            left = _left(place, artifact, beside, {} if searched is None else searched.files, sources, files)
+        elif named_beside is not None:
+            left = _left(place, artifact, named_beside, {} if searched is None else searched.files, sources, files)
+            folder = artifact.file.rpartition("/")[0]
+            for one in () if searched is None else searched.found:
+                for name in one.places:
+                    copy = posixpath.normpath(
+                        posixpath.join(posixpath.dirname(place), posixpath.relpath(name, folder or "."))
+                    )
+                    more = meshes.companions(copy, one.file) if copy in files else {}
+                    files.update({there: read_bytes(file) for there, file in more.items() if there.count("/") > 1})
             diagnostics += meshes.named_files(place, meshes.not_placed(place, left, placed), target)
         files[place] = artifact.text.encode()
     if carried is not None:

@@ -19,6 +19,7 @@ FORMAT = Format(
     article="a",
     about="frames, ownership and inputs of an EKF",
     rank=63,
+    covers=("robot", "edges.parent", "edges.child", "edges.publisher", "publishers.node"),
     options={
         "distribution": DISTRIBUTION,
         "node": {

@@ -18,6 +18,7 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
+from rosorin_compile.formats.unsupported import Unsupported
 
 from . import checks, reading, write
 
@@ -61,12 +62,20 @@ def _view(robot: Robot, output: Output) -> Srdf:
 
 _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collisions", "passive_joint"}
 
+_FINGERPRINT = Unsupported("tells whether the matrix is of this robot", quiet=True)
+_UNSUPPORTED = {
+    **{f"moveit.collision_matrix.{key}": _FINGERPRINT for key in ("of", "how", "shapes", "joints", "meshes")},
+    "moveit.urdf": Unsupported("the output whose links MoveIt loads", quiet=True),
+}
+
 FORMAT = Format(
     name="srdf",
     word="SRDF",
     article="an",
     about="what MoveIt has to know beside the URDF",
     rank=25,
+    covers=("robot", "moveit", "disabled_contacts", "poses.positions", "poses.pulses"),
+    unsupported=_UNSUPPORTED,
     options={"number_format": NUMBER_FORMAT},
     file="{}.srdf",
     endings=(".srdf",),

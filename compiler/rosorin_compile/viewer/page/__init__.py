@@ -17,6 +17,7 @@ from typing import Any
 
 from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 from rosorin_compile.formats.templating import Templates
+from rosorin_compile.formats.unsupported import NODES, PLACES, SHAPES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
@@ -217,6 +218,18 @@ FORMAT = Format(
     article="a",
     about="the robot to look at, in a browser",
     rank=90,
+    covers=(
+        *PLACES,
+        *NODES,
+        *UNPUBLISHED,
+        *SHAPES,
+        *("links.inertial", "links.visual.rgba", "links.visual.texture", "links.visual.material", "materials.rgba"),
+        *("robot", "joints.type", "joints.axis"),
+        *("joints.limit.lower", "joints.limit.upper", "joints.mimic.joint", "joints.mimic.multiplier"),
+        *("joints.mimic.offset", "sensors.type", "sensors.joint", "sensors.gazebo.xyz", "sensors.gazebo.rpy", "servos"),
+        *("poses.positions", "poses.pulses", "edges.parent", "edges.child", "edges.publisher", "edges.moving"),
+        *("edges.when", "publishers.node"),
+    ),
     options={
         "meshes": {"type": "boolean", "description": "Whether the meshes are in the page; default true."},
         "max_megabytes": {

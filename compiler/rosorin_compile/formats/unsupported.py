@@ -1,0 +1,162 @@
+"""What a format does not carry of a description, and the note that says so.
+
+Messages print keys without the names of entries: ``joints.dynamics.damping``; in ``unsupported`` "*" stands for each
+entry: ``joints.*.dynamics.damping``. A key stands for all keys below it. A format carries the keys that it ``covers``,
+without those that are ``unsupported`` and those that name another format (``mjcf``, ``gazebo``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.tree import Map, locate
+from rosorin_compile.source.wording import counted, listed
+
+if TYPE_CHECKING:
+    from rosorin_compile.model import Output
+
+    from .format import Format
+
+RULES = (
+    Rule(
+        "not-in-format",
+        "A note: a format has no word for keys that the description sets; one note a format.",
+        "Nothing, if no reader of these artifacts needs them; accept the rule with the reason.",
+        FORMATS,
+    ),
+)
+
+# Keys that name the formats that they are for: a reader of another one does not expect them.
+ADDRESSED: Mapping[str, tuple[str, ...]] = {
+    "mjcf": ("mjcf",),
+    "mjcf_elements": ("mjcf",),
+    "gazebo": ("sdf", "urdf"),
+    "urdf_elements": ("urdf",),
+}
+# What says how the description is read and checked, and keys of any entry that say where its values come from.
+ABOUT_THE_DESCRIPTION = (
+    *("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "links.inertial.of.name"),
+)
+REMARKS = frozenset({"source", "stand_ins", "method", "reason", "about", "stamps"})
+
+# The keys that give a frame its place, and those that name the node that publishes it.
+PLACES = (
+    *("joints.parent", "joints.child", "joints.xyz", "joints.rpy", "sensors.parent", "sensors.frame"),
+    *("sensors.xyz", "sensors.rpy", "sensors.optical.frame", "sensors.optical.xyz", "sensors.optical.rpy"),
+)
+_PUBLISHER = ("joints.publisher", "sensors.publisher", "sensors.optical.publisher")
+NODES = tuple(
+    f"{publisher}{turn}"
+    for publisher in _PUBLISHER
+    for turn in (".static_transform_publisher", ".by.static_transform_publisher", ".when")
+)
+UNPUBLISHED = tuple(f"{publisher}.none" for publisher in _PUBLISHER)
+
+_GEOMETRY = (
+    *("box", "cylinder", "capsule", "sphere", "ellipsoid", "mesh.file", "mesh.scale", "height_map.origin"),
+    *("height_map.cell", "height_map.heights", "height_map.bottom", "xyz", "rpy"),
+)
+SHAPES = tuple(f"links.{purpose}.{key}" for purpose in ("collision", "visual") for key in _GEOMETRY)
+
+
+class Unsupported(NamedTuple):
+    """Why a format does not carry a key; ``quiet`` if a note would help nobody, because something else carries it."""
+
+    reason: str
+    quiet: bool = False
+
+
+_CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
+# How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
+OF_MUJOCO: Mapping[str, Unsupported] = {
+    "actuators": Unsupported(
+        "drives of MuJoCo; ros2_control and plug-ins of Gazebo drive joints elsewhere", quiet=True
+    ),
+    "joints.*.actuator": Unsupported("drives of MuJoCo, as actuators", quiet=True),
+    **{f"joints.*.mimic.{key}": Unsupported("how MuJoCo couples joints", quiet=True) for key in ("name", *_CONTACTS)},
+    **{
+        f"links.*.collision.*.contact.{key}": Unsupported("how MuJoCo computes contacts", quiet=True)
+        for key in _CONTACTS
+    },
+    "links.*.sites": Unsupported("marks that sensors and actuators of MuJoCo name", quiet=True),
+    "links.*.collision.*.mesh.inertia": Unsupported("what MuJoCo takes a mesh for", quiet=True),
+    "links.*.visual.*.mesh.inertia": Unsupported("what MuJoCo takes a mesh for", quiet=True),
+    "root": Unsupported("how the base moves in the world of a simulation", quiet=True),
+    "joints.*.dynamics.armature": Unsupported("no inertia of rotors"),
+    "links.*.gravity_compensation": Unsupported("no compensation of gravity"),
+    "links.*.cameras": Unsupported("cameras that are not sensors"),
+    "links.*.lights": Unsupported("no lights"),
+    "links.*.collision.*.contact.layers": Unsupported("no layers of contacts"),
+    "links.*.collision.*.contact.touches": Unsupported("no layers of contacts"),
+}
+# Who publishes a frame; the name of a sensor's joint matters to publishers alone.
+OF_PUBLISHERS: Mapping[str, Unsupported] = {
+    key: Unsupported("for launch files, and the table of frames", quiet=True)
+    for key in ("joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher")
+}
+
+
+def without_names(key: str) -> str:
+    """Return a key without the places of names.
+
+    >>> without_names("links.*.collision.*.contact")
+    'links.collision.contact'
+    """
+    return key.replace(".*", "")
+
+
+def is_within(key: str, prefixes: Iterable[str]) -> bool:
+    """Return True if a key is one of some keys, or below one of them."""
+    return any(key == prefix or key.startswith(f"{prefix}.") for prefix in prefixes)
+
+
+def reason(format: Format, output: Output, key: str) -> Unsupported | None:
+    """Return why an output does not carry a key of the language, or None if it has to."""
+    steps = key.split(".")
+    if is_within(key, ABOUT_THE_DESCRIPTION) or not REMARKS.isdisjoint(steps):
+        return Unsupported("it is about the description", quiet=True)
+    for step in steps:
+        if format.name not in ADDRESSED.get(step, (format.name,)):
+            return Unsupported(f"{step} is for {listed(ADDRESSED[step])}", quiet=True)
+    if format.covers and not is_within(key, format.covers):
+        return Unsupported(f"a {format.word} has {listed(format.covers)}", quiet=True)
+    table = _table(format, output)
+    return next((why for prefix, why in table.items() if is_within(key, (without_names(prefix),))), None)
+
+
+def _table(format: Format, output: Output) -> Mapping[str, Unsupported]:
+    return format.unsupported(output) if callable(format.unsupported) else format.unsupported
+
+
+def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:
+    """Yield a note for each format of which no output carries keys that a description sets."""
+    by_format: dict[str, list[Output]] = {}
+    for output in outputs:
+        by_format.setdefault(output.backend, []).append(output)
+    for name, some in by_format.items():
+        format = formats[name]
+        tables = [_table(format, output) for output in some]
+        keys = [key for key, why in tables[0].items() if not why.quiet and all(key in table for table in tables[1:])]
+        counts = [(key, sum(1 for _ in _places(tree, key))) for key in keys]
+        found = [(key, count) for key, count in counts if count]
+        if found:
+            what = listed(f"{without_names(key)} ({counted(count, 'place')})" for key, count in found)
+            span = locate(tree, ("outputs", some[0].name), key=True).span
+            yield Diagnostic("not-in-format", NOTE, f"{format.word} has no word for {what}", span)
+
+
+def _places(value: Any, pattern: str) -> Iterator[Any]:
+    """Yield the values that are set at a key; "*" in it stands for each entry of a mapping or a list."""
+    step, _, rest = pattern.partition(".")
+    if step == "*":
+        inner = list(value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ())
+    else:
+        inner = [value[step]] if isinstance(value, Mapping) and step in value else []
+    for item in inner:
+        if rest:
+            yield from _places(item, rest)
+        elif item not in (None, [], {}, False):
+            yield item

@@ -1,0 +1,107 @@
+"""One description moves alike in MuJoCo (its MJCF) and in Drake (its SDF): springs, friction, closed loops."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rosorin_compile.cli.main import main
+from support import in_drake
+from support.paths import TESTS
+
+mujoco = pytest.importorskip("mujoco")
+pytestmark = pytest.mark.slow
+
+STEPS, SECONDS, ALIKE = 20, 1.0, 0.02
+OUTPUTS = "outputs: {sdf: {file: r.sdf}, mjcf: {file: r.xml, base: BASE, option: {timestep: 0.001}}}\n"
+PENDULUM = """robot: pendulum
+links:
+  base_link: {inertial: {mass: 1, inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}}
+  arm: {inertial: {mass: 0.5, xyz: [0, 0, -0.3], inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}}
+joints:
+  hinge:
+    type: revolute
+    parent: base_link
+    child: arm
+    axis: [0, 1, 0]
+    limit: {lower: -3, upper: 3, effort: 100, velocity: 100}
+    dynamics: {damping: 0.05, stiffness: 6, spring_reference: 0.8}
+  tip: {type: fixed, parent: arm, child: end, xyz: [0, 0, -0.5]}
+"""
+END = "  end: {inertial: {mass: 0.1, inertia: {ixx: 1e-4, iyy: 1e-4, izz: 1e-4}}}\n"
+BOX = """robot: box
+links:
+  base_link:
+    inertial: {mass: 2, xyz: [0, 0, 0.02], inertia: {ixx: 0.03, iyy: 0.03, izz: 0.05}}
+    collision: [{box: {size: [0.4, 0.4, 0.04]}, xyz: [0, 0, 0.02], contact: {friction: [0.3]}}]
+"""
+LINKAGE = """robot: linkage
+links:
+  base_link: {inertial: {mass: 1, inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}}
+  crank: {inertial: {mass: 0.4, xyz: [0, 0, 0.1], inertia: {ixx: 0.002, iyy: 0.002, izz: 0.002}}}
+  rod: {inertial: {mass: 0.6, xyz: [0.15, 0, 0], inertia: {ixx: 0.005, iyy: 0.005, izz: 0.005}}}
+  rocker: {inertial: {mass: 0.4, xyz: [0, 0, 0.1], inertia: {ixx: 0.002, iyy: 0.002, izz: 0.002}}}
+joints:
+  turn: {type: continuous, parent: base_link, child: crank, axis: [0, 1, 0], dynamics: {damping: 0.02}}
+  bend: {type: continuous, parent: crank, child: rod, xyz: [0, 0, 0.2], axis: [0, 1, 0]}
+  swing: {type: continuous, parent: base_link, child: rocker, xyz: [0.4, 0, 0], rpy: [0, 0.1, 0], axis: [0, 1, 0]}
+constraints: {pin: {type: connect, solref: [0.004, 1], links: [rod, rocker], at: [0.42, 0, 0.001]}}
+"""
+
+
+def moved(text: str, folder: Path, floor: float | None = None, push: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions of all links at each step: in MuJoCo, and in Drake."""
+    (folder / "robot.yaml").write_text(text + OUTPUTS.replace("BASE", "fixed" if floor is None else "free"), "utf-8")
+    assert main(["all", str(folder / "robot.yaml"), "-o", str(folder / "out")]) == 0
+    asked = {
+        "file": str(folder / "out/r.sdf"),
+        "seconds": SECONDS,
+        "steps": STEPS,
+        "floor": floor,
+        "positions": {},
+        "push": {"base_link": push} if push else {},
+    }
+    in_drake.need()
+    words = [in_drake.PYTHON, "-P", str(TESTS / "support/drake_motion.py")]
+    ran = subprocess.run(words, input=json.dumps(asked), capture_output=True, text=True, timeout=120, check=False)
+    assert ran.returncode == 0, ran.stderr
+    found = json.loads(ran.stdout)
+    mjcf = (folder / "out/r.xml").read_text("utf-8")
+    if floor is not None:
+        ground = f'<worldbody><geom type="plane" size="9 9 1" friction="{floor} 0.005 0.0001"/>'
+        mjcf = mjcf.replace("<worldbody>", ground, 1)
+    model = mujoco.MjModel.from_xml_string(mjcf)
+    data = mujoco.MjData(model)
+    if push:
+        data.qpos[2], data.qvel[0] = 0.0, push
+    names = list(found[0])
+    ours = []
+    for _ in range(STEPS):
+        mujoco.mj_step(model, data, round(SECONDS / STEPS / model.opt.timestep))
+        ours.append([data.body(name).xpos.copy() for name in names])
+    return np.array(ours), np.array([[step[name] for name in names] for step in found])
+
+
+def apart(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Return how far two motions are apart at most, as a part of the way of the link that moves farthest."""
+    way = np.linalg.norm(ours - ours[0], axis=-1).max()
+    assert way > 0.05
+    return float(np.linalg.norm(ours - theirs, axis=-1).max() / way)
+
+
+def test_a_pendulum_with_a_spring(tmp_path: Path) -> None:
+    assert apart(*moved(PENDULUM.replace("joints:", f"{END}joints:"), tmp_path)) < ALIKE
+
+
+def test_a_box_that_slides_with_friction(tmp_path: Path) -> None:
+    ours, theirs = moved(BOX, tmp_path, floor=0.3, push=2.0)
+    assert apart(ours[:, :, :2], theirs[:, :, :2]) < ALIKE
+    assert ours[-1, 0, 0] == pytest.approx(2**2 / (2 * 0.3 * 9.81), rel=ALIKE)
+
+
+def test_a_linkage_of_four_bars(tmp_path: Path) -> None:
+    assert apart(*moved(LINKAGE, tmp_path)) < ALIKE

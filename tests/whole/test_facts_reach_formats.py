@@ -1,0 +1,143 @@
+"""A fact of a description reaches each format that has a word for it; engines judge the result."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from rosorin_compile.cli.main import main
+from support import sdformat
+
+mujoco = pytest.importorskip("mujoco")
+
+MASS = "inertial: {mass: 1, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}"
+ARM = f"""robot: r
+links: {{base_link: {{{MASS}}}, head: {{{MASS}, collision: [COLLISION]}}}}
+joints:
+  pan: {{type: revolute, parent: base_link, child: head, axis: [0, 0, 1], limit: LIMIT, dynamics: SPRING}}
+"""
+TURNING = ARM.replace("LIMIT", "{lower: -1, upper: 1, effort: 1, velocity: 1}")
+TURNING = TURNING.replace("SPRING", "{stiffness: 20, spring_reference: 0.1}")
+TURNING = TURNING.replace("COLLISION", "{sphere: {radius: 0.1}, contact: {friction: [0.3]}}")
+OUTPUTS = "outputs: {urdf: {file: r.urdf, gazebo: harmonic}, sdf: {file: r.sdf}, mjcf: {file: r.xml}}\n"
+
+
+def made(folder: Path, text: str, **others: str) -> Path:
+    """Compile a description; return the folder of its artifacts."""
+    for name, content in {"robot.yaml": text, **{name.replace("_", "."): one for name, one in others.items()}}.items():
+        (folder / name).write_text(content, "utf-8")
+    assert main(["all", str(folder / "robot.yaml"), "-o", str(folder / "out")]) == 0
+    return folder / "out"
+
+
+def model_of(out: Path) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_path(str(out / "r.xml"))
+
+
+def test_springs_and_friction_reach_gazebo(tmp_path: Path) -> None:
+    sdformat.need()
+    out = made(tmp_path, TURNING + OUTPUTS)
+    by_urdf, _ = sdformat.as_sdf((out / "r.urdf").read_text("utf-8"), tmp_path)
+    for model in (by_urdf, ET.parse(out / "r.sdf").getroot().find("model")):
+        assert model is not None
+        numbers = {tag: float(model.findtext(f".//{tag}", "nan")) for tag in ("spring_stiffness", "spring_reference")}
+        assert numbers == {"spring_stiffness": 20, "spring_reference": 0.1}
+        assert {float(one.text or "nan") for tag in ("mu", "mu2") for one in model.iter(tag)} == {0.3}
+
+
+def test_one_friction_a_link_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    two = "{sphere: {radius: 0.1}, contact: {friction: [0.3]}}, {box: {size: [0.1, 0.1, 0.1]}}"
+    out = made(tmp_path, TURNING.replace("{sphere: {radius: 0.1}, contact: {friction: [0.3]}}", two) + OUTPUTS)
+    assert "<mu1>0.3</mu1>" in (out / "r.urdf").read_text("utf-8")
+    assert 'warning[urdf-cannot-say]: shapes of "head" differ in friction' in capsys.readouterr().err
+
+
+SENSORS = """sensors:
+  imu: {type: imu, frame: head, gazebo: {xyz: [0.3, 0, 0], rpy: [0, 0, 90 deg]}}
+  gps: {type: gnss, frame: head, gazebo: {xyz: [0, 0, 2]}}
+  cam: {type: camera, frame: head, optical: false, gazebo: {elements: {camera: {pose: 0.1 0 0 0 0 0}}}}
+  lid: {type: lidar_2d, frame: head, with: {rays: 4}, gazebo: {xyz: [0, 0, 0.5]}}
+  own: {type: imu, frame: head, gazebo: {xyz: [0.3, 0, 0]}, mjcf: [{sensor: gyro, name: gyro}]}
+"""
+
+
+def test_sensors_sit_in_mujoco_where_they_sit_in_gazebo(tmp_path: Path) -> None:
+    model = model_of(made(tmp_path, TURNING + SENSORS + OUTPUTS))
+    data = mujoco.MjData(model)
+    data.qvel[0] = 2
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(data.sensor("gps").data, (0, 0, 2), atol=1e-9)
+    assert data.sensor("imu_accelerometer").data[1] == pytest.approx(1.2)  # 0.3 m off the axis at 2 rad/s
+    np.testing.assert_allclose(model.cam("cam").pos, (0.1, 0, 0), atol=1e-9)
+    looks = data.cam("cam").xmat.reshape(3, 3)[:, 2]
+    np.testing.assert_allclose(-looks, (1, 0, 0), atol=1e-9)
+    np.testing.assert_allclose(data.site("lid_site_0").xpos, (0, 0, 0.5), atol=1e-9)
+    assert model.sensor("own_gyro").objid[0] == model.site("head").id
+
+
+@pytest.mark.parametrize(
+    ("shapes", "x", "top"),
+    [
+        ("{box: {size: [0.2, 0.2, 0.04]}, xyz: [0.5, 0, -0.3]}", 0.5, -0.28),
+        ("{sphere: {radius: 0.1}}, {box: {size: [0.2, 0.2, 0.2]}, xyz: [1, 0, 0]}", 1.0, 0.1),
+    ],
+)
+def test_a_contact_sensor_responds_to_each_shape_of_its_link(tmp_path: Path, shapes: str, x: float, top: float) -> None:
+    text = f"robot: r\nlinks: {{base_link: {{{MASS}, collision: [{shapes}]}}}}\n"
+    text += "sensors: {bump: {type: contact, frame: base_link}}\noutputs: {mjcf: {file: r.xml, base: fixed}}\n"
+    mjcf = (made(tmp_path, text) / "r.xml").read_text("utf-8")
+    block = f'<body pos="{x} 0 {top + 0.02}"><freejoint/><geom type="box" size="0.02 0.02 0.02" mass="1"/></body>'
+    model = mujoco.MjModel.from_xml_string(mjcf.replace("<worldbody>", f"<worldbody>{block}", 1))
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 500)
+    assert data.sensor("bump").data[0] == pytest.approx(9.81, rel=0.02)
+
+
+PART = """robot: r
+parts:
+  wing:
+    links: {w: {collision: [{height_map: {origin: [0, 0.1], cell: 0.1, heights: [[0.1, 0.2], [0.3, 0.4]]}}],
+                lights: {lamp: {dir: [0, 1, -1]}}}}
+    joints: {h: {type: fixed, parent: mount, child: w, xyz: [0, 0.5, 0]}}
+links: {base_link: {}}
+use: {left: {part: wing, parent: base_link}, right: {part: wing, parent: base_link, mirror: y}}
+outputs: {mjcf: {file: r.xml}}
+"""
+
+
+def test_a_mirror_turns_height_maps_and_lights(tmp_path: Path) -> None:
+    model = model_of(made(tmp_path, PART))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    boxes = {
+        side: sorted(
+            (*np.round(data.geom_xpos[i], 6), *np.round(model.geom_size[i], 6))
+            for i in range(model.ngeom)
+            if model.body(model.geom_bodyid[i]).name == f"{side}_w" and model.geom_contype[i]
+        )
+        for side in ("left", "right")
+    }
+    assert boxes["left"] == sorted((x, -y, *rest) for x, y, *rest in boxes["right"])
+    np.testing.assert_allclose(model.light("right_lamp").dir * (1, -1, 1), model.light("left_lamp").dir)
+
+
+DOG = """<mujoco model="dog"><compiler angle="radian"/><option timestep="0.001" integrator="RK4"/><worldbody>
+<body name="trunk" pos="0 0 .4"><freejoint name="root"/><geom type="box" size=".2 .1 .05"/>
+<body name="hip" pos=".1 0 0">
+<joint name="hip" axis="0 1 0" range="-1 1"/><geom type="sphere" size=".05"/></body></body>
+</worldbody></mujoco>"""
+
+
+def test_the_settings_of_an_included_mjcf_are_those_of_the_robot(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = "robot: r\ninclude: [{file: dog.xml}]\noutputs: {mjcf: {file: r.xml}}\n"
+    model = model_of(made(tmp_path, text, dog_xml=DOG))
+    assert (model.nv, model.opt.timestep, model.opt.integrator) == (7, 0.001, mujoco.mjtIntegrator.mjINT_RK4)
+    assert model.body("trunk").pos[2] == pytest.approx(0.4)
+    made(tmp_path, text.replace("r.xml", "r.xml, option: {timestep: 0.004}"))
+    said = capsys.readouterr().err
+    assert "warning[include-settings]: settings of dog.xml that the MJCF does not take over: timestep 0.001" in said

@@ -149,7 +149,9 @@ class _Content:
             links,
             tuple(map(self._joint, joints)),
             materials=tuple(
-                Material(one.name, one.rgba, one.texture) for one in robot.materials if "visual" in form.elements
+                Material(one.name, one.rgba, beside(one.texture))
+                for one in robot.materials
+                if "visual" in form.elements
             ),
             urdf_elements=elements,
         )
@@ -187,9 +189,11 @@ class _Content:
         if isinstance(geometry, Box):
             x, y, z = (size / 2 for size in geometry.size)
             geometry = Box((-x, -y, -z), (x, y, z))
-        elements = self._said(shape.urdf_elements)
+        if isinstance(geometry, Mesh):
+            geometry = replace(geometry, file=beside(geometry.file))
+        elements, texture = self._said(shape.urdf_elements), beside(shape.texture)
         return Shape(
-            geometry, shape.origin(), shape.name, shape.rgba, shape.material, "", shape.texture, urdf_elements=elements
+            geometry, shape.origin(), shape.name, shape.rgba, shape.material, "", texture, urdf_elements=elements
         )
 
     def _joint(self, joint: Joint) -> Joint:

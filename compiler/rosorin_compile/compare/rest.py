@@ -38,6 +38,7 @@ def compare_rest(
     alike = sides[0].format is sides[1].format
     old, new = (_leaves(robot, unsaid, alike, all(side.format is YAML for side in sides)) for robot in robots)
     _only_shared(old, new, robots, coordinates)
+    _without_equals(old, new)
     precisions = pairing.a.printing.tolerance, pairing.b.printing.tolerance
     differences = compare_leaves(old, new, precisions, pairing.tolerance)
     describer = Describer(pairing.a.robot, (old, new), precisions, pairing.tolerance)
@@ -209,6 +210,23 @@ def _reduce(
     for entry in entries:
         for word in gone:
             entry.pop(word, None)
+
+
+def _without_equals(old: Leaves, new: Leaves) -> None:
+    """Take out the entries of lists without names that both robots have, and number the others anew."""
+    for kind in {kind for kind, name in {**old, **new} if name.isdecimal()}:
+        sides = [[(thing, side.pop(thing)) for thing in [*side] if thing[0] == kind] for side in (old, new)]
+        for one in [*sides[0]]:
+            twin = next((other for other in sides[1] if other[1] == one[1]), None)
+            if twin is not None:
+                sides[0].remove(one)
+                sides[1].remove(twin)
+        for side, left in zip((old, new), sides, strict=True):
+            names = [thing[1] for thing, _ in left]
+            side |= {
+                (kind, str(number) if name.isdecimal() else name): entry
+                for number, (name, (_, entry)) in enumerate(zip(names, left, strict=True), 1)
+            }
 
 
 def _once(differences: Sequence[Difference], robots: tuple[Robot, Robot]) -> list[Difference]:

@@ -225,7 +225,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
         _own["modes"] = robot.modes
     for name, word in _sections().items():
         section = getattr(robot, name, None) if name not in robot.sections.said else robot.sections.said[name]
-        if isinstance(section, Mapping):
+        if isinstance(section, Mapping) and _is_by_name(name):
             for key, entry in section.items():
                 _flatten(entry, "", found.setdefault((word, str(key)), {}))
         elif isinstance(section, (tuple, list)):
@@ -245,6 +245,13 @@ def _sections() -> Mapping[str, str]:
     for name in _SIMULATED:
         named.setdefault(name, _KINDS.get(name) or name.replace("_", " ").removesuffix("s"))
     return {name: word for name, word in named.items() if name not in _APART}
+
+
+@cache
+def _is_by_name(section: str) -> bool:
+    from rosorin_compile.language.annotations import ENTRIES, sections
+
+    return section not in sections() or sections()[section].merge == ENTRIES
 
 
 _SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs")

@@ -207,7 +207,7 @@ def test_diff_tells_what_is_planned_otherwise(home: Path, capsys: Shown) -> None
     (home / "b.yaml").write_text(ARM + other.replace("states: {wide: open}", "states: [open]"), "utf-8")
     assert main(["diff", "a.yaml", "b.yaml"]) == 1
     said = capsys.readouterr().out
-    assert "MoveIt: group arm base_link to tool -> upper to tool" in said
+    assert "moveit groups arm chain" in said
     assert "MoveIt: states of hand wide (open) -> open (open)" in said
     assert "MoveIt: passive joints wrist -> grip" in said
     assert "same robot" in ask(capsys, "diff", "a.yaml", "a.yaml")

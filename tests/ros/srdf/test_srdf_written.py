@@ -208,8 +208,8 @@ def test_diff_tells_what_is_planned_otherwise(home: Path, capsys: Shown) -> None
     assert main(["diff", "a.yaml", "b.yaml"]) == 1
     said = capsys.readouterr().out
     assert "moveit groups arm chain" in said
-    assert "MoveIt: states of hand wide (open) -> open (open)" in said
-    assert "MoveIt: passive joints wrist -> grip" in said
+    assert "moveit groups hand states open: new, open" in said
+    assert "moveit passive joints wrist -> grip" in said
     assert "same robot" in ask(capsys, "diff", "a.yaml", "a.yaml")
 
 

@@ -17,7 +17,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 from numpy.typing import NDArray
-from rosorin_compile.output.pipeline import compile_robot
 
 from pairs import compare, row
 from rosorin_compile.formats.compiled import compile_robot

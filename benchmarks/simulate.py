@@ -16,7 +16,6 @@ from functools import partial
 from pathlib import Path
 
 import mujoco
-from rosorin_compile.output.pipeline import compile_robot
 
 from pairs import compare, row
 from rosorin_compile.formats.compiled import compile_robot

@@ -25,7 +25,6 @@ from typing import Any
 
 import coal
 import pinocchio
-from rosorin_compile.output.pipeline import compile_robot
 
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions

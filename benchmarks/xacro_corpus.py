@@ -28,7 +28,8 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.description import tree_of
 from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.importing.translating import Changed, translate
+from rosorin_compile.importing.xacro.translate import translate
+from rosorin_compile.importing.xacro.write_yaml import Target
 from rosorin_compile.source.diagnostics import ERROR
 
 NICE = 10
@@ -77,7 +78,7 @@ def of_robot(path: Path, how: ReadOptions, imported: Imported) -> dict[str, Any]
     trip = check_round_trip(imported, FOLDER)
     if trip.diagnostics:
         return {"end": f"refused: {trip.diagnostics[0].message[:100]}"}
-    made = translate(path, how, imported, trip.outputs, Changed(FOLDER))
+    made = translate(path, how, imported, trip.outputs, Target(FOLDER))
     row: dict[str, Any] = {
         "links": len(tree_of(imported).get("links") or ()),
         "xacro": sum(lines(one.read_text("utf-8", "replace")) for one in imported.files),

@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
-    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.recordings.results import Verified
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
     from rosorin_compile.ros.package.checking import CheckedCopies
     from rosorin_compile.ros.package.deploy import Deployed
@@ -439,7 +439,7 @@ def frames(
         frame: Return only the path from the root to this frame.
         publisher: Return only the edges of this node; ``"nobody"``: edges without a publisher.
         modes: Modes that are on or off; by default there is a tree for each combination that differs.
-        output: A drawing to write: ``.svg``, ``.dot``, ``.gv``, ``.mmd`` or ``.md``, or a folder for one SVG per tree.
+        output: A drawing to write: an ``.svg`` file, or a folder for one file per tree.
 
     Example:
         >>> import rosorin_compile
@@ -1006,12 +1006,13 @@ def extract_boxes(
         'capsule'
     """
     from rosorin_compile.importing.extract import extract as extracting
+    from rosorin_compile.importing.extract.sources import MeshSource
 
     reading, wrong = _read_options(arguments, packages, trust, warn)
     if wrong:
         return extracting.ExtractedBoxes(diagnostics=tuple(wrong))
     x, y, z = scale
-    source = extracting.MeshSource(sources, reading, links, section, (x, y, z))
+    source = MeshSource(sources, reading, links, section, (x, y, z))
     return extracting.extract_boxes(source, shape, stack, axis, digits, _path(output), force)
 
 
@@ -1030,8 +1031,7 @@ def extract_height_map(
     origin: tuple[float, float] | None = None,
     cells: tuple[int, int] | None = None,
     size: tuple[float, float] | None = None,
-    spacing: float | None = None,
-    exact: bool = False,
+    exact: bool = True,  # noqa: ARG001 - of earlier versions
     below: float | None = None,
     map_digits: int = 4,
     step: float | None = None,
@@ -1061,8 +1061,7 @@ def extract_height_map(
         origin: The corner of the first cell (x, y) in metres; by default the corner of the mesh.
         cells: The number of cells along x and y; by default those that cover the mesh.
         size: The size of the grid (x, y) in metres, instead of ``cells``.
-        spacing: The largest distance between samples in metres; by default a third of a cell.
-        exact: Compute the highest point in each cell exactly instead of sampling.
+        exact: Ignored; heights are always exact.
         below: Ignore surfaces above this height, in metres.
         map_digits: Decimals of heights in metres, 0 to 9.
         step: Round heights of boxes to multiples of this length in metres; by default a cell.
@@ -1077,6 +1076,7 @@ def extract_height_map(
         0.02
     """
     from rosorin_compile.importing.extract import extract as extracting
+    from rosorin_compile.importing.extract.sources import MeshSource
 
     reading, wrong = _read_options(arguments, packages, trust, warn)
     if wrong:
@@ -1084,10 +1084,10 @@ def extract_height_map(
     (x, y, z), (roll, pitch, yaw) = xyz, rpy
     pose = Pose((x, y, z), (roll, pitch, yaw))
     x, y, z = scale
-    source = extracting.MeshSource(sources, reading, [link] if link is not None else (), section, (x, y, z))
-    grid = extracting.GridOptions(cell, origin, cells, size, spacing, exact, below, map_digits, step)
+    source = MeshSource(sources, reading, [link] if link is not None else (), section, (x, y, z))
+    grid = extracting.GridOptions(cell, origin, cells, size, below, map_digits, step, bottom)
     paths = _path(into), _path(output)
-    return extracting.extract_height_map(source, grid, frame, pose, bottom, paths[0], status, note, paths[1], force)
+    return extracting.extract_height_map(source, grid, frame, pose, paths[0], status, note, paths[1], force)
 
 
 def extract_factory(
@@ -1104,8 +1104,7 @@ def extract_factory(
     origin: tuple[float, float] | None = None,
     cells: tuple[int, int] | None = None,
     size: tuple[float, float] | None = None,
-    spacing: float | None = None,
-    exact: bool = False,
+    exact: bool = True,  # noqa: ARG001 - of earlier versions
     below: float | None = None,
     map_digits: int = 4,
     step: float | None = None,
@@ -1133,7 +1132,7 @@ def extract_factory(
     reading, wrong = _read_options(arguments, packages, trust, warn, lenient)
     if wrong:
         return extracting.ExtractedFactory(diagnostics=tuple(wrong))
-    grid = extracting.GridOptions(cell, origin, cells, size, spacing, exact, below, map_digits, step)
+    grid = extracting.GridOptions(cell, origin, cells, size, below, map_digits, step)
     folder, target = Path(package), Path(output)
     return extracting.extract_factory(folder, target, reading, grid, robot, height_map_link, frame, section)
 

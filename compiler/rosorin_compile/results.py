@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
-    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.recordings.results import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 
 # fmt: off
@@ -172,7 +172,7 @@ def __getattr__(name: str) -> object:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
-    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.recordings.results import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 
     for kind in (CheckedPhysics, CollisionMatrix, NewRobot, Simulated, Verified, WrittenVariants):

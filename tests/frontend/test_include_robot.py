@@ -292,7 +292,7 @@ def test_mistakes_point_into_the_foreign_file_in_the_words_of_an_include(tmp_pat
 
 def test_without_the_extra_the_message_says_what_to_install(monkeypatch):
     answer = {"absent": "xacro", "said": ""}
-    monkeypatch.setattr("rosorin_compile.importing.xacro.expanding._expand", lambda *_: answer)
+    monkeypatch.setattr("rosorin_compile.importing.xacro.expand._expand", lambda *_: answer)
     (found,) = [d for d in compile_robot(PACKAGED / "robot.yaml").diagnostics if d.severity == ERROR]
     assert found.rule == "extra-missing"
     assert found.help == pip_install("import")

@@ -266,15 +266,23 @@ def test_a_folder_that_is_called_otherwise_is_offered(here: Path, capsys: pytest
     assert "package://arm" not in capsys.readouterr().err
 
 
-def test_a_path_that_only_this_machine_has_is_told(
-    here: Path, tmp_path_factory: pytest.TempPathFactory, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("package", ["", "far_meshes"])
+@pytest.mark.parametrize("scheme", ["", "file://"])
+def test_no_path_of_this_machine_is_written(
+    here: Path, tmp_path_factory: pytest.TempPathFactory, scheme: str, package: str
 ) -> None:
-    far = tmp_path_factory.mktemp("far") / "base.stl"
-    far.write_text(TETRAHEDRON, "utf-8")
-    text = (here / "vendor" / "arm.urdf").read_text("utf-8").replace("meshes/base.stl", str(far))
+    far = tmp_path_factory.mktemp("far")
+    (far / "base.stl").write_text(TETRAHEDRON, "utf-8")
+    if package:
+        (far / "package.xml").write_text(f"<package><name>{package}</name></package>", "utf-8")
+    text = (here / "vendor" / "arm.urdf").read_text("utf-8").replace("meshes/base.stl", f"{scheme}{far}/base.stl")
     (here / "vendor" / "arm.urdf").write_text(text, "utf-8")
     assert run("import", "vendor/arm.urdf") == 0
-    assert "are named by paths of this machine" in capsys.readouterr().err
+    written = "".join(path.read_text("utf-8") for path in (here / "descriptions" / "arm").iterdir())
+    assert str(far) not in written
+    assert f"package://{package}/base.stl" in written if package else True
+    assert run("all", "arm") == 0
+    assert list((here / "outputs" / "arm").glob("**/base.stl"))
 
 
 @pytest.mark.parametrize(

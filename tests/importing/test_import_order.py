@@ -9,10 +9,9 @@ from typing import Any
 import pytest
 
 from rosorin_compile.formats.imported import Imported, Outputs
-from rosorin_compile.importing import order
+from rosorin_compile.importing import key_order
 from rosorin_compile.importing.description import write
 from rosorin_compile.importing.layout import angle_of
-from rosorin_compile.importing.repeats.finding import _naming
 from rosorin_compile.importing.report import kept
 from rosorin_compile.language import annotations, schema
 from rosorin_compile.language.expand import expand
@@ -57,7 +56,7 @@ def another_section(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 def _forget() -> None:
     """Clear what was worked out of the schema."""
-    for module in (schema, annotations, order):
+    for module in (schema, annotations, key_order):
         for name, one in vars(module).items():
             if hasattr(one, "cache_clear") and name != "schema":
                 one.cache_clear()
@@ -144,7 +143,7 @@ use:
 
 def test_keys_of_links_and_joints_stand_in_one_order_wherever_they_stand() -> None:
     words = list(
-        order.in_order(dict.fromkeys(["mass", "rpy", "upper", "inertia", "other", "lower", "xyz", "inertial"]))
+        key_order.in_order(dict.fromkeys(["mass", "rpy", "upper", "inertia", "other", "lower", "xyz", "inertial"]))
     )
     assert words[-1] == "other"
     assert words.index("mass") < words.index("xyz") < words.index("rpy") < words.index("inertia")
@@ -169,8 +168,7 @@ def test_angles_are_what_the_schema_has_in_radians(path: tuple[str | int, ...], 
     assert angle_of(tree("joints: {turns: {type: revolute}, slides: {type: prismatic}}"), path) == unit
 
 
-def test_what_names_a_link_and_what_is_kept_is_told_by_the_schema() -> None:
-    assert [_naming(mark) for mark in ("sites", "cameras", "lights")] == [(), ("target",), ("target",)]
+def test_what_is_kept_is_told_by_the_schema() -> None:
     said = """\
 parts: {leg: {urdf_elements: ['<transmission/>']}}
 links: {box: {mjcf_elements: ['<geom/>', '<geom/>'], visual: [{urdf_elements: ['<verbose/>']}]}}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.importing.translating.uniting import renewed, united, with_more
+from rosorin_compile.importing.xacro.merge import merged, renewed, with_more
 
 from .test_import_into import (
     BOX,
@@ -165,7 +165,7 @@ def test_what_somebody_has_changed_in_a_shared_file_is_told_of_a_robot_that_need
     robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
     brought(package, "two")
     (package / COMMON).write_text((package / COMMON).read_text().replace('size: ["${size}", ', "size: [1, "))
-    why = 'line 8, part "box" links ${name} collision box size is 1 there, and ${size} here (body.xacro:2)'
+    why = 'line 2, part "box" differs (body.xacro:2)'
     assert alone(package, capsys) == f"{COMMON} is another: {why}"
 
 
@@ -177,9 +177,7 @@ def test_what_a_macro_reads_is_told_with_why_it_is_another(package: Path, capsys
     brought(package, "two")
     (package / COMMON).write_text((package / COMMON).read_text().replace("${3 if", "${4 if"))
     why = alone(package, capsys)
-    assert 'part "pole" links ${name} collision cylinder length is ${4 if tall' in why
-    read = '; it reads the property "tall" (four.urdf.xacro:2) and the argument "up" (four.urdf.xacro:1)'
-    assert why.endswith(f" (body.xacro:5){read}")
+    assert why.endswith('part "pole" differs (body.xacro:5)')
 
 
 DEFAULT = SHARED.replace("</robot>", '<xacro:property name="high" default="2"/></robot>')
@@ -260,13 +258,13 @@ def test_a_file_that_was_changed_while_a_robot_was_imported_stays(
 
     robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
     brought(package, "two")
-    whole = into._taken
+    whole = into._has_files
 
     def meanwhile(*words):  # type: ignore[no-untyped-def]
         (package / COMMON).write_text((package / COMMON).read_text() + "# mine\n")
         return whole(*words)
 
-    monkeypatch.setattr(into, "_taken", meanwhile)
+    monkeypatch.setattr(into, "_has_files", meanwhile)
     run(package / "urdf" / "four.urdf.xacro", "--into", package, "--trust")
     assert (package / COMMON).read_text().endswith("# mine\n")
     assert f"{COMMON} is there with changes of its own" in capsys.readouterr().out
@@ -337,37 +335,16 @@ outputs: {urdf: {file: a.urdf}}
 
 
 def test_what_a_text_has_more_is_put_behind_what_is_there() -> None:
-    assert united(THERE, OWN).text == BOTH
-    assert united(BOTH, OWN).text == BOTH
-    assert united(BOTH, THERE).text == BOTH
-    assert united("let:\n  a: 1\n", "let:\n  b: 2\n").text == "let:\n  a: 1\n  b: 2\n"
-
-
-APART = [
-    ("let:\n  a: 1\n", "let:\n  a: 2\n", 'value "a" is 1 there, and 2 here'),
-    ("let:\n  a: true\n", "let:\n  a: 1\n", 'value "a" is true there, and 1 here'),
-    ("let:\n  a(b): 1\n", "let:\n  a(b, c): 1\n", 'value "a" is a(b) there, and a(b, c) here'),
-    ("let: {a: 1}\n", "let:\n  b: 2\n", "let stands on one line there"),
-    ("links:\n  a: {}\n", "let:\n  b: 2\n", "links are there, and are none here"),
-    ("let:\n  b: 2\n", "links:\n  a: {}\n", "links are none there, and some here"),
-    ("links:\n  a: {}\n", "links:\n  b: {}\n", 'links "b" is not there'),
-    ("links:\n  a: {}\n  b: {}\n", "links:\n  b: {}\n", 'links "a" is there, and not here'),
-    ("urdf_elements:\n  - <a/>\n", "urdf_elements:\n  - <b/>\n", "urdf_elements is <a/> there, and <b/> here"),
-    ("parts:\n  a: [\n", "parts:\n  a: {}\n", "it cannot be read"),
-]
-
-
-@pytest.mark.parametrize(("there", "own", "why"), APART)
-def test_why_two_texts_are_not_one(there: str, own: str, why: str) -> None:
-    found = united(there, own)
-    assert found.text == ""
-    assert f"{found.apart[0].entry} {found.apart[0].words}" == why
+    assert merged(THERE, OWN).text == BOTH
+    assert merged(BOTH, OWN).text == BOTH
+    assert merged(BOTH, THERE).text == BOTH
+    assert merged("let:\n  a: 1\n", "let:\n  b: 2\n").text == "let:\n  a: 1\n  b: 2\n"
 
 
 def test_what_is_there_does_for_another_only_where_it_is_there() -> None:
-    assert united("let:\n  a: 1\n", "let:\n  a: 2\n  b: 3\n", theirs=True).text == "let:\n  a: 1\n  b: 3\n"
-    assert united("let:\n  a: 1\n", "links:\n  a: {}\n", theirs=True).text == ""
-    assert united("let:\n  a(b): 1\n", "let:\n  a(b, c): 1\n", theirs=True).text == ""
+    assert merged("let:\n  a: 1\n", "let:\n  a: 2\n  b: 3\n", keep=True).text == "let:\n  a: 1\n  b: 3\n"
+    assert merged("let:\n  a: 1\n", "links:\n  a: {}\n", keep=True).text == ""
+    assert merged("let:\n  a(b): 1\n", "let:\n  a(b, c): 1\n", keep=True).text == ""
 
 
 @pytest.mark.parametrize(

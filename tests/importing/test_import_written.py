@@ -14,7 +14,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import file_name as safe
 from rosorin_compile.formats.reading import outputs_of, read_robot
-from rosorin_compile.importing.description import named, write
+from rosorin_compile.importing.description import mesh_folders, write
 from rosorin_compile.importing.layout import ROTATING
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.language.expand import expand
@@ -136,8 +136,8 @@ def test_file_names_are_safe(name: str, file: str) -> None:
     assert safe(name) == file
 
 
-def meshes(*files: str, scale: str = "") -> Map:
-    shapes = "".join(f'<visual><geometry><mesh filename="{file}" {scale}/></geometry></visual>' for file in files)
+def meshes(*files: str) -> Map:
+    shapes = "".join(f'<visual><geometry><mesh filename="{file}"/></geometry></visual>' for file in files)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "robot.urdf")
         path.write_text(f'<robot name="r"><link name="a">{shapes}</link></robot>', "utf-8")
@@ -168,23 +168,7 @@ HAND = "package://hand-description/meshes"
     ],
 )
 def test_folders_of_meshes_are_named_where_that_helps(files: list[str], folders: dict[str, str]) -> None:
-    assert named(meshes(*files)).folders == folders
-
-
-def test_files_beside_a_named_folder_are_written_out() -> None:
-    found = named(meshes(f"{ARM}/a.stl", f"{ARM}/b.stl", f"{ARM}/c.stl"))
-    assert found.file(f"{ARM}/x/a.stl") == "${meshes}/x/a.stl"
-    assert found.file(f"{ARM}2/a.stl") is None
-    assert found.file(f"{ARM}/${{x}}.stl") is None
-    assert found.file("file:///a.stl") is None
-
-
-def test_a_scale_is_named_where_all_have_it() -> None:
-    files = [f"{ARM}/{file}.stl" for file in "abc"]
-    assert named(meshes(*files, scale='scale="0.001 0.001 0.001"')).scale == [0.001, 0.001, 0.001]
-    assert named(meshes(*files, scale='scale="1 1 1"')).scale is None
-    assert named(meshes(*files)).scale is None
-    assert named(meshes(*files[:2], scale='scale="2 2 2"')).scale is None
+    assert mesh_folders(meshes(*files)) == folders
 
 
 PRINTED = """\

@@ -17,8 +17,8 @@ import pytest
 
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.importing.translating import Changed, translate
-from rosorin_compile.importing.translating.report import translation_report
+from rosorin_compile.importing.xacro.translate import translate, translation_report
+from rosorin_compile.importing.xacro.write_yaml import Target
 from support.paths import DATA
 
 pytest.importorskip("xacro")
@@ -35,7 +35,7 @@ def made(name: str) -> dict[str, str]:
     how = ReadOptions(trust=True)
     imported = read_robot(path, how)
     assert imported.tree is not None, imported.diagnostics
-    translation = translate(path, how, imported, URDF, Changed(Path("descriptions/robot")))
+    translation = translate(path, how, imported, URDF, Target(Path("descriptions/robot")))
     return {**translation.files, "told.txt": "".join(f"{line}\n" for line in translation_report(translation))}
 
 

@@ -2,83 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from rosorin_compile.importing.layout import Expression, Verbatim
-from rosorin_compile.importing.translating.choices import covers, merged
 from support.translations import translation_of as of
 
 pytest.importorskip("xacro")
-
-A, NOT_A, B, NOT_B = "a", "not a", "b", "not b"
-
-
-def when(text: str) -> ast.expr | None:
-    return ast.parse(text, mode="eval").body if text else None
-
-
-def numbers(*texts: str) -> list[Any]:
-    return [Verbatim(text) for text in texts]
-
-
-@pytest.mark.parametrize(
-    ("whens", "yes"),
-    [
-        ((A, NOT_A), True),
-        ((A, NOT_B), False),
-        (("a and b", "a and not b", NOT_A), True),
-        (("a and b", "a and not b", "not a and b"), False),
-        (("x == 'p'", "x != 'p'"), True),
-        (("x == 'p'", "x == 'q'"), False),
-        (("x == 'p'", "x == 'q'", "x not in ['p', 'q']"), True),
-        (("x in ['p']", "x not in ['p']"), True),
-        ((A, ""), True),
-        (tuple("abcdefghijk"), False),
-    ],
-)
-def test_whether_one_of_some_conditions_always_holds(whens: tuple[str, ...], yes: bool) -> None:
-    assert covers([when(one) for one in whens], [None]) is yes
-
-
-TURNED = [
-    (numbers("180 deg", "0", "0"), "not a and b"),
-    (numbers("0", "180 deg", "0"), "a and not b"),
-    (numbers("180 deg", "180 deg", "0"), "not a and not b"),
-]
-
-
-@pytest.mark.parametrize(
-    ("key", "found", "made"),
-    [
-        ("mass", [(Verbatim("1"), A), (Verbatim("2"), NOT_A)], "${1 if a else 2}"),
-        ("mass", [(Verbatim("1"), A), (Verbatim("1"), NOT_A)], "1"),
-        ("mass", [(Verbatim("1"), A), (Verbatim("2"), B)], "${1 if a else 2 if b else none}"),
-        ("mass", [(Verbatim("2"), ""), (Verbatim("1"), A)], "${1 if a else 2}"),
-        ("mass", [(Verbatim("2"), ""), (Verbatim("1"), "")], None),
-        ("type", [("fixed", "t == 1"), ("free", "t == 2")], "${'fixed' if t == 1 else 'free' if t == 2 else none}"),
-        ("rpy", TURNED, ["${0 if a else 180 deg}", "${0 if b else 180 deg}", "0"]),
-        ("xyz", [(numbers("1", "0", "0"), A), (numbers("2", "0", "0"), NOT_A)], ["${1 if a else 2}", "0", "0"]),
-        ("xyz", [(numbers("1", "0", "1"), A), (numbers("2", "0", "2"), NOT_A)], "${[1, 0, 1] if a else [2, 0, 2]}"),
-        ("file", [("m://x/a.dae", A), ("m://x/b.dae", NOT_A)], "m://x/${'a' if a else 'b'}.dae"),
-        ("file", [("m://x/a.dae", A), ("m://y/b.stl", NOT_A)], "${'m://x/a.dae' if a else 'm://y/b.stl'}"),
-        ("file", [(Expression("m://${x}.dae"), A), ("b", NOT_A)], "${'m://' + str(x) + '.dae' if a else 'b'}"),
-        ("limit", [({"lower": "1", "e": "3"}, A), ({"lower": "2", "e": "3"}, NOT_A)],
-         {"lower": "${'1' if a else '2'}", "e": "3"}),
-        ("limit", [({"e": "3"}, "a and b"), ({"e": "3"}, "a and not b")],
-         {"if": "${a and b or (a and (not b))}", "e": "3"}),
-        ("sphere", [({"r": ["1"]}, A), ({"r": ["1"], "s": {"x": "1"}}, NOT_A)],
-         {"r": ["1"], "s": {"if": "${not a}", "x": "1"}}),
-        ("visual", [([{"x": "1"}], A), ([{"x": "2"}, {"y": "1"}], NOT_A)],
-         [{"if": "${a}", "x": "1"}, {"if": "${not a}", "x": "2"}, {"if": "${not a}", "y": "1"}]),
-    ],
-)  # fmt: skip
-def test_alternatives_are_one_value(key: str, found: list[tuple[Any, str]], made: Any) -> None:
-    assert merged(key, [(value, when(one)) for value, one in found]) == made
-
 
 ON = '<xacro:arg name="t" default="a"/><link name="base"/><link name="arm"/>'
 JOINT = (

@@ -8,9 +8,8 @@ import pytest
 
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.importing.translating import Changed, Translation, translate
-from rosorin_compile.importing.translating.expressions import Rendering, written
-from rosorin_compile.importing.translating.scopes import Bound, Scope, Value, Variable
+from rosorin_compile.importing.xacro.translate import Translation, translate
+from rosorin_compile.importing.xacro.write_yaml import Target
 
 pytest.importorskip("xacro")
 
@@ -23,7 +22,7 @@ def of(here: Path, body: str, **arguments: str) -> Translation:
     how = ReadOptions(arguments=arguments, trust=True)
     imported = read_robot(path, how)
     assert imported.tree is not None, imported.diagnostics
-    return translate(path, how, imported, Outputs({"urdf": {"file": "r.urdf"}}, {}, {}), Changed(Path("d/robot")))
+    return translate(path, how, imported, Outputs({"urdf": {"file": "r.urdf"}}, {}, {}), Target(Path("d/robot")))
 
 
 def kept(here: Path, body: str, **arguments: str) -> str:
@@ -171,27 +170,3 @@ def test_what_is_reckoned_and_only_printed_is_a_number(tmp_path: Path, value: st
 def test_what_may_be_a_text_is_none(tmp_path: Path, value: str) -> None:
     made = of(tmp_path, '<xacro:property name="w" value="a"/>' + switch("s") + f'<xacro:m s="{value}"/>')
     assert "type: number" not in "".join(made.files.values())
-
-
-FOLDED = [
-    ("${'/' if False else ''}", "''"),
-    ("${ns + '/' if ns else ''}", "''"),
-    ("${'a' if ns == '' and sim else 'b'}", "'b'"),
-    ("${'a' if not sim else undefined}", "'a'"),
-    ("${sim or other}", "other"),
-    ("${not sim and other}", "other"),
-    ("${sim and other}", "false"),
-    ("${1 < 2 or other}", "true"),
-    ("${n + 1 if sim else n * 2}", "3 * 2"),
-    ("${'a' if other else 'b'}", "'a' if other else 'b'"),
-    ("${2 * pi}", "2 * pi"),
-]
-
-
-@pytest.mark.parametrize(("text", "wanted"), FOLDED)
-def test_what_is_decided_is_not_asked(text: str, wanted: str) -> None:
-    """With ``ns``, ``sim`` and ``n`` of a call that is written out, and ``other`` of whoever runs it."""
-    scope = Scope()
-    scope.names = {name: Bound(value, Scope()) for name, value in {"ns": "", "sim": "false", "n": "3"}.items()}
-    scope.names["other"] = Variable("other", "argument", values=[Value("true", scope, "free")])
-    assert written(Rendering(lambda _: None).tree(text, scope)) == wanted

@@ -6,15 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.importing.translating import rendering
-from rosorin_compile.importing.translating.differing_elements import difference
-from rosorin_compile.importing.translating.problems import AtTop, InMacro
-from rosorin_compile.importing.translating.program import Program
-from rosorin_compile.importing.translating.report import translation_report
-from rosorin_compile.importing.translating.walking import Walker
+from rosorin_compile.importing.xacro.translate import translation_report
+from rosorin_compile.importing.xacro.values import Values
+from rosorin_compile.importing.xacro.verify import difference
 from rosorin_compile.source.xml.elements import tree_of
 
-from .test_translating_texts import HEAD, of
+from .test_translating_texts import of
 
 pytest.importorskip("xacro")
 
@@ -36,7 +33,7 @@ def test_elements_are_not_counted_as_macros(tmp_path: Path) -> None:
     made = of(tmp_path, LINK + wheel + chain(ODD, "odd"))
     lines = list(translation_report(made))
     assert lines[:2] == ["1 of 1 macro kept", "as xacro expands them: 2 elements"]
-    assert lines[2].startswith(f'  <link name="{ODD}">: lambda x: x has no word here (robot.xacro:')
+    assert lines[2].startswith(f'  <link name="{ODD}">: lambda x: x cannot be translated (robot.xacro:')
     made = of(tmp_path, f'<link name="{ODD}"/>')
     assert next(translation_report(made)) == "as xacro expands it: 1 element"
 
@@ -46,27 +43,15 @@ def test_what_is_called_by_what_is_written_out_is_not_idle(tmp_path: Path) -> No
     body += macro("alone", "", LINK) + macro("of_alone", "", LINK) + macro("other", "", "<xacro:of_alone/>")
     lines = list(translation_report(of(tmp_path, LINK + body + f'<xacro:outer p="{ODD}"><x/></xacro:outer>')))
     assert lines[0] == "0 of 2 macros kept, 2 written out where they are called"
-    assert "  inner: what calls it is written out" in lines
+    assert "  inner: what calls it is written out (robot.xacro:1)" in lines
     assert "left out, because nothing calls them: alone, of_alone and other" in lines
 
 
-@pytest.mark.parametrize("element", ["link", "gazebo", "xacro:if"])
-@pytest.mark.parametrize("depth", [1, 12])
-def test_a_macro_that_calls_itself_is_told_however_deep_that_is(element: str, depth: int, tmp_path: Path) -> None:
-    body = '<xacro:if value="true">' * depth + "<visual/><xacro:pile/>" + "</xacro:if>" * depth
-    source = f'<{element} name="base" value="true"><xacro:pile/></{element}>'
-    path = tmp_path / "robot.xacro"
-    path.write_text(f"{HEAD}{macro('pile', '', body)}{source}</robot>", "utf-8")
-    with pytest.raises((AtTop, InMacro), match='the macro "pile" calls itself'):
-        Walker(Program(path, {}, {}), frozenset({"pile"})).walk()
-
-
-def test_a_macro_that_is_defined_within_a_link_is_written_out(tmp_path: Path) -> None:
+def test_a_macro_that_is_defined_within_a_link_is_kept(tmp_path: Path) -> None:
     shape = '<visual><geometry><sphere radius="${r}"/></geometry></visual>'
     body = f'<link name="base">{macro("ball", "r", shape)}<xacro:ball r="0.1"/></link>'
     lines = list(translation_report(of(tmp_path, body)))
-    assert lines[0] == "as xacro expands it: 1 element"
-    assert lines[1].startswith('  <link name="base">: a macro is defined within it (robot.xacro:')
+    assert lines[0] == "1 of 1 macro kept"
 
 
 HARDWARE = (
@@ -91,12 +76,12 @@ def test_what_differs_in_elements(one: str, other: str, said: str) -> None:
 
 def test_a_reason_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Elements that differ are told by where, not whole."""
-    right = rendering.Renderer.element
+    right = Values.element
 
     def wrong(self, node):  # type: ignore[no-untyped-def]
         return type(made := right(self, node))(str(made).replace("slow/", "fast/"))
 
-    monkeypatch.setattr(rendering.Renderer, "element", wrong)
+    monkeypatch.setattr(Values, "element", wrong)
     many = "".join(f'<param name="p{number}">{number}</param>' for number in range(99))
     body = f'<ros2_control name="x"><hardware><plugin>slow/Slow</plugin>{many}</hardware></ros2_control>'
     made = of(tmp_path, macro("control", "", body) + LINK + "<xacro:control/>")

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.translating import wording
-from rosorin_compile.importing.translating.kept import name_of
+from rosorin_compile.importing.xacro import wording
+from rosorin_compile.importing.xacro.values import name_of
 
 pytest.importorskip("xacro")
 
@@ -105,7 +105,7 @@ def test_words_that_would_say_something_else_are_not_taken(monkeypatch: pytest.M
                     entry.value["plugin"] = "other/Plugin"
         return found
 
-    monkeypatch.setattr("rosorin_compile.importing.translating.find", wrong)
+    monkeypatch.setattr("rosorin_compile.importing.xacro.translate.find", wrong)
     made = imported(block("one") + SENSOR)
     assert '<ros2_control name="one"' in made
     assert "sensors:\n  imu:" in made
@@ -154,12 +154,17 @@ def test_a_folder_of_a_package_is_found_on_another_machine(monkeypatch: pytest.M
     assert f"<parameters>{there}/a.yaml</parameters>" in Path("outputs/made/r.urdf").read_text("utf-8")
 
 
-def test_a_package_that_the_description_does_not_find_keeps_its_place_beside_its_name(tmp_path: Path) -> None:
+def test_no_folder_of_this_machine_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tool(tmp_path / "far" / "away" / "tool")
-    made = imported(PLUGIN, "--package", f"tool={folder}")
-    assert f"  tool_share: ${{find('tool', '{folder}')}}\n" in made
-    assert "<parameters>${tool_share}/a.yaml</parameters>" in made
-    assert f"<parameters>{folder}/a.yaml</parameters>" in Path("outputs/made/r.urdf").read_text("utf-8")
+    Path("robot.xacro").write_text(f"{HEAD}{ROBOT}{PLUGIN}</robot>", "utf-8")
+    assert main(["import", "robot.xacro", "-o", "made", "--trust", "--package", f"tool={folder}"]) == 0
+    assert main(["all", "made", "--package", f"tool={folder}"]) == 0
+    made = Path("made/robot.yaml").read_text("utf-8")
+    assert "<parameters>${find('tool')}/a.yaml</parameters>" in made
+    assert not any(str(folder) in path.read_text("utf-8") for path in Path("made").iterdir())
+    assert (
+        "it asks for the package tool: source its workspace, or give --package tool=FOLDER" in capsys.readouterr().out
+    )
 
 
 CHOICE = """<xacro:macro name="driver" params="mock_components"><ros2_control name="d" type="system"><hardware>

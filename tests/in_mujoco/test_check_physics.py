@@ -9,13 +9,10 @@ import json
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.model.mesh_triangles import load_mesh
 from rosorin_compile.mujoco.physics import checking
-from rosorin_compile.mujoco.physics.solids import winding
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
@@ -155,10 +152,3 @@ def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypa
 def test_it_does_not_go_with_other_comparisons(capsys: Shown) -> None:
     assert main(["check", "physics", "--every-argument"]) == 2
     assert "check physics has no option --every-argument" in capsys.readouterr().err
-
-
-def test_a_surface_winds_once_around_what_is_inside() -> None:
-    cube = load_mesh(DATA / "physics" / "cube.obj").triangles
-    points = np.array([[0, 0, 0], [0.04, -0.04, 0.049], [0.06, 0, 0], [0, 0, -3]])
-    assert winding(cube, points) == pytest.approx([1, 1, 0, 0], abs=1e-9)
-    assert winding(cube[:, ::-1], points) == pytest.approx([1, 1, 0, 0], abs=1e-9)

@@ -22,7 +22,7 @@ from rosorin_compile.rules.conditions import combinations, holds
 from rosorin_compile.rules.publishing import in_words, publishing
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
-from rosorin_compile.viewer.drawing.situations import situations
+from rosorin_compile.viewer.frame_trees import frame_trees
 from support import launch
 from support.launch import Context, Failed, Started, command_line, parsed, performed, run
 from support.robots import compiled, found, rules
@@ -241,7 +241,7 @@ def test_pictures_and_launch_files_have_the_edges_of_the_search(description):
         return
     robot = model(description)
     for states in every_state():
-        shown = situations(robot, states)[0]
+        shown = frame_trees(robot, states)[0]
         drawn = {(row.parent, row.child) for row in shown.edges if row.published}
         now = {(parent, child) for parent, child, owner in running(description, states) if owner != "nobody"}
         assert drawn == now

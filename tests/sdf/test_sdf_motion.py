@@ -105,3 +105,11 @@ def test_a_box_that_slides_with_friction(tmp_path: Path) -> None:
 
 def test_a_linkage_of_four_bars(tmp_path: Path) -> None:
     assert apart(*moved(LINKAGE, tmp_path)) < ALIKE
+
+
+def test_a_loop_that_drake_closes_comes_back(tmp_path: Path) -> None:
+    (tmp_path / "robot.yaml").write_text(LINKAGE + OUTPUTS.replace("BASE", "fixed"), "utf-8")
+    assert main(["all", str(tmp_path / "robot.yaml"), "-o", str(tmp_path / "out")]) == 0
+    assert main(["import", str(tmp_path / "out/r.sdf"), "-o", str(tmp_path / "again")]) == 0
+    text = (tmp_path / "again/robot.yaml").read_text("utf-8")
+    assert "pin: {type: connect, links: [rod, rocker], at: [0.42, 0, 0.001]}" in text

@@ -20,8 +20,8 @@ from rosbags.typesys import Stores, get_typestore
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
 from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.judge import Verdict
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.verification import verify
 from support.robots import compiled, texts
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
@@ -76,12 +76,12 @@ def urdf() -> str:
     return texts(made())["rosorin.urdf"]
 
 
-def judged(source: Path | str, text: str = "", **options: Any) -> Verdict:
+def judged(source: Path | str, text: str = "", **options: Any) -> Verified:
     """Return the verdict about a recording of the reference robot; "-" is the text."""
     return verify(robot(), made().artifacts, str(source), Options(**options), standard_input=text.encode)
 
 
-def rules(verdict: Verdict) -> list[str]:
+def rules(verdict: Verified) -> list[str]:
     """Return the rules of the findings of a verdict."""
     return [finding.rule for finding in verdict.findings]
 
@@ -105,6 +105,17 @@ def transform_message(stamp: int, parent: str, child: str, transform: Transform)
     turn = TYPES["geometry_msgs/msg/Quaternion"](x, y, z, w)
     inner = TYPES["geometry_msgs/msg/Transform"](vector, turn)
     return TYPES["geometry_msgs/msg/TransformStamped"](header(stamp, parent), child, inner)
+
+
+def stamped(message: Message, new: Callable[[int], int]) -> Message:
+    """Return a message with other stamps, in ns."""
+    content = message.content
+    parts = content.transforms if hasattr(content, "transforms") else [content] if hasattr(content, "header") else []
+    for part in parts:
+        stamp = part.header.stamp
+        at = max(0, new(stamp.sec * SECOND + stamp.nanosec))
+        stamp.sec, stamp.nanosec = at // SECOND, at % SECOND
+    return message
 
 
 def tf(received: int, transforms: list[Any], still: bool = False) -> Message:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from rosorin_compile.importing.extract.grid import Grid
+from rosorin_compile.importing.extract.height_map import Grid
 
 Point = tuple[float, ...]
 

@@ -17,10 +17,8 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
-from rosorin_compile.viewer.drawing import SUFFIXES
 
 SVG = "{http://www.w3.org/2000/svg}"
-FILES = tuple(f"frames{suffix}" for suffix in SUFFIXES)
 ODD = ("end", "a b", "x`y`", "[z]{q}", "sub|graph", "#35;", "%%c", "漢字", "\\n", "--", "style", "/ns/f", "**b**", "é")
 NOBODY = Publisher(UNPUBLISHED, about="not in /joint_states")
 

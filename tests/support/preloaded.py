@@ -25,20 +25,17 @@ from typing import Any, NoReturn
 
 import pytest
 
-from rosorin_compile.importing.xacro import expanding
+from rosorin_compile.importing.xacro import expand
 from rosorin_compile.mujoco.mjcf import process
 from support.paths import COMPILER, TESTS
 
 MJCF = "rosorin_compile.mujoco.mjcf"
-MUJOCO = (
-    "mujoco",
-    "numpy",
-    *(f"{MJCF}.{name}" for name in ("engine", "compiled_model", "compare_models", "accelerations")),
-)
+CHILD = ("engine", "compiled_model", "compare_models", "accelerations")
+MUJOCO = ("mujoco", "numpy", *(f"{MJCF}.{name}" for name in CHILD))
 XACRO = ("xacro", "yaml", "rosorin_compile.importing.xacro.child")
 OF_MUJOCO = process._START
-OF_XACRO = expanding._CHILD
-SECONDS, XACRO_SECONDS = process.SECONDS, expanding.MAX_SECONDS
+OF_XACRO = expand._CHILD
+SECONDS, XACRO_SECONDS = process.SECONDS, expand.MAX_SECONDS
 Done = subprocess.CompletedProcess[bytes]
 
 
@@ -48,7 +45,7 @@ def preload(patch: pytest.MonkeyPatch) -> None:
         patch.setattr(process, "_run", _mujoco(process._run))
     if find_spec("xacro") is not None:
         run = _xacro(subprocess.run, os.environ.get("PYTHONPATH"))
-        patch.setattr(expanding, "subprocess", SimpleNamespace(run=run, TimeoutExpired=subprocess.TimeoutExpired))
+        patch.setattr(expand, "subprocess", SimpleNamespace(run=run, TimeoutExpired=subprocess.TimeoutExpired))
 
 
 def _mujoco(start: Any) -> Any:

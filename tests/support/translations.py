@@ -6,7 +6,8 @@ from pathlib import Path
 
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.importing.translating import Changed, Translation, translate
+from rosorin_compile.importing.xacro.translate import Translation, translate
+from rosorin_compile.importing.xacro.write_yaml import Target
 
 _HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 
@@ -18,4 +19,4 @@ def translation_of(here: Path, body: str) -> Translation:
     how = ReadOptions(trust=True)
     imported = read_robot(path, how)
     assert imported.tree is not None, imported.diagnostics
-    return translate(path, how, imported, Outputs({"urdf": {"file": "robot.urdf"}}, {}, {}), Changed(Path("d")))
+    return translate(path, how, imported, Outputs({"urdf": {"file": "robot.urdf"}}, {}, {}), Target(Path("d")))

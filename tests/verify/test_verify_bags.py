@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Pose
 from rosorin_compile.recordings.bags import Unreadable
-from rosorin_compile.recordings.lines import summary, table
+from rosorin_compile.recordings.report import summary, table
 from support import bags
 from support.bags import STORE, TYPES, Message, Scene, judged, ns, part, rules
 from support.paths import ROOT
@@ -25,13 +25,13 @@ ROBOT = str(ROOT / "descriptions" / "rosorin")
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
 def test_a_single_file_and_a_folder_without_metadata(clean: dict[str, Path], tmp_path: Path, storage: str) -> None:
     whole = judged(clean[storage])
-    assert whole.findings == []
+    assert whole.findings == ()
     alone = judged(part(clean[storage]))
     copy = shutil.copytree(clean[storage], tmp_path / "copy")
     (copy / "metadata.yaml").unlink()
     for other in (alone, judged(copy)):
-        assert other.findings == []
-        assert other.recording.messages == whole.recording.messages
+        assert other.findings == ()
+        assert other.data.messages == whole.data.messages
 
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
@@ -44,8 +44,8 @@ def test_a_recording_in_several_files(tmp_path: Path, storage: str) -> None:
         file = part(bags.write(tmp_path / str(number), inside, storage))
         shutil.copy(file, together / f"part_{number}{file.suffix}")
     verdict, whole = judged(together), judged(bags.write(tmp_path / "whole", said, storage))
-    assert verdict.findings == whole.findings == []
-    assert verdict.recording.messages == len(said)
+    assert verdict.findings == whole.findings == ()
+    assert verdict.messages == len(said)
     assert table(verdict) == table(whole)
 
 
@@ -53,8 +53,8 @@ def test_a_recording_in_several_files(tmp_path: Path, storage: str) -> None:
 def test_compressed_recordings(tmp_path: Path, storage: str, mode: str) -> None:
     said = bags.messages(Scene(seconds=3.0))
     verdict = judged(bags.write(tmp_path / "bag", said, storage, mode))
-    assert verdict.findings == []
-    assert verdict.recording.messages == len(said)
+    assert verdict.findings == ()
+    assert verdict.messages == len(said)
 
 
 def test_what_is_no_recording(clean: dict[str, Path], tmp_path: Path) -> None:
@@ -121,7 +121,7 @@ def test_a_frame_that_is_no_place_is_not_looked_for(tmp_path: Path) -> None:
         Message(ns(1.0), "/wrench", "geometry_msgs/msg/WrenchStamped", wrench),
     ]
     verdict = judged(bags.bag(tmp_path / "bag", seconds=2.0, change=lambda messages: [*messages, *said]))
-    assert [finding.of[0] for finding in verdict.findings] == ["/wrench"]
+    assert [finding.subject for finding in verdict.findings] == ["/wrench"]
 
 
 def test_messages_of_a_type_of_ones_own_have_headers_too(tmp_path: Path) -> None:
@@ -145,7 +145,7 @@ def test_messages_of_a_type_of_ones_own_have_headers_too(tmp_path: Path) -> None
                 places[message.topic] = writer.add_connection(message.topic, message.kind, typestore=STORE)
             writer.write(places[message.topic], message.received, STORE.serialize_cdr(message.content, message.kind))
     verdict = judged(tmp_path / "bag")
-    assert [(finding.rule, finding.severity, finding.of[0]) for finding in verdict.findings] == [
+    assert [(finding.rule, finding.severity, finding.subject) for finding in verdict.findings] == [
         ("frame-unknown", "warning", "/blob")
     ]
 
@@ -155,8 +155,8 @@ def test_parts_of_a_recording(tmp_path: Path) -> None:
     assert rules(judged(bag)) == ["edge-stale"]
     for times in ({"until": 4.0}, {"since": 16.0}, {"since": 1.0, "until": 5.0}):
         verdict = judged(bag, **times)
-        assert verdict.findings == [], times
-        assert len(verdict.recording.into) == 15
+        assert verdict.findings == (), times
+        assert len(verdict.data.into) == 15
     assert rules(judged(bag, stale=11.0)) == []
 
 
@@ -174,7 +174,7 @@ def test_namespace_and_prefix(tmp_path: Path) -> None:
     verdict = judged(bag)
     assert rules(verdict) == ["recording-foreign"]
     assert verdict.findings[0].help == "--namespace /r1 reads /r1/tf"
-    assert judged(bag, namespace="r1", prefix="r1/").findings == []
+    assert judged(bag, namespace="r1", prefix="r1/").findings == ()
 
 
 def test_modes_and_nodes_that_did_not_run(tmp_path: Path) -> None:
@@ -183,7 +183,7 @@ def test_modes_and_nodes_that_did_not_run(tmp_path: Path) -> None:
         message = judged(bag, modes=modes).findings[0].message
         state = "on" if modes["slam"] else "off"
         assert message == f"nobody published map -> odom; {owner} should (when slam is {state})"
-        assert judged(bag, modes=modes, without=frozenset({owner})).findings == []
+        assert judged(bag, modes=modes, without=frozenset({owner})).findings == ()
 
 
 def test_without_joint_states_edges_are_held_against_their_joints(tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def test_a_recording_without_its_end_is_one_error(
         for source in (folder, part(folder)):
             with pytest.raises(Unreadable, match="cannot be read: ") as problem:
                 judged(source)
-            assert str(problem.value).startswith(f"{part(folder)} cannot be read: ")
+            assert str(problem.value).startswith((f"{part(folder)} cannot be read: ", f"{folder} cannot be read: "))
             assert way_out in problem.value.help
     (folder / "metadata.yaml").unlink()
     assert main(["verify", ROBOT, str(folder)]) == 1
@@ -92,7 +92,7 @@ def test_a_damaged_metadata_file(clean: dict[str, Path], tmp_path: Path, metadat
     (folder / "metadata.yaml").write_text(metadata, "utf-8")
     with pytest.raises(Unreadable, match="cannot be read"):
         judged(folder)
-    assert judged(part(folder)).findings == []
+    assert judged(part(folder)).findings == ()
 
 
 @pytest.mark.slow
@@ -137,7 +137,7 @@ def test_what_is_no_regular_file(clean: dict[str, Path], tmp_path: Path, capsys:
         (tmp_path / "only_fifos" / name).unlink()
     shutil.copy(part(clean["mcap"]), tmp_path / "only_fifos")
     os.mkfifo(tmp_path / "only_fifos" / "a.mcap")
-    assert judged(tmp_path / "only_fifos").findings == []
+    assert judged(tmp_path / "only_fifos").findings == ()
 
 
 @pytest.mark.parametrize(
@@ -179,7 +179,7 @@ def test_a_message_that_ends_too_early(tmp_path: Path, monkeypatch: pytest.Monke
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
 def test_metadata_that_contradicts_the_files(clean: dict[str, Path], tmp_path: Path, storage: str) -> None:
-    """The files decide; of compressed messages, which rosbags takes from the folder alone, it is an error."""
+    """Numbers of the files are used; rosbags skips topics that metadata.yaml does not have, so that is an error."""
     compressed = bags.write(tmp_path / "compressed", bags.messages(Scene(seconds=2.0)), storage, "MESSAGE")
     for number, (was, now) in enumerate(
         {
@@ -194,11 +194,11 @@ def test_metadata_that_contradicts_the_files(clean: dict[str, Path], tmp_path: P
             text = (folder / "metadata.yaml").read_text("utf-8")
             assert was in text
             (folder / "metadata.yaml").write_text(text.replace(was, now), "utf-8")
-            if source == compressed and number > 1:
+            if number > 1:
                 with pytest.raises(Unreadable, match=r"metadata\.yaml contradicts the files about /tf"):
                     judged(folder)
-            elif source != compressed:
-                assert judged(folder).findings == []
+            else:
+                assert judged(folder).findings == ()
 
 
 def test_files_without_metadata_follow_each_other_in_time(tmp_path: Path) -> None:
@@ -209,8 +209,8 @@ def test_files_without_metadata_follow_each_other_in_time(tmp_path: Path) -> Non
     for number in range(12):
         inside = [m for m in said if (m.received - said[0].received) * 12 // (6 * bags.SECOND + 1) == number]
         shutil.copy(part(bags.write(tmp_path / str(number), inside, "mcap")), folder / f"bag_{number}.mcap")
-    assert judged(folder).findings == []
-    assert judged(folder, since=3.0).recording.messages == sum(
+    assert judged(folder).findings == ()
+    assert judged(folder, since=3.0).data.messages == sum(
         m.received >= said[0].received + 3 * bags.SECOND or m.topic in ("/tf_static", "/robot_description")
         for m in said
     )

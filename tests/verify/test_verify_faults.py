@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.recordings.judge import Verdict
+from rosorin_compile.recordings.results import Verified
 from rosorin_compile.source.report import text as report
 from support import bags
 from support.bag_faults import FAULTS, gripper_of_its_own
@@ -21,28 +21,27 @@ from support.paths import DATA, DOCS, ROOT
 
 def test_joint_states_may_come_from_several_nodes(tmp_path: Path) -> None:
     verdict = judged(bags.bag(tmp_path / "bag", change=gripper_of_its_own))
-    assert verdict.findings == []
-    assert verdict.recording.joints.pace.count == 120 + 300
-    assert verdict.recording.joints.pace.jumps == 0
+    assert verdict.findings == ()
+    assert verdict.sensors[0].count == 120 + 300
 
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
 def test_a_clean_recording_has_no_finding(tmp_path: Path, storage: str) -> None:
     verdict = judged(bags.bag(tmp_path / "bag", storage))
-    assert verdict.findings == []
-    compared = {series.name: series.values for series in verdict.recording.series.values()}
+    assert verdict.findings == ()
+    compared = {edge.name: edge for edge in verdict.edges}
     assert compared["link1 -> link2"].by_state == 120
     assert compared["base_link -> laser"].compared == 1
     assert all(not values.wrong for values in compared.values())
-    assert len(verdict.recording.into) == 15
+    assert len(verdict.edges) == 15
 
 
 SAID = DATA / "recordings" / "findings.txt"
 
 
-def said(name: str, verdict: Verdict) -> str:
+def said(name: str, verdict: Verified) -> str:
     """Return the findings of a fault as a paragraph."""
-    return f"{name}\n{report(verdict.findings)}"
+    return f"{name}\n{report(verdict.diagnostics)}"
 
 
 @pytest.mark.slow

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from rosorin_compile.formats.compiled import Compiled, compile_robot, emit_published
-from rosorin_compile.model import Pose, Robot, Transform
-from rosorin_compile.recordings.expected import Description, Options
-from rosorin_compile.recordings.joints import JointLog
-from rosorin_compile.recordings.judge import Verdict
-from rosorin_compile.recordings.lines import summary
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.model import Pose, Transform
+from rosorin_compile.recordings.expected import Options
+from rosorin_compile.recordings.report import summary
+from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.verification import verify
 from rosorin_compile.request import Request
 from rosorin_compile.source.project import Description as RobotOnDisk
 from support import bags
@@ -82,7 +80,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
     return compile_robot(path)
 
 
-def of(made: Compiled, folder: Path, said: list[Message], **options: object) -> Verdict:
+def of(made: Compiled, folder: Path, said: list[Message], **options: object) -> Verified:
     assert made.robot is not None, made.diagnostics
     bag = bags.write(folder, sorted(said, key=lambda message: message.received))
     return verify(made.robot, made.artifacts, str(bag), Options(**options))  # type: ignore[arg-type]
@@ -92,10 +90,10 @@ def of(made: Compiled, folder: Path, said: list[Message], **options: object) -> 
 def test_each_mode_is_compared_with_what_it_has(made: Compiled, tmp_path: Path, slam: bool) -> None:
     said = [*ALWAYS, *(message for part in PARTS[slam].values() for message in part)]
     verdict = of(made, tmp_path / "fits", said)
-    assert verdict.findings == []
+    assert verdict.findings == ()
     right = of(made, tmp_path / "right", said, modes={"slam": slam})
-    assert right.findings == []
-    compared = {series.child: series.values.compared for series in right.recording.series.values()}
+    assert right.findings == ()
+    compared = {edge.child: edge.compared for edge in right.edges}
     assert compared == {"base_link": 0, "odom": int(not slam), "laser": 1, "tower": 1, "eye": 1, "nose": 1} | (
         {"probe": 1} if slam else {}
     )
@@ -142,7 +140,7 @@ def test_a_recording_of_another_robot(tmp_path: Path, topics: set[str]) -> None:
     verdict = of(one_link(tmp_path), tmp_path / "bag", said)
     assert verdict.fails()
     if "/joint_states" not in topics:
-        number = len(verdict.recording.series)
+        number = sum(bool(edge.topic) for edge in verdict.edges)
         assert [finding.message for finding in verdict.findings if finding.severity == "error"] == [
             f"none of the {number} edges of the recording is described: nothing could be compared"
         ]
@@ -168,35 +166,3 @@ def test_joint_states_of_some_joints_alone(tmp_path: Path) -> None:
             "what the joint can do",
         )
     ]
-
-
-WHEELS = """\
-robot: wheels
-links: {base: {}, front: {}, rear: {}, geared: {}}
-joints:
-  front: {type: continuous, parent: base, child: front, axis: [0, 1, 0]}
-  rear: {type: continuous, parent: base, child: rear, axis: [0, 1, 0], mimic: {joint: front, multiplier: -2}}
-  geared: {type: continuous, parent: base, child: geared, axis: [0, 1, 0], mimic: {joint: front, multiplier: 0.5}}
-outputs: {urdf: {file: wheels.urdf}}
-"""
-
-
-def test_a_follower_that_goes_round_is_where_its_turn_is(tmp_path: Path) -> None:
-    """Drivers report wheels between half a turn back and forth: a whole turn is no difference."""
-    path = tmp_path / "robot.yaml"
-    path.write_text(WHEELS, "utf-8")
-    robot = compile_robot(path).robot
-    assert isinstance(robot, Robot)
-    angles = np.linspace(0.0, 40.0, 200)
-
-    def round_about(angle: np.ndarray) -> np.ndarray:
-        return np.remainder(angle + np.pi, 2 * np.pi) - np.pi
-
-    stamps = np.arange(1, 201)
-    for off, wrong in ((0.0, 0), (0.3, 200)):
-        log = JointLog(Description(robot, Options()))
-        positions = np.stack([round_about(angles), round_about(-2 * angles + off), round_about(0.5 * angles)], axis=1)
-        log.add(("front", "rear", "geared"), stamps, stamps, positions)
-        assert log.followers["rear"].off == wrong
-        assert log.followers["rear"].farthest == pytest.approx(off, abs=1e-9)
-        assert "geared" not in log.followers

@@ -11,8 +11,8 @@ import pytest
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model import Transform
 from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.lines import summary
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.recordings.report import summary
+from rosorin_compile.recordings.verification import verify
 from support import bags
 from support.bag_faults import more, without
 from support.bags import Message, edge, judged, ns, rules
@@ -62,107 +62,46 @@ def merged(messages: list[Message]) -> list[Message]:
 
 
 HERE = Transform()
-SAID: dict[str, tuple[Change, list[tuple[str, str]]]] = {
-    "a slash": (
-        stamped("/scan", "/laser"),
-        [
-            (
-                "error[frame-with-slash]",
-                '/scan is stamped "/laser" (117 messages): tf2 refuses to look up a frame that begins with "/"',
-            )
-        ],
-    ),
-    "a slash in some": (
-        stamped("/scan", "/laser", each=2),
-        [
-            (
-                "error[frame-with-slash]",
-                '/scan is stamped "/laser" (59 of 117 (50 %) messages): tf2 refuses to look up a frame that begins '
-                'with "/"',
-            )
-        ],
-    ),
-    "a slash, and no such frame": (
-        stamped("/scan", "/lasr"),
-        [
-            (
-                "error[frame-unknown]",
-                '/scan is stamped "lasr" (117 messages), a frame that is neither described nor published',
-            )
-        ],
-    ),
-    "the frame of the body": (
-        stamped("/scan", "base_link"),
-        [
-            (
-                "error[frame-not-as-declared]",
-                '/scan is stamped "base_link" (117 messages), and no message with what is declared: "laser" (lidar)',
-            )
-        ],
-    ),
+NAMES: dict[str, tuple[Change, list[str]]] = {
+    "a slash": (stamped("/scan", "/laser"), ["error[frame-with-slash] /scan"]),
+    "a slash in some": (stamped("/scan", "/laser", each=2), ["error[frame-with-slash] /scan"]),
+    "a slash, and no such frame": (stamped("/scan", "/lasr"), ["error[frame-unknown] /scan"]),
+    "the frame of the body": (stamped("/scan", "base_link"), ["error[frame-not-as-declared] /scan"]),
     "two frames in each other's place": (
         both(stamped("/scan", "imu_link"), stamped("/imu/data", "laser")),
-        [
-            (
-                "error[frame-not-as-declared]",
-                '/scan is stamped "imu_link" (117 messages), and no message with what is declared: "laser" (lidar)',
-            ),
-            (
-                "error[frame-not-as-declared]",
-                '/imu/data is stamped "laser" (585 messages), and no message with what is declared: "imu_link" (imu)',
-            ),
-        ],
+        ["error[frame-not-as-declared] /scan", "error[frame-not-as-declared] /imu/data"],
     ),
     "a frame that others publish": (
         both(stamped("/scan", "lidar_frame"), more(edge(ns(0.01), "base_link", "lidar_frame", HERE, still=True))),
-        [
-            ("warning[edge-not-described]", "base_link -> lidar_frame was published, but no such edge is described"),
-            (
-                "warning[frame-not-as-declared]",
-                '/scan is stamped "lidar_frame" (117 messages), and no message with what is declared: "laser" (lidar)',
-            ),
-        ],
+        ["warning[edge-not-described] base_link -> lidar_frame", "warning[frame-not-as-declared] /scan"],
     ),
     "another eye of the camera": (stamped("/camera/depth/image", "rgb_camera_link"), []),
-    "a scan that is made of others": (
-        merged,
-        [],
-    ),
+    "a scan that is made of others": (merged, []),
     "a frame under itself": (
         more(*[edge(ns(at), "laser", "laser", HERE) for at in range(1, 6)]),
-        [("error[edge-dropped]", '"laser" is published under itself (5 transforms on /tf): tf2 drops that')],
+        ["error[edge-dropped] laser -> laser"],
     ),
     "a frame under itself, with a slash": (
         more(edge(ns(1.0), "laser", "/laser", HERE, still=True)),
-        [("error[edge-dropped]", '"laser" is published under itself (1 transform on /tf_static): tf2 drops that')],
+        ["error[edge-dropped] laser -> laser"],
     ),
     "a frame under itself alone": (
         both(without("/tf_static", "laser"), more(edge(ns(1.0), "laser", "laser", HERE, still=True))),
-        [
-            ("error[edge-dropped]", '"laser" is published under itself (1 transform on /tf_static): tf2 drops that'),
-            (
-                "error[edge-missing]",
-                "nobody published base_link -> laser; tf_base_laser (static_transform_publisher) should",
-            ),
-        ],
+        ["error[edge-dropped] laser -> laser", "error[edge-missing] base_link -> laser"],
     ),
     "names that are empty": (
         more(edge(ns(1.0), "", "laser", HERE), edge(ns(1.1), "laser", "/", HERE), edge(ns(1.2), "", "", HERE)),
-        [
-            ("error[edge-dropped]", 'the frame above "laser" has no name (1 transform on /tf): tf2 drops it'),
-            ("error[edge-dropped]", 'the frame under "laser" has no name (1 transform on /tf): tf2 drops it'),
-            ("error[edge-dropped]", "neither frame has a name (1 transform on /tf): tf2 drops that"),
-        ],
+        ["error[edge-dropped]  -> laser", "error[edge-dropped] laser -> ", "error[edge-dropped]  -> "],
     ),
     "a slash before all transforms": (prefixed("/", headers=False), []),
 }
 
 
-@pytest.mark.parametrize("name", SAID)
+@pytest.mark.parametrize("name", NAMES)
 def test_names_that_are_not_those_of_the_description(tmp_path: Path, name: str) -> None:
-    change, expected = SAID[name]
+    change, expected = NAMES[name]
     verdict = judged(bags.bag(tmp_path / "bag", "mcap", change=change))
-    assert [(f"{one.severity}[{one.rule}]", one.message) for one in verdict.findings] == expected
+    assert [f"{one.severity}[{one.rule}] {one.subject}" for one in verdict.findings] == expected
 
 
 @pytest.mark.parametrize("prefix", ["robot1/", "robot1_", "/robot1/", "a/b/", "x"])
@@ -177,7 +116,7 @@ def test_all_frames_begin_with_a_prefix(tmp_path: Path, prefix: str, headers: bo
         assert verdict.findings[0].help == f"--prefix {own} compares what is behind it"
         assert summary(verdict, "rosorin", strict=False).startswith("rosorin: could not be compared: 1 error")
     if headers and prefix == own:
-        assert judged(bag, prefix=own).findings == []
+        assert judged(bag, prefix=own).findings == ()
 
 
 def test_not_all_frames_begin_with_a_prefix(tmp_path: Path) -> None:
@@ -228,7 +167,7 @@ outputs: {urdf: {file: two_eyes.urdf}}
             kind = "sensor_msgs/msg/LaserScan"
             said.append(Message(ns(1.0), f"/scan{number}", kind, bags.scan(bags.header(ns(0.99), frame))))
         bag = bags.write(tmp_path / name / "bag", said)
-        return [(one.rule, one.of[0]) for one in verify(made.robot, made.artifacts, str(bag), Options()).findings]
+        return [(one.rule, one.subject) for one in verify(made.robot, made.artifacts, str(bag), Options()).findings]
 
     assert findings("right", ["front_laser", "rear_laser"]) == []
     assert findings("one", ["front_laser", "front_laser"]) == []

@@ -23,15 +23,14 @@ from rosorin_compile.cli.answer import plain
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Transform
 from rosorin_compile.recordings import bags as reading
-from rosorin_compile.recordings.lines import table
-from rosorin_compile.recordings.machine import as_junit, as_result
 from rosorin_compile.recordings.picture import as_svg
+from rosorin_compile.recordings.report import as_junit, table
 from rosorin_compile.source import progress
 from rosorin_compile.source.report import text as report
 from support import bags
 from support.bags import START, TYPES, Message, judged, ns
 from support.paths import DATA, IMPORTED, ROOT
-from support.schemas import properties, schema
+from support.schemas import schema
 
 pytestmark = pytest.mark.slow
 
@@ -82,15 +81,6 @@ def test_json_junit_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert main(["verify", ROBOT, str(bag), "--junit", str(junit / "junit.xml")]) == 2
 
 
-def test_every_property_of_the_schema_is_described_with_its_unit() -> None:
-    found = properties(schema("recording"))
-    assert len(found) > 60
-    for path, inner in found:
-        assert inner.get("description"), path
-        if "number" in inner.get("type", ()):
-            assert any(word in inner["description"] for word in ("metres", "radians", "seconds", "hertz")), path
-
-
 def test_names_cannot_steer_the_terminal_or_break_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     name = "x\x1b[31m<&\"'\x00\ud7ff\x07"
     added = bags.edge(ns(1.0), "base_link", name, Transform(), still=True)
@@ -137,12 +127,12 @@ def test_any_content_is_judged_and_shown_without_a_traceback(data: st.DataObject
     with tempfile.TemporaryDirectory() as folder:
         bag = bags.write(Path(folder, "bag"), sorted(said, key=lambda message: message.received), "mcap")
         verdict = judged(bag)
-    json.dumps(plain(as_result(verdict, "bag")), allow_nan=False)
+    json.dumps(plain(verdict), allow_nan=False)
     ElementTree.fromstring(as_junit(verdict))
-    if verdict.recording.series:
-        ElementTree.fromstring(as_svg(verdict))
+    if verdict.data.start is not None and verdict.data.series:
+        ElementTree.fromstring(as_svg(verdict.data))
     assert "\n".join(table(verdict)).isprintable() or table(verdict)
-    assert report(verdict.findings) or not verdict.findings
+    assert report(verdict.diagnostics) or not verdict.findings
 
 
 def test_the_command_line_does_not_load_what_it_does_not_need() -> None:
@@ -176,7 +166,7 @@ def test_what_is_not_installed_is_said(
 def test_a_bar_is_shown_on_a_terminal_after_a_while(
     clean: dict[str, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(reading, "BATCH", 200)
+    monkeypatch.setattr(reading, "_STEP", 200)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")

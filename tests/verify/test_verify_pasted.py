@@ -71,7 +71,7 @@ WAYS: dict[str, Callable[[str], str]] = {
 def test_a_session_is_read_however_it_was_pasted(way: str) -> None:
     right, wrong = judged("-", WAYS[way](SESSION)), judged("-", WAYS[way](BACKWARDS))
     assert rules(right) == []
-    assert [len(answer.readings) for answer in right.recording.asked] == [4]
+    assert [len(answer.readings) for answer in right.data.answers] == [4]
     assert rules(wrong) == ["mounted-backwards"]
 
 
@@ -81,7 +81,7 @@ def test_an_answer_without_numbers_is_not_as_described() -> None:
     (found,) = verdict.findings
     assert (found.rule, found.severity) == ("text-not-understood", "error")
     assert found.message == "line 2 begins an answer of tf2_echo, but it cannot be read"
-    assert verdict.recording.asked == []
+    assert verdict.data.answers == []
 
 
 def test_the_topic_may_stand_behind_its_options() -> None:

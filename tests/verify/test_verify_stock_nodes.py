@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.recordings.judge import Verdict
+from rosorin_compile.recordings.results import Verified
 from support import bags, stock_nodes
 from support.bags import TYPES, Message, judged, rules
 from support.robots import texts
@@ -61,19 +61,19 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("runs")
 
 
-def of(bag: Path) -> Verdict:
+def of(bag: Path) -> Verified:
     return judged(bag, without=OTHERS, stale=60.0)
 
 
 def test_a_real_run_on_our_artifacts_has_no_finding(folder: Path) -> None:
     verdict = of(recorded(folder / "clean", bags.urdf(), "3.14159265"))
-    assert verdict.findings == []
-    series = {series.name: series for series in verdict.recording.series.values()}
+    assert verdict.findings == ()
+    series = {edge.name: edge for edge in verdict.edges if edge.topic}
     assert len(series) == 12
     for joint in bags.ARM:
-        values = series[bags.robot().joint[joint].parent + " -> " + bags.robot().joint[joint].child].values
+        values = series[bags.robot().joint[joint].parent + " -> " + bags.robot().joint[joint].child]
         assert values.by_state == values.compared >= len(STATES)
-    assert all(found.values.compared for found in series.values())
+    assert all(found.compared for found in series.values())
 
 
 def test_a_real_run_with_the_lidar_mounted_backwards_is_found(folder: Path) -> None:

@@ -15,9 +15,9 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.judge import Verdict
-from rosorin_compile.recordings.lines import summary
-from rosorin_compile.recordings.sources import verify
+from rosorin_compile.recordings.report import summary
+from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.verification import verify
 from support import bags
 from support.bags import rules
 from support.paths import DATA, ROOT
@@ -27,7 +27,7 @@ RECORDINGS = DATA / "recordings"
 TUCK = bags.robot().poses[0].positions
 
 
-def judged(text: str, **options: Any) -> Verdict:
+def judged(text: str, **options: Any) -> Verified:
     return bags.judged("-", text, **options)
 
 
@@ -53,9 +53,9 @@ def echo(transform: Transform, decimals: int = 3, only: str = "qrdm") -> str:
 def test_the_values_that_the_guide_recorded_are_as_described() -> None:
     text = (RECORDINGS / "guide.txt").read_text("utf-8")
     verdict = judged(text, pose=TUCK)
-    assert verdict.findings == []
-    assert len(verdict.recording.asked) == len(RECORDED["tf"]) == 5
-    for answer, recorded in zip(verdict.recording.asked, RECORDED["tf"], strict=True):
+    assert verdict.findings == ()
+    assert len(verdict.data.answers) == len(RECORDED["tf"]) == 5
+    for answer, recorded in zip(verdict.data.answers, RECORDED["tf"], strict=True):
         assert (answer.source, answer.target) == (recorded["from"], recorded["to"])
         assert answer.readings[0].xyz == pytest.approx(recorded["translation"], abs=1e-12)
 
@@ -82,20 +82,20 @@ def test_without_the_yaw_of_the_laser_they_are_not(tmp_path: Path) -> None:
 )
 def test_only_what_was_printed_is_shown_as_printed(line: str, shown: str) -> None:
     (finding,) = judged(f"ros2 run tf2_ros tf2_echo base_link laser\n{line}\n").findings
-    assert finding.related[1].message == shown
+    assert finding.evidence[1] == shown
 
 
 def test_a_pasted_session_is_read_part_by_part() -> None:
     verdict = judged((RECORDINGS / "session.txt").read_text("utf-8"))
-    assert verdict.findings == []
-    recording = verdict.recording
-    assert [(answer.source, answer.target, len(answer.readings)) for answer in recording.asked] == [
+    assert verdict.findings == ()
+    recording = verdict.data
+    assert [(answer.source, answer.target, len(answer.readings)) for answer in recording.answers] == [
         ("base_link", "camera_link", 4),
         ("base_link", "camera_link", 4),
     ]
     assert recording.joints.ranges["joint5"].highest == 0.0041887902047863905
-    assert [series.values.compared for series in recording.series.values()] == [1]
-    assert list(recording.sensors["/scan"].frames) == ["laser"]
+    assert [series.compared for series in recording.series.values()] == [1]
+    assert [(use.topic, use.frame) for use in recording.uses] == [("/scan", "laser")]
 
 
 @pytest.mark.parametrize("change", ["0.219", "[0.023, 0.001, 0.289]", "0.998", "0.017  1.000", "1.9058995431778076"])
@@ -119,7 +119,7 @@ def test_what_tf2_echo_prints_of_any_pose_is_as_described(
     positions = dict(zip(bags.ARM, arm, strict=True))
     source, target = data.draw(st.permutations(["base_link", "link3", "camera_link", "depth_camera_link", "laser"]))[:2]
     text = f"$ tf2_echo {source} {target}\n{echo(bags.robot().transform(source, target, positions), only=only)}"
-    assert judged(text, pose=positions).findings == []
+    assert judged(text, pose=positions).findings == ()
 
 
 @settings(max_examples=60, deadline=None)
@@ -141,16 +141,16 @@ def test_a_turn_about_any_axes_is_found_in_every_form(rpy: tuple[float, float, f
 def test_view_frames(text: str) -> None:
     said = (RECORDINGS / text).read_text("utf-8")
     verdict = judged(said)
-    assert verdict.findings == []
-    assert len(verdict.recording.rows) == 15
+    assert verdict.findings == ()
+    assert len(verdict.data.rows) == 15
 
 
 def test_view_frames_as_it_is_logged() -> None:
     said = (RECORDINGS / "frames.yaml.txt").read_text("utf-8")
     log = f"[INFO] [1790580099.1] [view_frames]: Result:tf2_msgs.srv.FrameGraph_Response(frame_yaml={said!r})\n"
     verdict = judged(log)
-    assert verdict.findings == []
-    assert len(verdict.recording.rows) == 15
+    assert verdict.findings == ()
+    assert len(verdict.data.rows) == 15
 
 
 @pytest.mark.parametrize(
@@ -172,56 +172,34 @@ def test_faults_in_view_frames(old: str, new: str, expected: list[str]) -> None:
     assert rules(judged(said.replace(old, new))) == expected
 
 
+XYZ = "- Translation: [0.048, 0.000, 0.107]\n"
+REFUSED = 'Waiting for transform base_link ->  laser: Invalid frame ID "laser" passed to canTransform argument'
+
+
 @pytest.mark.parametrize(
-    ("text", "options", "message"),
+    ("text", "options", "rule", "subject"),
     [
-        ("", {}, "nothing in this text is known: no tf2_echo, no view_frames, no ros2 topic echo"),
-        ("hello\nworld\n", {}, "nothing in this text is known: no tf2_echo, no view_frames, no ros2 topic echo"),
-        (
-            "- Translation: [0.048, 0.000, 0.107]\n",
-            {},
-            "line 1 is where one frame is in another, but the text does not say which",
-        ),
-        (
-            "- Translation: [0.048, 0.000, 0.107]\n",
-            {"frames": ("base_link", "lasr")},
-            'tf2_echo was asked for "lasr", a frame that is not described',
-        ),
-        (
-            "tf2_echo base_link link3\n- Translation: [0.048, 0.000, 0.107]\n",
-            {},
-            "base_link -> link3 cannot be compared: where joint1, joint2, joint3 stood is not known",
-        ),
-        (
-            "tf2_echo map laser\n- Translation: [0.048, 0.000, 0.107]\n",
-            {},
-            "map -> laser cannot be compared: between them is map -> odom, which slam_toolbox or amcl alone knows,"
-            " odom -> base_link, which ekf alone knows",
-        ),
-        (
-            'Waiting for transform base_link ->  laser: Invalid frame ID "laser" passed to canTransform argument'
-            " source_frame - frame does not exist\n",
-            {},
-            'tf2_echo got no answer for base_link -> laser: Invalid frame ID "laser" passed to canTransform argument'
-            " source_frame - frame does not exist",
-        ),
-        ('digraph G { "No tf data received" }\n', {}, "view_frames heard no transform at all"),
-        ("digraph G {\n", {}, "line 1 begins what view_frames prints, but it is not whole"),
+        ("", {}, "text-not-understood", "the recording"),
+        ("hello\nworld\n", {}, "text-not-understood", "the recording"),
+        (XYZ, {}, "text-frames", "line 1"),
+        (XYZ, {"frames": ("base_link", "lasr")}, "frame-unknown", "base_link -> lasr"),
+        (f"tf2_echo base_link link3\n{XYZ}", {}, "not-compared", "base_link -> link3"),
+        (f"tf2_echo map laser\n{XYZ}", {}, "not-compared", "map -> laser"),
+        (f"{REFUSED}\n", {}, "edge-missing", "base_link -> laser"),
+        ('digraph G { "No tf data received" }\n', {}, "recording-foreign", "line 1"),
+        ("digraph G {\n", {}, "text-not-understood", "line 1"),
         (
             "ros2 topic echo /tf\ntransforms:\n- header:\n    stamp:\n      sec: 1\n",
             {},
-            "line 2 begins a message, but it cannot be read: a value is missing or of another kind",
+            "text-not-understood",
+            "line 2",
         ),
-        (
-            "header:\n  stamp: {sec: 1, nanosec: 2}\n  frame_id: laser_link\nrange_min: 1\n",
-            {},
-            'the message is stamped "laser_link" (1 message), a frame that is neither described nor published',
-        ),
+        ("header:\n  stamp: {sec: 1, nanosec: 2}\n  frame_id: laser_link\n", {}, "frame-unknown", "the message"),
     ],
 )
-def test_text_that_says_too_little(text: str, options: dict[str, Any], message: str) -> None:
+def test_text_that_says_too_little(text: str, options: dict[str, Any], rule: str, subject: str) -> None:
     verdict = judged(text, **options)
-    assert [finding.message for finding in verdict.findings] == [message]
+    assert [(finding.rule, finding.subject) for finding in verdict.findings] == [(rule, subject)]
     assert verdict.fails()
 
 

@@ -141,3 +141,11 @@ def test_the_settings_of_an_included_mjcf_are_those_of_the_robot(
     made(tmp_path, text.replace("r.xml", "r.xml, option: {timestep: 0.004}"))
     said = capsys.readouterr().err
     assert "warning[include-settings]: settings of dog.xml that the MJCF does not take over: timestep 0.001" in said
+
+
+def test_a_spring_of_a_urdf_for_gazebo_reaches_mujoco(tmp_path: Path) -> None:
+    out = made(tmp_path, TURNING + OUTPUTS)
+    assert main(["import", str(out / "r.urdf"), "-o", str(tmp_path / "again")]) == 0
+    assert main(["all", str(tmp_path / "again"), "-o", str(tmp_path / "made")]) == 0
+    model = model_of(tmp_path / "made")
+    assert (model.jnt_stiffness[0], model.qpos_spring[0]) == (20, 0.1)

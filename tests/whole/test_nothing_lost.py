@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.extract.writing import replace, save
+from rosorin_compile.importing.extract.results import replace, save
 from rosorin_compile.importing.new_robot import start
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.output import OutputError, write_artifacts, write_file

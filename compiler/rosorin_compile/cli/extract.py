@@ -45,8 +45,7 @@ _grid_options = combined(
     option("--origin", metavar="X,Y", help="corner of the first cell; default: corner of the mesh"),
     option("--cells", metavar="NXxNY", help="number of cells along x and y; default: cover the mesh"),
     option("--size", metavar="X,Y", help="size of the grid, instead of --cells"),
-    option("--spacing", metavar="LENGTH", help="maximum distance between samples; default: a third of a cell"),
-    flag("--exact", help="compute the highest point in each cell exactly instead of sampling"),
+    option("--exact", is_flag=True, hidden=True),  # of earlier versions, which sampled by default
     option("--below", metavar="Z", help="ignore surfaces above this height"),
     option("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4"),
     option("--step", metavar="LENGTH", help="round heights of boxes to multiples of this length; default: the cell"),
@@ -123,8 +122,8 @@ def heightmap(options: Options) -> int:
 
     run = _run(options)
     if options.format != "text" and (options.into or options.bottom):
-        word = "--into edits a file; it" if options.into else "--bottom"
-        raise RequestError(f"{word} goes with neither {'-o' if options.into else '--into'} nor JSON")
+        word, other = ("--into edits a file; it", "-o") if options.into else ("--bottom", "--into")
+        raise RequestError(f"{word} excludes {other} and JSON")
     result = api.extract_height_map(
         run.words,
         **run.read_options(),
@@ -205,8 +204,8 @@ def _print(run: Run, result: Any, value: object) -> int:
 
 def _grid(options: Options) -> dict[str, Any]:
     """Return the grid of a height map, lengths in metres. Raises RequestError."""
-    grid: dict[str, Any] = {"exact": options.exact, "map_digits": options.map_digits, "cells": None}
-    for name, count in (("cell", 1), ("step", 1), ("spacing", 1), ("below", 1), ("origin", 2), ("size", 2)):
+    grid: dict[str, Any] = {"map_digits": options.map_digits, "cells": None}
+    for name, count in (("cell", 1), ("step", 1), ("below", 1), ("origin", 2), ("size", 2)):
         text = getattr(options, name)
         numbers = None if text is None else _numbers(text, f"--{name}", count)
         if numbers is not None and name in ("cell", "step") and not numbers[0] > 0:

@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 @path_option(
     "-o",
     "--output",
-    metavar="FILE",
-    help="write a drawing: .svg, .dot or .gv (Graphviz), .mmd or .md (Mermaid); FOLDER/: one SVG per tree",
+    metavar="FILE.svg",
+    help="write a drawing: FILE.svg; FOLDER/: one file per tree",
 )
 @force_option
 @flag("--ascii", help="draw the tree with ASCII characters")
@@ -77,12 +77,12 @@ def run(options: Options) -> int:
 def _text(robot: Robot, found: Frames, options: Options) -> str:
     """Return the trees as text, as wide as the terminal."""
     from rosorin_compile.model.frame_tree import lines, publishers, rows, way
-    from rosorin_compile.viewer.drawing.terminal import heading, look, table, tree
+    from rosorin_compile.viewer.frames_text import Look, heading, table, tree
 
     every, on_terminal = rows(robot), sys.stdout.isatty()
     colours = on_terminal and not os.environ.get("NO_COLOR")
     width = shutil.get_terminal_size().columns if on_terminal else 0
-    style = look(options.ascii or not _can_print("└├│─╌"), colours, publishers(every), width)
+    style = Look(options.ascii or not _can_print("└├│─╌"), publishers(every) if colours else (), width)
     if options.publisher is not None:
         published = (row for one in found.trees for row in one.edges if row.publisher == options.publisher)
         edges = list(dict.fromkeys(published))

@@ -20,8 +20,7 @@ from .command import Options, command, flag, mode_option, option, pose_option, r
 from .run import Run, find_robot, mode_states
 
 if TYPE_CHECKING:
-    from rosorin_compile.recordings.answers import Verified
-    from rosorin_compile.recordings.judge import Verdict
+    from rosorin_compile.recordings.results import Verified
 
 _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
 _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
@@ -69,13 +68,13 @@ def run(options: Options) -> int:
         modes=mode_states(options.modes),
         frames=tuple(options.frames) if options.frames else None,
     )
-    if result.verdict is None:
+    if result.data is None:
         run.console.show(result.diagnostics)
         run.console.warn(f"{description.name}: not compared")
         return PROBLEMS
-    _show(run, result, result.verdict, description.name)
-    _write(result.verdict, options)
-    return PROBLEMS if result.verdict.fails(options.strict) else FINE
+    _show(run, result, description.name)
+    _write(result, options)
+    return PROBLEMS if result.fails(options.strict) else FINE
 
 
 def _requested(words: list[str]) -> tuple[str, Description]:
@@ -121,37 +120,37 @@ def _is_robot(source: str) -> bool:
     return found.name == Description.ROOT_FILE or found.suffix.lower() in FORMATS.endings(include=True)
 
 
-def _show(run: Run, result: Verified, verdict: Verdict, name: str) -> None:
-    from rosorin_compile.recordings.lines import summary, table
+def _show(run: Run, result: Verified, name: str) -> None:
+    from rosorin_compile.recordings.report import summary, table
 
     options, console = run.options, run.console
     if options.format != "text":
         if options.format == "json":
-            console.show(verdict.findings)
+            console.show(result.diagnostics)
         run.give(result)
     elif options.quiet:
         failing = (ERROR, WARNING) if options.strict else (ERROR,)
-        Console("text").show([finding for finding in verdict.findings if finding.severity in failing])
+        Console("text").show([finding for finding in result.diagnostics if finding.severity in failing])
     else:
-        for line in table(verdict):
+        for line in table(result):
             print(line)
         sys.stdout.flush()
-        console.show(verdict.findings)
+        console.show(result.diagnostics)
         sys.stderr.flush()
-        print(summary(verdict, name, options.strict))
+        print(summary(result, name, options.strict))
 
 
-def _write(verdict: Verdict, options: Options) -> None:
+def _write(result: Verified, options: Options) -> None:
     """Write the result as JUnit XML and as a plot, if requested. Raises RequestError."""
     if options.junit:
-        from rosorin_compile.recordings.machine import as_junit
+        from rosorin_compile.recordings.report import as_junit
 
-        _save(options.junit, as_junit(verdict, options.strict), "<testsuites")
+        _save(options.junit, as_junit(result, options.strict), "<testsuites")
     if options.picture:
         from rosorin_compile.recordings.picture import as_svg
 
         try:
-            _save(options.picture, as_svg(verdict), "<svg")
+            _save(options.picture, as_svg(result.data), "<svg")
         except ValueError as problem:
             raise RequestError(f"--picture: {problem}") from None
 

@@ -17,7 +17,7 @@ from rosorin_compile.source.wording import listed
 from .committed import Comparison, compare, lines
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats import Artifact
+    from rosorin_compile.formats import Artifact, Facts, Value
     from rosorin_compile.formats.compiled import Compiled
     from rosorin_compile.formats.format import Refusal
     from rosorin_compile.rules.case import Case
@@ -48,13 +48,16 @@ RULES = (
 class Committed(NamedTuple):
     """The differences between committed files and compiled artifacts, and why engines reject artifacts.
 
-    ``meshes`` are the mesh files that differ, each with a description of the difference.
+    ``meshes`` are the mesh files that differ, each with a description of the difference. ``edited`` are the artifacts
+    that contradict others which are up to date, so that not the description has changed.
     """
 
     comparison: Comparison
     committed: Mapping[str, bytes]
     meshes: tuple[tuple[str, str], ...]
     diagnostics: list[Diagnostic]
+    folder: Path
+    edited: tuple[Artifact, ...] = ()
 
     @property
     def same(self) -> bool:
@@ -67,7 +70,13 @@ class Committed(NamedTuple):
 
     def lines(self, full: bool = False) -> list[str]:
         """Return the differences as lines; texts are shortened unless ``full``."""
-        return [*lines(self.comparison, full), *(f"{name}: {what}" for name, what in self.meshes)]
+        outputs = {artifact.output for artifact in self.edited}
+        changes = tuple(change for change in self.comparison.changes if not outputs.issuperset(change.artifacts))
+        return [
+            *(f"{self.folder / one.file} was edited: it differs from the other artifacts" for one in self.edited),
+            *lines(self.comparison._replace(changes=changes), full),
+            *(f"{name}: {what}" for name, what in self.meshes),
+        ]
 
 
 def compare_committed(
@@ -89,7 +98,45 @@ def compare_committed(
         if data != committed.get(name):
             what = "another file than the mesh is" if name in committed else "missing"
             changed.append((name, f"{what}; rosorin-compile all writes it"))
-    return Committed(comparison, committed, tuple(changed), judged(present, folder, load))
+    found = edited(present, committed) if comparison.changes else ()
+    return Committed(comparison, committed, tuple(changed), judged(present, folder, load), folder, found)
+
+
+def edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
+    """Return the artifacts whose committed text contradicts another artifact that is up to date.
+
+    Had the description changed, that one would have changed, too.
+    """
+    texts = {artifact.file: committed[artifact.file].decode("utf-8", "replace") for artifact in artifacts}
+    readable = [artifact for artifact in artifacts if FORMATS[artifact.backend].facts is not None]
+    current = [_facts(artifact, artifact.text) for artifact in readable if texts[artifact.file] == artifact.text]
+    found = []
+    for artifact in readable:
+        if texts[artifact.file] != artifact.text:
+            old, new = _facts(artifact, texts[artifact.file]), _facts(artifact, artifact.text)
+            differing = {key: value for key, value in new.items() if key in old and not _agree(value, old[key])}
+            if any(
+                key in facts and _agree(value, facts[key]) and not _agree(old[key], facts[key])
+                for key, value in differing.items()
+                for facts in current
+            ):
+                found.append(artifact)
+    return tuple(found)
+
+
+def _facts(artifact: Artifact, text: str) -> Facts:
+    read = FORMATS[artifact.backend].facts
+    try:
+        return read(text) if read is not None else {}
+    except (ValueError, OverflowError):
+        return {}
+
+
+def _agree(a: Value, b: Value) -> bool:
+    """Return True if two values are equal as far as both are printed."""
+    if isinstance(a.value, str) or isinstance(b.value, str):
+        return a.value == b.value
+    return abs(a.value - b.value) <= a.tolerance + b.tolerance + 1e-9
 
 
 def judged(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:

@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import json
 import os
-import pickle
 import re
-import signal
-import subprocess
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache, cached_property
 from importlib import import_module
+from io import BytesIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import jinja2
@@ -233,16 +232,23 @@ class _Rendered(NamedTuple):
 
 def _render_in_child(folder: Path | None, first: Path | None, name: str, values: Mapping[str, Any]) -> _Rendered:
     """Render a template in a child process. Returns a failure if it exceeds a limit."""
+    import pickle  # with subprocess they take as long to import as a small robot to compile
+    import signal
+    import subprocess
+
     system.needs("resource", system.NO_LIMITS)
     cache_folder("templates")  # the child caches there; only this process can report that it is open to others
     path = json.dumps([os.path.abspath(entry) for entry in sys.path if entry])
     command = [sys.executable, "-c", _START_CHILD, path]
-    request = pickle.dumps((folder, first, name, dict(values)))
+    request = BytesIO()
+    pickler = pickle.Pickler(request)
+    pickler.dispatch_table = {MappingProxyType: lambda proxy: (dict, (dict(proxy),))}
+    pickler.dump((folder, first, name, dict(values)))
     # numpy reserves memory for each thread of its libraries.
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     try:
         done = subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
-            command, input=request, capture_output=True, timeout=_PATIENCE, env=environment, check=False
+            command, input=request.getvalue(), capture_output=True, timeout=_PATIENCE, env=environment, check=False
         )
     except subprocess.TimeoutExpired:
         return _Rendered(rule="template-failed", message=f"it did not end within {_PATIENCE} s", template=name)

@@ -1,14 +1,14 @@
-"""Description: the plain tree of a robot as the files of a description, as a person would have written them.
+"""Write the plain tree of a robot as the files of a description.
 
-``write`` says which file holds what, and ``named`` which values get a name
-because they repeat.
+Folders that many meshes share get a name under ``let``.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping
+from keyword import iskeyword
+from typing import Any
 
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.language.expression.functions import expression_names
@@ -16,8 +16,8 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Path, Seq
 
+from .key_order import about, in_files, is_default, sorted_keys, sorted_sections
 from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
-from .order import about, in_files, is_default, sorted_keys, sorted_sections
 
 MAX_LINES = 150  # a longer description is split into files
 
@@ -75,14 +75,12 @@ class _Document:
 
     def __init__(self, tree: Map) -> None:
         self.tree = tree
-        self.named: Named = named(tree)
+        self.folders = mesh_folders(tree)
 
     def made(self, wanted: Outputs) -> dict[str, Any]:
         """Return the document of the whole description."""
         body = {key: self.value(value, (key,), span) for key, value, span in _items(self.tree) if value}
-        lets: dict[str, Any] = {**self.named.folders, **body.pop("let", {})}
-        if self.named.scale is not None:
-            lets["mesh_scale"] = self.value(self.named.scale, ("let", "mesh_scale"), None)
+        lets: dict[str, Any] = {**self.folders, **body.pop("let", {})}
         document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}
         if lets:
             document["let"] = lets
@@ -94,12 +92,11 @@ class _Document:
         if isinstance(value, Map):
             return self.mapping(value, path)
         if isinstance(value, Seq):
-            if path[-2:] == ("mesh", "scale") and self.named.scale is not None:
-                return Expression("${mesh_scale}")
             return [self.value(v, (*path, i), s) for i, (v, s) in enumerate(zip(value, value.value_spans, strict=True))]
         if isinstance(value, str):
-            file = self.named.file(value) if path[-2:] == ("mesh", "file") else None
-            return Expression(file) if file else value if isinstance(value, (Expression, Verbatim)) else str(value)
+            if path[-2:] == ("mesh", "file"):
+                return _below_folder(value, self.folders)
+            return value if isinstance(value, (Expression, Verbatim)) else str(value)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return number(value, span, angle_of(self.tree, path))
         return value
@@ -131,95 +128,64 @@ def _items(value: Map) -> Iterator[tuple[str, Any, Span | None]]:
         yield key, item, value.value_spans.get(key)
 
 
-MAX_NAME = 60
-_FEW = 3  # fewer references to a folder are written out
-_LONG = 20  # shorter folders are written out
-_WORTH = 50  # so many letters less, at least, where a name stands for a folder
-_SHAPES = ("visual", "collision")
+_MIN_FILES = 3  # in a folder that gets a name
+_MIN_LENGTH = 20  # of the path of such a folder
+_MIN_SAVED = 50  # characters that a name has to save
 
 
-class Named(NamedTuple):
-    """What is named: mesh folders by name (without the slash at their end), and the scale of all meshes, if any."""
-
-    folders: dict[str, str]
-    scale: Seq | None
-
-    def file(self, name: str) -> str | None:
-        """Return a mesh file as an expression with the name of its folder, None if that has none."""
-        for key, folder in self.folders.items():
-            rest = name.removeprefix(f"{folder}/")
-            if rest != name and (isinstance(name, Expression) or not _needs_escape(rest)):
-                return f"${{{key}}}/{rest}"
-        return None
-
-
-def named(tree: Map) -> Named:
-    """Return the values of a robot that are worth a name."""
-    meshes = list(_meshes(tree))
-    groups: dict[str, list[str]] = {}
-    for mesh in meshes:
-        file = mesh.get("file")
+def mesh_folders(tree: Map) -> dict[str, str]:
+    """Return the folders of meshes that are worth a name under ``let``, by that name, without a slash at the end."""
+    bodies = [tree, *(part for part in (tree.get("parts") or {}).values() if isinstance(part, Map))]
+    links = [link for body in bodies for link in (body.get("links") or {}).values() if isinstance(link, Map)]
+    shapes = [shape for link in links for key in ("visual", "collision") for shape in link.get(key) or ()]
+    meshes = [shape["mesh"] for shape in shapes if isinstance(shape, Map) and isinstance(shape.get("mesh"), Map)]
+    packages: dict[str, list[str]] = {}
+    for file in (mesh.get("file") for mesh in meshes):
         if isinstance(file, str):
-            groups.setdefault(_package(file), []).append(file)
-    folders = {key: folder for key, files in groups.items() if (folder := _common_folder(files))}
-    names: dict[str, str] = {}
-    for key, folder in folders.items():
-        wanted = "meshes" if len(folders) == 1 else f"{_identifier(key)}_meshes"
-        names[_free(wanted, names)] = folder
-    return Named(names, _common_scale(meshes))
-
-
-def _meshes(tree: Map) -> Iterator[Map]:
-    """Yield every mesh of a robot."""
-    sections = [tree, *(part for part in (tree.get("parts") or {}).values() if isinstance(part, Map))]
-    for link in (link for section in sections for link in (section.get("links") or {}).values()):
-        for purpose in _SHAPES if isinstance(link, Map) else ():
-            for shape in link.get(purpose) or ():
-                if isinstance(shape, Map) and isinstance(shape.get("mesh"), Map):
-                    yield shape["mesh"]
-
-
-def _package(file: str) -> str:
-    """Return the package of a mesh reference, empty for a path or another address."""
-    scheme, mark, rest = file.partition("://")
-    return rest.partition("/")[0] if mark and scheme in ("package", "model") else ""
+            scheme, mark, rest = file.partition("://")
+            is_package = mark and scheme in ("package", "model")
+            packages.setdefault(rest.partition("/")[0] if is_package else "", []).append(file)
+    folders = {package: folder for package, files in packages.items() if (folder := _common_folder(files))}
+    named: dict[str, str] = {}
+    for package, folder in folders.items():
+        name = "meshes" if len(folders) == 1 else f"{identifier(package or 'other')}_meshes"
+        named[free_name(name, named)] = folder
+    return named
 
 
 def _common_folder(files: list[str]) -> str:
-    """Return the longest folder that all files stand in; empty if that is none, or too short or rare for a name."""
-    if len(files) < _FEW or len(set(files)) < 2:
+    """Return the longest folder of all files, or "" if a name for it would not be worth it."""
+    if len(files) < _MIN_FILES or len(set(files)) < 2:
         return ""
     first, last = min(files), max(files)
-    length = next((i for i, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), min(len(first), len(last)))
+    length = next((i for i, pair in enumerate(zip(first, last, strict=False)) if len(set(pair)) > 1), len(first))
     folder = first[:length].rpartition("/")[0]
     saved = (len(folder) - len("${meshes}")) * len(files)
-    worth = len(folder) >= _LONG and saved >= _WORTH and not folder.endswith((":", ":/"))
-    return folder if worth and not _needs_escape(folder) else ""
+    is_worth = len(folder) >= _MIN_LENGTH and saved >= _MIN_SAVED and not folder.endswith((":", ":/"))
+    return folder if is_worth and not ("${" in folder or "$(" in folder) else ""
 
 
-def _needs_escape(text: str) -> bool:
-    return "${" in text or "$(" in text
+def _below_folder(file: str, folders: Mapping[str, str]) -> str:
+    """Return a mesh file with the name of its folder, if that has one."""
+    for name, folder in folders.items():
+        rest = file.removeprefix(f"{folder}/")
+        if rest != file and (isinstance(file, Expression) or not ("${" in rest or "$(" in rest)):
+            return Expression(f"${{{name}}}/{rest}")
+    return file if isinstance(file, Expression) else str(file)
 
 
-def _common_scale(meshes: list[Map]) -> Seq | None:
-    """Return the scale that all meshes have, None if they have different ones, none, or are few."""
-    scales = [mesh.get("scale") for mesh in meshes]
-    first: Any = scales[0] if len(scales) >= _FEW else None
-    same = isinstance(first, Seq) and all(scale == first for scale in scales) and list(first) != [1, 1, 1]
-    same = same and not any(isinstance(number, str) for number in first)  # a part has its own
-    return first if same else None
+def identifier(text: str) -> str:
+    """Return a name for expressions that resembles a text."""
+    name = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_").lower()
+    return name if name and not name[0].isdigit() else f"n_{name}".strip("_")
 
 
-def _identifier(text: str) -> str:
-    """Return a name for expressions that is like a text."""
-    made = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower()
-    return made if made and not made[0].isdigit() else f"other_{made}".strip("_")
-
-
-def _free(wanted: str, taken: dict[str, str]) -> str:
-    """Return a name that no other value, unit or function has."""
-    name, count, known = wanted, 1, expression_names()
-    while name in taken or name in known.units or name in known.functions:
-        count += 1
-        name = f"{wanted}_{count}"
+def free_name(wanted: str, taken: Iterable[str]) -> str:
+    """Return a name that is not taken and has no meaning in expressions, with a number if necessary."""
+    known = expression_names()
+    reserved = {*known.units, *known.functions, *known.constants, *taken}
+    name, number = wanted, 1
+    while name in reserved or iskeyword(name):
+        number += 1
+        name = f"{wanted}_{number}"
     return name

@@ -35,11 +35,11 @@ from .into import Package, in_the_end, inside, package_at, package_report, put_i
 from .reimport import ENDING, Record, Request, import_again, is_record, record_of, recorded, remove
 from .report import Renamed, accepted, kept, renamed, repeated, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
-from .translating import Changed, Translation, translate
-from .translating.report import translation_report
-from .translating.sharing import Sharing
 from .words import Worded, worded
 from .words.report import told_words
+from .xacro.sharing import Sharing
+from .xacro.translate import Translation, translate, translation_report
+from .xacro.write_yaml import Target
 
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
@@ -213,7 +213,10 @@ class _Import:
     def _command_line(self) -> list[str]:
         """Return the words of the command line that determine what is written; the next import needs the same."""
         options = self.options
-        words = [self.source.name, *(f"{name}:={value}" for name, value in options.arguments.items())]
+        words = [
+            self.name_in_package or self.source.name,
+            *(f"{name}:={value}" for name, value in options.arguments.items()),
+        ]
         for name in ("name", "meshes"):
             value = getattr(options, name)
             words += [] if value is None else [f"--{name}", value]
@@ -246,8 +249,8 @@ class _Import:
         if options.flat or not read.takes_arguments or self.source is Description.ON_STDIN:
             return None
         sharing = Sharing(self.package.folder, folder) if self.package is not None else None
-        changed = Changed(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
-        return translate(self.source, self.reading, read, trip.outputs, changed)
+        target = Target(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
+        return translate(self.source, self.reading, read, trip.outputs, target)
 
     def _put_into(
         self,
@@ -261,18 +264,17 @@ class _Import:
     ) -> ImportResult:
         """Write the description to the package of its source."""
         source, folder = self.name_in_package, Path(result.folder)
-        tree = tree_of(imported)
         try:
-            put = put_into(package, source, self.options.arguments, folder.name, trip.files, tree, request, grown)
+            put = put_into(package, source, self.options.arguments, folder.name, trip.files, request, grown)
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return self._end(result)
         self.diagnostics += arrange(put.refused)
         if put.refused:
             return self._end(result)
-        self.diagnostics += arrange(put.again.diagnostics if put.again else ())
+        self.diagnostics += arrange(put.merged.diagnostics if put.merged else ())
         report: list[str] = []
-        if put.again is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
+        if put.merged is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
             report += _report(folder, imported, trip, (), lines)
         report += package_report(package, put)
         lines, after = tuple(to_do(package, put)), tuple(in_the_end(source, put))

@@ -1,15 +1,12 @@
-"""Into: the description of a robot put into the ROS package that has its xacro, beside it.
+"""Write the description of a robot into the ROS package that contains its source, with a test that compares both.
 
-A test holds both against each other until the xacro is removed. What is there already stays to the byte: lines for
-CMakeLists.txt, setup.py, package.xml and launch files are told, and written by whoever maintains them.
+Files of the package stay as they are; lines to add to or change in them are printed.
 """
 
 from __future__ import annotations
 
-import ast
 import os
 import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -23,23 +20,35 @@ from rosorin_compile.source.ros_packages import missing, package_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
-from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove, text_of
-from .switching import Line, lines_to_change
-from .translating.uniting import with_more
+from .reimport import (
+    ENDING,
+    Merged,
+    Request,
+    import_again,
+    is_record,
+    is_same_source,
+    read_record,
+    record_of,
+    recorded,
+    remove,
+    source_of,
+    text_of,
+)
+from .rewrite_launch import Line, lines_to_change
+from .xacro.merge import with_more
 
 RULES = (
     Rule(
         "import-name-taken",
-        "The package has a description or a test of this name that was imported from another source, with other "
-        "arguments, or does not say from what; nothing is written.",
-        "`--name` gives this robot a name of its own. To import the other one anew, remove its description and test.",
+        "The package has a description of this name that was imported from another source, or with other arguments; "
+        "nothing is written.",
+        "`--name` gives this robot a name of its own. To replace the other one, remove its description and test.",
         Heading.READING,
     ),
     Rule(
         "import-no-record",
-        "The package has a description of this source that stands otherwise than it would be imported, and nothing "
-        "says how it was imported: what somebody changed in it cannot be told from what the source changed; nothing is "
-        "written.",
+        "The package has a different description of this name without a record of its import, so that changes cannot "
+        "be merged; nothing is written.",
         "`--name` imports it beside that one. Or import the source as it was then with `-o`, and put the `.imported` "
         "files that come of it beside those of the description.",
         Heading.READING,
@@ -49,8 +58,6 @@ RULES = (
 CMAKE, PYTHON = "ament_cmake", "ament_python"
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
 _NO_WORD = re.compile(r"\W+")
-_NAME = re.compile(r"[\w-]+")
-_SAID = ("SOURCE", "OF_THE_SOURCE", "DESCRIPTION")  # what the test calls them
 
 
 class Package(NamedTuple):
@@ -67,35 +74,23 @@ class Package(NamedTuple):
 
 
 class Put(NamedTuple):
-    """What was put into a package: the files that are new, those that were there and are other ones, and what to do.
+    """The result of writing a description into a package.
 
-    ``add`` are lines by the file that they belong to, ``change`` lines of launch files. ``holds`` says whether the test
-    is one of this source. ``refused`` is why nothing was put,
-    ``again`` what came of it where the description was there. ``others`` are robots that have a changed file, too.
+    ``written`` are new or changed files, ``kept`` existing files that differ. ``add`` are lines to add, by file, and
+    ``change`` lines of launch files to change. ``has_test``: the test compares this description. ``refused`` are the
+    errors if nothing is written. ``merged`` is the result for a description that existed, ``others`` are robots that
+    include a changed file, too.
     """
 
-    written: tuple[str, ...]
-    kept: tuple[str, ...]
-    add: Mapping[str, Sequence[str]]
-    change: Sequence[Line]
     test: str
-    holds: bool = True
+    written: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
+    add: Mapping[str, Sequence[str]] = {}
+    change: Sequence[Line] = ()
+    has_test: bool = True
     refused: Sequence[Diagnostic] = ()
-    again: Merged | None = None
+    merged: Merged | None = None
     others: Sequence[str] = ()
-
-
-class Said(NamedTuple):
-    """What a test says of itself: the file that a description was imported from, with what, and that description."""
-
-    source: str
-    given: Mapping[str, str]
-    description: str
-
-    @property
-    def words(self) -> str:
-        """The source as it was named on the command line."""
-        return " ".join([self.source, *(f"{name}:={value}" for name, value in self.given.items())])
 
 
 def package_at(folder: Path) -> Package:
@@ -133,75 +128,6 @@ def _places(name: str) -> tuple[str, str]:
     return f"{Description.FOLDER}/{name}", f"test/test_{_NO_WORD.sub('_', name).lower()}_description.py"
 
 
-def _taken(package: Package, wanted: Said, name: str, files: Mapping[str, str], tree: Map) -> Diagnostic | None:
-    """Return the error that a name is that of another robot of a package; None where it is free, or this robot's."""
-    description, test = _places(name)
-    why = _why_taken(package.folder, wanted, test, files, (tree.get("source") or {}).get("note"))
-    if not why:
-        return None
-    own = Path(wanted.source).name.partition(".")[0]
-    own = own if _NAME.fullmatch(own) and own != name else "NAME"
-    there = " and ".join(one for one in (description, test) if os.path.lexists(package.folder / one))
-    help = f"give this robot a name of its own, such as --name {own}; to import it under this one, remove {there}"
-    span = tree.value_spans.get("robot", tree.span)
-    return error("import-name-taken", f'"{name}" is taken in {package.name}: {why}', span, help)
-
-
-def _why_taken(folder: Path, wanted: Said, test: str, files: Mapping[str, str], note: str | None) -> str:
-    """Return why a description is not to be taken for that of a source; empty if it is, or is not there.
-
-    Where no test says what it was imported from, it is the same one where it stands as it would be written, or where
-    it has the same ``note`` of its source and that takes no arguments.
-    """
-    said, root = _said(folder / test), folder / wanted.description
-    description = f"{Description.FOLDER}/{root.parent.name}"
-    if said is not None and said != wanted:
-        return f"{test} says that {said.description} was imported from {said.words}, and this is {wanted.words}"
-    if not _has_files(root.parent):
-        return ""
-    if not is_file(root):
-        return f"{description} is there, without a {root.name}"
-    if said is not None or not any(_differs(root.parent / file, text.encode()) for file, text in files.items()):
-        return ""
-    own = _note(root)
-    if own != note:
-        what = f"says that it is {own}" if own else "does not say what it was imported from"
-        return f"{description} {what}, and this is {wanted.words}"
-    return f"no test says that {description} was imported from {wanted.words}" if wanted.given else ""
-
-
-def _said(test: Path) -> Said | None:
-    """Return what a test says that it holds against each other; None if it is not there, or says nothing of it."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of whoever wrote it
-            body = ast.parse(_text(test)).body
-        found = {
-            node.targets[0].id: ast.literal_eval(_in_package(node.value))
-            for node in body
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id in _SAID
-        }
-        source, given, description = (found[name] for name in _SAID)
-        return Said(str(source), {str(name): str(value) for name, value in given.items()}, str(description))
-    except (SyntaxError, ValueError, TypeError, LookupError, AttributeError, RecursionError, MemoryError):
-        return None
-
-
-def _in_package(value: ast.expr) -> ast.expr:
-    """Return the path of ``PACKAGE / path``; another value as it is."""
-    return value.right if isinstance(value, ast.BinOp) and isinstance(value.left, ast.Name) else value
-
-
-def _note(root: Path) -> str | None:
-    """Return what a description says that it is from."""
-    try:
-        source = load_mapping(root, root.name).get("source")
-    except LoadError:
-        return None
-    note = source.get("note") if isinstance(source, Map) else None
-    return note if isinstance(note, str) else None
-
-
 def _arguments(root: Path) -> frozenset[str]:
     """Return the names of the arguments that a description declares."""
     try:
@@ -214,60 +140,62 @@ def _arguments(root: Path) -> frozenset[str]:
 def put_into(
     package: Package,
     source: str,
-    given: Mapping[str, str],
+    arguments: Mapping[str, str],
     name: str,
     files: Mapping[str, str],
-    tree: Map,
-    asked: Request,
+    request: Request,
     grown: Mapping[str, str] = {},
 ) -> Put:
-    """Put the files of a description into a package, all or nothing. Raises OutputError, RequestError.
+    """Write the files of a description into a package, all or nothing. Raises OutputError, RequestError.
 
-    ``source`` is the file that it was imported from, seen from the package, with what it was ``given``; ``tree`` is
-    that of the description. Nothing is put where the name is that of another robot there. A description of the source
-    that is there is put together with the new state of it, as ``asked``; other files that are there stay. ``grown`` are
-    files of other robots that have more now, by what they were: only what is still that is replaced.
+    Args:
+        package: The package.
+        source: The imported file, relative to the package.
+        arguments: The arguments of the source.
+        name: The folder of the description.
+        files: The files of the description, text by name.
+        request: The command line of the import.
+        grown: New texts of files that other robots share, by their text before: only that is replaced.
+
     """
     description, test = _places(name)
-    there = package.folder / description
+    folder = package.folder / description
     with open_package_folder(package.folder) as target:
-        taken = _taken(package, Said(source, dict(given), f"{description}/{Description.ROOT_FILE}"), name, files, tree)
-        again = None if taken or not _has_files(there) else _again(package, description, files, asked)
-        refused = [taken] if taken else again.diagnostics if again and again.refused else []
-        if refused:
-            return Put((), (), {}, (), test, refused=refused)
-        made = again.files if again else {**files, **_records(there, files, grown, asked)}
-        wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in made.items()}
+        merged = _merged(package, description, files, request) if _has_files(folder) else None
+        if merged and merged.refused:
+            return Put(test, refused=merged.diagnostics)
+        texts = merged.files if merged else {**files, **_records(folder, files, grown, request)}
+        wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in texts.items()}
         record = f"{description}/{Description.ROOT_FILE}{ENDING}"
-        wanted[test] = _test(package, source, f"{description}/{Description.ROOT_FILE}", given).encode()
-        more = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in grown.items()}
+        wanted[test] = _test(package, source, f"{description}/{Description.ROOT_FILE}", arguments).encode()
+        before = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in grown.items()}
         kept = [
             file
-            for file in wanted
-            if _differs(package.folder / file, wanted[file])
-            and (file == test or not (again or is_record(file)))
-            and (file not in more or _differs(package.folder / file, more[file]))
+            for file, data in wanted.items()
+            if _differs(package.folder / file, data)
+            and (file == test or not (merged or is_record(file)))
+            and (file not in before or _differs(package.folder / file, before[file]))
         ]
-        # The records are the manifest of the description, and its own is the last.
+        # The records are the manifest of the description, and that of robot.yaml is the last.
         order = sorted(wanted.keys() - kept, key=lambda file: (is_record(file), file == record, file))
         fresh = target.write({file: wanted[file] for file in order}, manifest=False)
-        if again:
-            remove(there, again)
-    change = lines_to_change(package.folder, source, description, _arguments(there / Description.ROOT_FILE))
-    add = {file: found for file, found in _to_add(package, description, test, files).items() if found}
+        if merged:
+            remove(folder, merged)
+    change = lines_to_change(package.folder, source, description, _arguments(folder / Description.ROOT_FILE))
+    add = {file: lines for file, lines in _to_add(package, description, test, files).items() if lines}
     written = tuple(file for file in fresh if not is_record(file))
-    others = _others(package.folder, name, written) if again else []
-    holds = _said(package.folder / test) is not None
-    return Put(written, tuple(kept), add, change, test, holds, (), again, others)
+    others = _others(package.folder, name, written) if merged else []
+    has_test = f"{description}/{Description.ROOT_FILE}" in _text(package.folder / test)
+    return Put(test, written, tuple(kept), add, change, has_test, (), merged, others)
 
 
 def _has_files(folder: Path) -> bool:
     return is_folder(folder) and any(folder.iterdir())
 
 
-def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], asked: Request) -> dict[str, str]:
+def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], request: Request) -> dict[str, str]:
     """Return the record of a new robot; that of a file of others has what it adds, and not what somebody changed."""
-    made = record_of(files, asked.words)
+    made = record_of(files, request.words)
     for file in files:
         record = Path(os.path.normpath(there / f"{file}{ENDING}"))
         if file.startswith("../") and is_file(record):
@@ -276,20 +204,27 @@ def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], as
     return made
 
 
-def _again(package: Package, description: str, files: Mapping[str, str], asked: Request) -> Merged:
-    """Put the description that is there and what its source says now together. Raises RequestError."""
-    there = package.folder / description
-    record = recorded(there, asked.words, files)
+def _merged(package: Package, description: str, files: Mapping[str, str], request: Request) -> Merged:
+    """Merge the new state of a source with its description in a package. Raises RequestError."""
+    folder = package.folder / description
+    previous = read_record(folder, files)
+    if previous is not None and not is_same_source(previous.words, request.words):
+        message = (
+            f'"{folder.name}" is taken in {package.name}: {description} was imported from '
+            f"{source_of(previous.words)}, and this is {source_of(request.words)}"
+        )
+        help = f"give this robot another name with --name, or remove {description} to replace it"
+        return Merged({}, {}, [], [error("import-name-taken", message, None, help)], [], refused=True)
+    record = recorded(folder, request.words, files)
     if record is not None:
-        return import_again(there, record, files, asked)
-    others = [file for file, text in files.items() if _differs(there / file, text.encode())]
-    if not others:  # it is as it would be imported, or an import was killed before it had written all files
-        missing = {file: text for file, text in files.items() if not os.path.lexists(there / file)}
-        return Merged({}, {**missing, **record_of(files, asked.words)}, [], [], [])
-    called = f"{Description.ROOT_FILE}{ENDING}"
+        return import_again(folder, record, files, request)
+    others = [file for file, text in files.items() if _differs(folder / file, text.encode())]
+    if not others:  # it is equal, or an import was killed before it had written all files
+        absent = {file: text for file, text in files.items() if not os.path.lexists(folder / file)}
+        return Merged({}, {**absent, **record_of(files, request.words)}, [], [], [])
     message = (
-        f"{description} stands otherwise than it would be imported ({listed(others)}), and no {called} "
-        "there says how it was imported: what the source changed cannot be told from what was changed here"
+        f"{description} differs from what would be imported ({listed(others)}), and has no "
+        f"{Description.ROOT_FILE}{ENDING}, so that changes cannot be merged"
     )
     help = f"import it beside this one with --name, or the source as it was then with -o, and copy the {ENDING} files"
     return Merged({}, {}, [], [error("import-no-record", message, None, help)], [], refused=True)
@@ -381,7 +316,7 @@ def package_report(package: Package, put: Put) -> Iterator[str]:
         yield f"{name}: {file} is there with changes of its own, and stays as it is"
     if not put.written and not put.kept:
         yield f"{name}: unchanged"
-    yield from put.again.lines if put.again else ()
+    yield from put.merged.lines if put.merged else ()
     if put.others:
         yield f"{name}: {listed(put.others)} includes what was changed, too: import that again"
 
@@ -404,7 +339,7 @@ def in_the_end(source: str, put: Put) -> Iterator[str]:
     if not put.change:
         taken = "rosorin-compile print FILE urdf"
         yield f"no launch file here names {Path(source).name}: where it is expanded, take {taken}"
-    if put.holds:
+    if put.has_test:
         yield f"{listed([source])} stays; {put.test} holds both against each other: colcon test, or pytest"
     else:
         yield f"{listed([source])} stays; {put.test} is not the test that import writes: see what it holds against what"

@@ -146,21 +146,28 @@ def recorded(folder: Path, words: Sequence[str], others: Iterable[str] = ()) -> 
         raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
     if record is None or not os.path.lexists(folder / Description.ROOT_FILE):
         return None
-    (before, old_options), (now, new_options) = (_source_and_options(one) for one in (record.words, words))
-    if before != now:
-        message = f"{folder} is of another import: rosorin-compile import {before}; this one is: {now}"
+    if not is_same_source(record.words, words):
+        message = f"{folder} is of another import: rosorin-compile import {source_of(record.words)}; "
+        message += f"this one is: {source_of(words)}"
         raise RequestError(f"{message}; name a folder with -o, or another robot with --name")
-    missing = [option for option in old_options if option not in new_options]
+    missing = [option for option in record.words[1:] if option.startswith("--") and option not in words]
     if missing:
         message = f"{folder} was imported with {listed(missing)}: rosorin-compile import {shlex.join(record.words)}"
         raise RequestError(f"{message}; give the same options, or name a folder with -o")
     return record
 
 
-def _source_and_options(words: Sequence[str]) -> tuple[str, list[str]]:
-    """Return the source with its arguments, and the options of an import."""
-    options = [word for word in words[1:] if word.startswith("--")]
-    return shlex.join(takewhile(lambda word: word not in options, words)), options
+def source_of(words: Sequence[str]) -> str:
+    """Return the source of a command line with its arguments."""
+    return shlex.join(takewhile(lambda word: not word.startswith("--"), words))
+
+
+def is_same_source(before: Sequence[str], now: Sequence[str]) -> bool:
+    """Return True if two command lines import the same source with the same arguments.
+
+    Earlier versions recorded the name of the file without its folder.
+    """
+    return source_of(before) in (source_of(now), source_of([Path(now[0]).name, *now[1:]]))
 
 
 def import_again(folder: Path, record: Record, theirs: Mapping[str, str], request: Request) -> Merged:
@@ -168,7 +175,7 @@ def import_again(folder: Path, record: Record, theirs: Mapping[str, str], reques
 
     Raises RequestError for a file that cannot be read.
     """
-    source = printable(request.words[0])
+    source = printable(Path(request.words[0]).name)
     ours = _read_files(folder, {**record.files, **theirs})
     marked = [found for found in (_marks(folder / name, text) for name, text in ours.items()) if found]
     if marked:
@@ -245,7 +252,7 @@ def _merge(
         return new
     if new in (base, own):
         return own
-    return _merge_texts(base or "", own, new, printable(request.words[0]), request.keep_ours)
+    return _merge_texts(base or "", own, new, printable(Path(request.words[0]).name), request.keep_ours)
 
 
 class _NoGit(Exception):

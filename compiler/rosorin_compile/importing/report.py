@@ -69,8 +69,10 @@ def renamed(
     searched = places.named(tree, relative=meshes is None)
     whole = Imported(tree, [])
     files, told, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
-    known = {name: _seen(at, here) for name, at in _packages(files, here)}
     base, relative = Path(os.path.abspath(source.parent)), whole.relative_files()
+    stay = keeps or meshes is not None or not (files or _has_one(base, relative))  # what leads nowhere stays as it is
+    top, names = (base, dict(zip(relative, relative, strict=True))) if stay else _names(base, relative, files)
+    known = {name: _seen(at, here) for name, at in _packages({names.get(n, n): at for n, at in files.items()}, here)}
     if meshes is not None:
         message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
         vain = Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out")
@@ -78,8 +80,6 @@ def renamed(
         known |= _package_of(meshes, relative, base, here)
         return Renamed(_saying(whole.with_files_below(meshes).whole, "", known), told, meshes)
     outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
-    stay = keeps or not (files or _has_one(base, relative))  # what leads nowhere stays as it is
-    top, names = (base, dict(zip(relative, relative, strict=True))) if stay else _names(base, relative, files)
     bare = [name for name in files if name not in names and not _is_of_package(name)]
     if bare:
         told.append(_elsewhere("are named by paths of this machine, where artifacts look for them", bare, place))
@@ -91,7 +91,8 @@ def renamed(
         meshes = _seen(base, _artifacts(folder))
         return Renamed(_saying(whole.with_files_below(meshes).whole, "", known), told, meshes)
     tree = whole.with_files_named(lambda name: names.get(name, name)).whole
-    return Renamed(_saying(tree, _seen(top, here) if names else "", known), told)
+    has_folder = any(not _is_of_package(name) for name in names.values())
+    return Renamed(_saying(tree, _seen(top, here) if has_folder else "", known), told)
 
 
 def _artifacts(folder: Path) -> Path:
@@ -105,17 +106,25 @@ def _is_of_package(name: str) -> bool:
 
 
 def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tuple[Path, dict[str, str]]:
-    """Return the folder that files of a source lie in, and their names as seen from there, by those in the source.
+    """Return the folder that the files of a source are in, and their new names relative to it, by their names there.
 
-    ``base`` is the folder of the source. Paths of this machine are among them where they lead into the package of the
-    source, or into the folder around ``base``.
+    ``base`` is the folder of the source. A path of this machine that leads into another ROS package becomes an address
+    in that package.
     """
-    package = next((folder for folder in (base, *base.parents) if Packages.name_of(folder)), base.parent)
-    places = {name: os.path.normpath(base / name) for name in relative}
-    paths = {name: os.path.abspath(file) for name, file in files.items() if name.startswith(("/", "file://"))}
-    places |= {name: path for name, path in paths.items() if Path(path).is_relative_to(package)}
+    own = next((folder for folder in (base, *base.parents) if Packages.name_of(folder)), None)
+    places = {name: Path(os.path.normpath(base / name)) for name in relative}
+    names: dict[str, str] = {}
+    for name, file in files.items():
+        if not name.startswith(("/", "file://")):
+            continue
+        path = Path(os.path.abspath(file))
+        package = next((folder for folder in path.parents if Packages.name_of(folder)), None)
+        if package is None or package == own:
+            places[name] = path
+        else:
+            names[name] = f"package://{Packages.name_of(package)}/{path.relative_to(package).as_posix()}"
     top = Path(os.path.commonpath([base, *places.values()]))
-    return top, {name: _seen(Path(path), top) for name, path in places.items()}
+    return top, {**names, **{name: _seen(path, top) for name, path in places.items()}}
 
 
 def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path]]:

@@ -22,6 +22,9 @@ from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.rule_registry import MESHES, Rule
 from rosorin_compile.source.wording import counted
 
+from .geometry import Pose
+from .link import Inertial
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -164,6 +167,21 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     runs = groupby(parsed, lambda piece: piece[1])
     colours = tuple((sum(len(piece) for piece, _ in run), colour) for colour, run in runs)
     return TriangleMesh(path.name, triangles, colours if coloured else ())
+
+
+def mesh_inertial(path: Path, scale: Sequence[float]) -> Inertial:
+    """Return the inertial of a closed mesh of density 1 kg/m^3, in the frame of the file. Raises ExtractProblem."""
+    triangles = load_mesh(path, scale).triangles
+    import numpy as np
+    import trimesh
+
+    mesh = trimesh.Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), process=True)
+    if not mesh.is_watertight or not abs(mesh.volume) > 0:
+        raise ExtractProblem.of("mesh-unreadable", f"{path} is not a closed mesh", "close it, or list primitive shapes")
+    x, y, z = map(float, mesh.center_mass)
+    moments = mesh.moment_inertia * (1 if mesh.volume > 0 else -1)
+    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = moments.tolist()
+    return Inertial(abs(float(mesh.volume)), Pose((x, y, z)), ixx, iyy, izz, ixy, ixz, iyz)
 
 
 def _install() -> str:

@@ -1,171 +1,138 @@
-"""Joints: what /joint_states said, kept as long as transforms may ask for it."""
+"""The joint states of a recording: ranges, followers, and the positions at the stamps of transforms."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from rosorin_compile.model import Joint
+from rosorin_compile.model import Joint, Robot
 
-from .arrays import Flags, Floats, Times
-from .expected import Description
-from .pace import Leaps, Pace
+from .timing import Flags, Floats, Leaps, Pace, Times
 
-# Joint states that are remembered: five minutes at 100 Hz, and more than a batch of messages. A transform comes
-# milliseconds after its joint state.
-REMEMBERED = 32_768
-MAX_PUBLISHERS = 16
-MAX_NAMES = 1000
-BEYOND = 1e-6
-# A servo that holds its place trembles by some steps (rad, or m).
-TREMBLING = 0.02
-# How far a finger that slides may be off (m).
-SLIDING = 1e-3
+TREMBLING = 0.02  # a servo that holds its position moves by up to this (rad or m)
+_SLIDING = 1e-3  # tolerance of the position of a sliding follower (m)
+_BEYOND = 1e-6
 
 
-class _Ring:
-    """The latest joint states that name the same joints in the same order."""
+class States(NamedTuple):
+    """Joint states that name the same joints: times in ns (n,), positions (n, number of names) in rad or m."""
 
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self.names = names
-        self.stamps: Times = np.empty(0, np.int64)
-        self.received: Times = np.empty(0, np.int64)
-        self.positions: Floats = np.empty((0, len(names)))
-        self._order: Times | None = None
-
-    def add(self, received: Times, stamps: Times, positions: Floats) -> None:
-        self.received = np.concatenate((self.received, received))[-REMEMBERED:]
-        self.stamps = np.concatenate((self.stamps, stamps))[-REMEMBERED:]
-        self.positions = np.concatenate((self.positions, positions))[-REMEMBERED:]
-        self._order = None
-
-    def at(self, joint: str, stamps: Times, received: Times) -> tuple[Floats, Flags]:
-        """Return the positions (n,) of a joint at exactly these stamps (n,), and where there are any; zero is no stamp.
-
-        Of several with one stamp, as after a clock was set back, the one that was received at nearly the same time.
-        """
-        if self._order is None:
-            self._order = np.lexsort((self.received, self.stamps))
-        known = self.stamps[self._order]
-        first = np.minimum(np.searchsorted(known, stamps, side="left"), len(known) - 1)
-        last = np.maximum(np.searchsorted(known, stamps, side="right") - 1, 0)
-        there = (known[first] == stamps) & (stamps != 0)
-        one, other = self._order[first], self._order[last]
-        later = np.abs(self.received[other] - received) < np.abs(self.received[one] - received)
-        column = self.positions[np.where(later, other, one), self.names.index(joint)]
-        return column, there & np.isfinite(column)
+    received: Times
+    stamps: Times
+    positions: Floats
 
 
-class Range:
-    """The positions that a joint was seen in (rad or m), and how often they were beyond its limits or no numbers."""
+class Range(NamedTuple):
+    """The positions of a joint: lowest and highest, and how many were reported, beyond limits, and not numbers."""
 
-    def __init__(self) -> None:
-        self.lowest, self.highest = np.inf, -np.inf
-        self.seen = self.beyond = self.not_numbers = 0
-
-
-class Follower:
-    """How often a joint that mimics another one was reported, was elsewhere than the other one says, and how far."""
-
-    def __init__(self) -> None:
-        self.seen = self.off = 0
-        self.farthest = 0.0
+    lowest: float
+    highest: float
+    seen: int
+    beyond: int
+    not_numbers: int
 
 
-class JointLog:
-    """All joint states of a recording."""
+class Follower(NamedTuple):
+    """How often a follower was reported, how often not where its leader puts it, and by how much at most."""
 
-    def __init__(self, description: Description) -> None:
-        self.description = description
-        self.pace = Pace()
-        self.ranges: dict[str, Range] = {}
-        self.leaps = Leaps(leap=TREMBLING)
-        self.too_short = 0  # messages with fewer positions than names; those without any speak of speeds or efforts
-        self.followers: dict[str, Follower] = {}
-        self.names_first: tuple[str, ...] = ()
-        self._rings: dict[tuple[str, ...], _Ring] = {}
+    seen: int
+    off: int
+    farthest: float
 
-    def add(self, names: tuple[str, ...], received: Times, stamps: Times, positions: Floats) -> None:
-        """Take joint states that name the same joints; ``positions`` (n, number of names) in rad or m."""
-        if not positions.shape[1]:
-            return
-        if positions.shape[1] < len(names):
-            self.too_short += len(stamps)
-            names = names[: positions.shape[1]]
-        for column, name in enumerate(names):
-            self._range(name, positions[:, column])
-        self._follow(names, positions)
-        if names == (self.names_first or names) and names:
-            self.names_first = names
-            self.leaps.add(stamps, positions[:, : len(names)])
-        if names in self._rings or len(self._rings) < MAX_PUBLISHERS:
-            self._rings.setdefault(names, _Ring(names)).add(received, stamps, positions[:, : len(names)])
 
-    def _range(self, name: str, values: Floats) -> None:
-        if name not in self.ranges and len(self.ranges) >= MAX_NAMES:
-            return
-        reach = self.ranges.setdefault(name, Range())
-        good = values[np.isfinite(values)]
-        reach.seen += len(values)
-        reach.not_numbers += len(values) - len(good)
-        if not len(good):
-            return
-        reach.lowest = min(reach.lowest, float(good.min()))
-        reach.highest = max(reach.highest, float(good.max()))
-        lower, upper = self.limits(name)
-        reach.beyond += int(np.count_nonzero((good < lower - BEYOND) | (good > upper + BEYOND)))
+class JointStates:
+    """All messages of /joint_states; ``groups`` has them by the names of the joints, in order of arrival."""
+
+    def __init__(self, robot: Robot, groups: Mapping[tuple[str, ...], States], pace: Pace) -> None:
+        self.robot, self.pace = robot, pace
+        self.too_short = sum(len(g.stamps) for names, g in groups.items() if 0 < g.positions.shape[1] < len(names))
+        self.groups: dict[tuple[str, ...], States] = {}
+        for names, group in groups.items():
+            width = min(len(names), group.positions.shape[1])
+            if width:  # others report only velocities or efforts
+                self.groups[names[:width]] = group._replace(positions=group.positions[:, :width])
+        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 0)))
+        if self.groups:
+            first = next(iter(self.groups.values()))
+            self.leaps = Leaps(first.stamps, first.positions, leap=TREMBLING)
+        self.ranges = {name: self._range(name) for name in dict.fromkeys(n for names in self.groups for n in names)}
+        self.followers = {name: self._follower(name) for name in self.ranges if self._is_comparable_follower(name)}
+        self._orders: dict[tuple[str, ...], Times] = {}
 
     def limits(self, name: str) -> tuple[float, float]:
         """Return the limits of a joint (rad or m), infinite where there are none."""
-        joint = self.description.robot.joint.get(name)
+        joint = self.robot.joint.get(name)
         if joint is None or joint.limit is None or joint.type == "continuous":
             return -np.inf, np.inf
         lower, upper = joint.limit.lower, joint.limit.upper
         return (-np.inf if lower is None else lower), (np.inf if upper is None else upper)
 
-    def at(self, joint: str, stamps: Times, received: Times) -> tuple[Floats, Flags]:
-        """Return the positions (n,) of a joint at stamps (n,) of transforms received then, and where there are any."""
-        positions, known = np.zeros(len(stamps)), np.zeros(len(stamps), bool)
-        for names, ring in self._rings.items():
-            if joint in names:
-                values, there = ring.at(joint, stamps, received)
-                positions, known = np.where(there, values, positions), known | there
-        return positions, known
-
     def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, Flags]:
-        """Return the positions (n,) that robot_state_publisher took for a joint, and where there are any.
+        """Return the positions (n,) that robot_state_publisher used for a joint at stamps (n,), and which are known.
 
-        What a driver reports of a follower goes before what its leader says
-        (``ros/robot_state_publisher@{humble,jazzy}: callbackJointState`` inserts the latter where nothing is yet).
+        A reported position of a follower takes precedence over that of its leader
+        (``callbackJointState`` of robot_state_publisher).
         """
-        positions, known = self.at(joint.name, stamps, received)
+        positions, known = np.zeros(len(stamps)), np.zeros(len(stamps), bool)
+        for names, group in self.groups.items():
+            if joint.name in names:
+                values, there = self._at(names, group, joint.name, stamps, received)
+                positions, known = np.where(there, values, positions), known | there
         if joint.mimic is None or known.all():
             return positions, known
-        leader, there = self.position(self.description.robot.joint[joint.mimic.joint], stamps, received)
-        followed = joint.mimic.multiplier * leader + joint.mimic.offset
-        return np.where(known, positions, followed), known | there
+        leader, there = self.position(self.robot.joint[joint.mimic.joint], stamps, received)
+        return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
 
-    def _follow(self, names: tuple[str, ...], positions: Floats) -> None:
-        """Note how far the followers that a message reports are from what their leaders in it say."""
-        columns = {name: positions[:, column] for column, name in enumerate(names)}
-        for name in names:
-            joint = self.description.robot.joint.get(name)
-            if joint is None or joint.mimic is None or joint.mimic.joint not in columns:
-                continue
-            leader = self.description.robot.joint[joint.mimic.joint]
-            apart = columns[name] - joint.mimic.multiplier * columns[leader.name] - joint.mimic.offset
-            apart = np.abs(apart[np.isfinite(apart)])
-            if leader.type == "continuous" and not float(joint.mimic.multiplier).is_integer():
-                continue  # how often the leader has gone round is not said
-            if "continuous" in (joint.type, leader.type) and joint.type != "prismatic":
-                apart = np.abs(np.remainder(apart + np.pi, 2 * np.pi) - np.pi)
-            follower = self.followers.setdefault(name, Follower())
-            follower.seen += len(apart)
-            follower.off += int(np.count_nonzero(apart > (SLIDING if joint.type == "prismatic" else TREMBLING)))
-            follower.farthest = max(follower.farthest, float(apart.max(initial=0.0)))
+    def _at(
+        self, names: tuple[str, ...], group: States, joint: str, stamps: Times, received: Times
+    ) -> tuple[Floats, Flags]:
+        """Return the positions at exactly these stamps; of several with one stamp that received at nearly that time."""
+        if names not in self._orders:
+            self._orders[names] = np.lexsort((group.received, group.stamps))
+        order = self._orders[names]
+        known = group.stamps[order]
+        first = np.minimum(np.searchsorted(known, stamps, side="left"), len(known) - 1)
+        last = np.maximum(np.searchsorted(known, stamps, side="right") - 1, 0)
+        there = (known[first] == stamps) & (stamps != 0)
+        one, other = order[first], order[last]
+        later = np.abs(group.received[other] - received) < np.abs(group.received[one] - received)
+        values = group.positions[np.where(later, other, one), names.index(joint)]
+        return values, there & np.isfinite(values)
 
-    @property
-    def names(self) -> Sequence[str]:
-        """The joints that were named, in the order of their appearance."""
-        return list(self.ranges)
+    def _range(self, name: str) -> Range:
+        values = np.concatenate(
+            [g.positions[:, names.index(name)] for names, g in self.groups.items() if name in names]
+        )
+        good = values[np.isfinite(values)]
+        lower, upper = self.limits(name)
+        beyond = np.count_nonzero((good < lower - _BEYOND) | (good > upper + _BEYOND))
+        lowest, highest = float(good.min(initial=np.inf)), float(good.max(initial=-np.inf))
+        return Range(lowest, highest, len(values), int(beyond), len(values) - len(good))
+
+    def _is_comparable_follower(self, name: str) -> bool:
+        """Return True for a follower that is reported with its leader, unless turns of the leader are ambiguous."""
+        joint = self.robot.joint.get(name)
+        if joint is None or joint.mimic is None:
+            return False
+        turns = self.robot.joint[joint.mimic.joint].type == "continuous"
+        if turns and not float(joint.mimic.multiplier).is_integer():
+            return False
+        return any({name, joint.mimic.joint} <= set(names) for names in self.groups)
+
+    def _follower(self, name: str) -> Follower:
+        joint = self.robot.joint[name]
+        assert joint.mimic is not None  # noqa: S101
+        leader, off = joint.mimic.joint, []
+        for names, group in self.groups.items():
+            if {name, leader} <= set(names):
+                followed = joint.mimic.multiplier * group.positions[:, names.index(leader)] + joint.mimic.offset
+                off.append(group.positions[:, names.index(name)] - followed)
+        apart = np.concatenate(off)
+        apart = apart[np.isfinite(apart)]
+        if "continuous" in (joint.type, self.robot.joint[leader].type) and joint.type != "prismatic":
+            apart = np.remainder(apart + np.pi, 2 * np.pi) - np.pi
+        apart = np.abs(apart)
+        tolerance = _SLIDING if joint.type == "prismatic" else TREMBLING
+        return Follower(len(apart), int(np.count_nonzero(apart > tolerance)), float(apart.max(initial=0.0)))

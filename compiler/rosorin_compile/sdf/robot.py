@@ -133,6 +133,7 @@ class _Robot:
         self.top = top
         self.entries = Entries({}, {})
         self.elements: list[Placed] = []
+        self.constraints: dict[str, Placed] = {}
 
     def read(self) -> dict[str, Any] | None:
         """Return the sections; None after an error that hides all else."""
@@ -177,6 +178,8 @@ class _Robot:
         if root:
             made["root"] = root
         self._kept()
+        if self.constraints:
+            made["constraints"] = self.constraints
         if self.elements:
             made["urdf_elements"] = self.elements
         return made
@@ -267,6 +270,7 @@ class _Robot:
         for child in (one for one in rest if one.tag == "drake:joint"):
             message = f"{named(child)} is a joint of Drake's own, which no description has"
             self.reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
+        rest = [child for child in rest if not (child.tag == "drake:ball_constraint" and self._of_drake(child, scope))]
         texts = {tag: [(child, text_of(child, scope, self.models)) for child in found]
                  for tag, found in (("gazebo", gazebo), ("sdf", rest))}  # fmt: skip
         for tag, found in texts.items():
@@ -277,6 +281,22 @@ class _Robot:
         for node in scope.nodes.values():
             if node.inner is not None:
                 self._of_model(node.inner)
+
+    def _of_drake(self, element: Element, scope: Scope) -> bool:
+        """Add a ball constraint of Drake; return False if it does not hold two links."""
+        words = {child.tag.removeprefix("drake:ball_constraint_"): child for child in element.children}
+        ends = [self.models.find(scope, words[key].text) for key in ("body_A", "body_B") if key in words]
+        point = self.models.numbers.all_of(words["p_AP"], 3) if "p_AP" in words else None
+        links = [node.called for node in ends if node is not None and node.kind == "link"]
+        if len(links) != len(("A", "B")) or point is None:
+            return False
+        name = element.get("name") or "loop"
+        while name in self.constraints:
+            name += "_"
+        entry = {"type": "connect", "links": links, "at": Placed(point, words["p_AP"].span)}
+        self.constraints[name] = Placed(entry, element.span)
+        self.reading.paths[id(element)] = ("constraints", name)
+        return True
 
 
 def _brought(node: Node) -> Element:

@@ -65,8 +65,8 @@ class Tree:
         self.members = [node for node in nodes if node.kind in (LINK, FRAME)]
         self.world = _world(models, top)
         self.body = {id(node): self._body(node) for node in self.members}
-        joints = [self._joined(node) for node in nodes if node.kind == JOINT]
-        self.joints = list(self._each_once(joint for joint in joints if joint is not None))
+        joints = [joint for node in nodes if node.kind == JOINT and (joint := self._joined(node)) is not None]
+        self.joints = list(self._each_once(joints))
         self.tops = self._tops()
 
     def pose(self, node: Node | None) -> Transform:

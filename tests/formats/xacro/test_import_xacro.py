@@ -13,7 +13,7 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.importing.xacro import expanding as reader
+from rosorin_compile.importing.xacro import expand as reader
 from rosorin_compile.source.diagnostics import Diagnostic, arrange
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.report import text as report
@@ -319,7 +319,7 @@ def test_the_process_that_expands_ends_with_the_one_that_asks(tmp_path):
     while not (pids := children.read_text().split()) and time.monotonic() < ends:
         time.sleep(0.05)
     assert pids
-    time.sleep(1)  # until it has asked the system for that
+    time.sleep(3)  # until it has asked the system for that
     asking.kill()
     asking.wait()
     ends = time.monotonic() + 10

@@ -206,7 +206,7 @@ def test_several_robots(package: Path, capsys: Said) -> None:
     said = capsys.readouterr().err
     assert said.splitlines() == [
         "error[factory-robot]: nano has 2 files of robots: urdf/nano.urdf.xacro, urdf/plain.urdf",
-        "    say which: --robot FILE",
+        "    select one with --robot FILE",
     ]
     assert not Path("numbers").exists()
     assert main(["extract", "factory", str(package), "-o", "numbers", "--robot", "urdf/plain.urdf"]) == 0
@@ -214,6 +214,28 @@ def test_several_robots(package: Path, capsys: Said) -> None:
     assert capsys.readouterr().err.endswith(
         'rosorin-compile: nano has no file "urdf/plane.urdf"; did you mean "urdf/plain.urdf"?\n'
     )
+
+
+CHOOSING = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro"NAME>
+  <xacro:arg name="tracks" default="false"/>
+  <xacro:property name="machine" value="$(env MACHINE_TYPE)"/>
+  <xacro:if value="${machine == 'mecanum'}"><xacro:include filename="MECANUM"/></xacro:if>
+  <xacro:if value="${machine == 'acker' and not $(arg tracks)}"><xacro:include filename="acker.xacro"/></xacro:if>
+</robot>
+"""
+
+
+@pytest.mark.parametrize("name", ["", ' name="any"'])
+@pytest.mark.parametrize("mecanum", ["mecanum.xacro", "$(find nano_description)/urdf/${machine}.xacro"])
+def test_a_file_that_chooses_the_robot_is_named(package: Path, capsys: Said, name: str, mecanum: str) -> None:
+    (package / "urdf" / "entry.xacro").write_text(CHOOSING.replace("NAME", name).replace("MECANUM", mecanum))
+    for robot in ("mecanum", "acker", "spare"):
+        (package / "urdf" / f"{robot}.xacro").write_text(f'<robot name="{robot}"><link name="base"/></robot>')
+    assert main(["extract", "factory", str(package), "-o", "numbers"]) == 1
+    chooses = "chooses by the environment variable MACHINE_TYPE (mecanum, acker) and the argument tracks"
+    assert f"urdf/entry.xacro {chooses}" in capsys.readouterr().err
+    assert main(["extract", "factory", str(package), "-o", "numbers", "--robot", "urdf/entry.xacro"]) == 1
+    assert f"urdf/entry.xacro {chooses}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -9,142 +9,114 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.importing.extract.grid import DIVISIONS, Grid, divisions_needed, longest_edge, samples
-from rosorin_compile.importing.extract.heightmap import Wanted, below, grid_around, height_map, make_map, rounded_up
-from rosorin_compile.model.mesh_triangles import ExtractProblem
+from rosorin_compile.importing.extract.height_map import Grid, GridRequest, cut_above, make_height_map, surface_heights
 from support.meshes import box, box_heights, clipped_heights, dome, quad, random_points
 
 CELL = 0.01
+NOISE = 3e-7  # m: of a height; the lines between cells have a width
 GRID = Grid((0.0, 0.0), CELL, (20, 10))
-BOTH = pytest.mark.parametrize("exact", [False, True], ids=["sampled", "exact"])
-NEAR = 1 / math.sqrt(3)  # of the spacing: the farthest that a point of the surface can be from a sample
 
 
 def same(heights: np.ndarray, wanted: np.ndarray) -> None:
     """Hold heights against others: body at the same cells, as high to the last digits."""
     assert ((heights > 0) == (wanted > 0)).all()
-    np.testing.assert_allclose(heights, wanted, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(heights, wanted, rtol=0, atol=NOISE)
 
 
 RAMP = quad((0, 0, 0), (0.2, 0, 0.1), (0.2, 0.1, 0.1), (0, 0.1, 0))
 
 
-@BOTH
-def test_box_on_the_lines_of_the_grid_fills_its_cells_and_no_others(exact: bool) -> None:
-    heights = height_map(box((0.02, 0.03, 0), (0.15, 0.08, 0.06)), GRID, exact=exact)
+def test_box_on_the_lines_of_the_grid_fills_its_cells_and_no_others() -> None:
+    heights = surface_heights(box((0.02, 0.03, 0), (0.15, 0.08, 0.06)), GRID)
     wanted = np.zeros(GRID.cells)
     wanted[2:15, 3:8] = 0.06
     same(heights, wanted)
 
 
-@BOTH
-def test_box_inside_out_has_the_same_top(exact: bool) -> None:
-    heights = height_map(box((0.02, 0.03, 0), (0.15, 0.08, 0.06))[:, ::-1], GRID, exact=exact)
+def test_box_inside_out_has_the_same_top() -> None:
+    heights = surface_heights(box((0.02, 0.03, 0), (0.15, 0.08, 0.06))[:, ::-1], GRID)
     same(heights[2:15, 3:8], np.full((13, 5), 0.06))
 
 
-@BOTH
-def test_box_between_the_lines_fills_every_cell_that_it_reaches_into(exact: bool) -> None:
-    heights = height_map(box((0.0201, 0.0301, -1), (0.1501, 0.0799, 0.06)), GRID, exact=exact)
+def test_box_between_the_lines_fills_every_cell_that_it_reaches_into() -> None:
+    heights = surface_heights(box((0.0201, 0.0301, -1), (0.1501, 0.0799, 0.06)), GRID)
     wanted = np.zeros(GRID.cells)
     wanted[2:16, 3:8] = 0.06
     same(heights, wanted)
 
 
-@BOTH
-def test_box_with_a_hole_is_empty_in_the_hole(exact: bool) -> None:
+def test_box_with_a_hole_is_empty_in_the_hole() -> None:
     walls = [((0.02, 0.02), (0.04, 0.08)), ((0.1, 0.02), (0.12, 0.08)), ((0.04, 0.02), (0.1, 0.04))]
     walls.append(((0.04, 0.06), (0.1, 0.08)))
     mesh = np.concatenate([box((*low, 0), (*high, 0.05)) for low, high in walls])
     wanted = np.zeros(GRID.cells)
     wanted[2:12, 2:8] = 0.05
     wanted[4:10, 4:6] = 0
-    same(height_map(mesh, GRID, exact=exact), wanted)
+    same(surface_heights(mesh, GRID), wanted)
 
 
-@BOTH
 @pytest.mark.parametrize("turn", [1, -1])
 @pytest.mark.parametrize("corner", [0.03, 0.07])
-def test_edge_through_a_corner_of_cells_does_not_fill_the_cell_behind_it(exact: bool, turn: int, corner: float) -> None:
+def test_edge_through_a_corner_of_cells_does_not_fill_the_cell_behind_it(turn: int, corner: float) -> None:
     triangle = np.array([[(0.03, 0.07, 0.1), (0.07, 0.03, 0.1), (corner, corner, 0.1)]])[:, ::turn]
-    heights = height_map(triangle, GRID, exact=exact)
+    heights = surface_heights(triangle, GRID)
     filled = {(int(i), int(j)) for i, j in zip(*heights.nonzero(), strict=True)}
     inside = [(i, j) for i in range(3, 7) for j in range(3, 7)]
     assert filled == {(i, j) for i, j in inside if (i + j >= 9 if corner > 0.05 else i + j <= 9)}
 
 
-@BOTH
-def test_sheet_upright_on_a_line_is_in_one_cell_beside_it(exact: bool) -> None:
-    heights = height_map(
-        quad((0.05, 0.02, 0), (0.05, 0.06, 0), (0.05, 0.06, 0.1), (0.05, 0.02, 0.1)), GRID, exact=exact
-    )
+def test_sheet_upright_on_a_line_is_in_one_cell_beside_it() -> None:
+    heights = surface_heights(quad((0.05, 0.02, 0), (0.05, 0.06, 0), (0.05, 0.06, 0.1), (0.05, 0.02, 0.1)), GRID)
     filled = {(i, j) for i, j in zip(*heights.nonzero(), strict=True)}
     assert filled in ({(4, j) for j in range(2, 6)}, {(5, j) for j in range(2, 6)})
 
 
 def test_ramp_is_exact_at_the_upper_end_of_each_cell() -> None:
-    heights = height_map(RAMP, GRID, exact=True)
+    heights = surface_heights(RAMP, GRID)
     wanted = np.outer(0.5 * CELL * np.arange(1, 21), np.ones(10))
-    np.testing.assert_allclose(heights, wanted, rtol=0, atol=1e-15)
-
-
-@pytest.mark.parametrize("spacing", [None, 0.002, 0.0005])
-def test_sampled_ramp_is_too_low_by_less_than_its_slope_allows(spacing: float | None) -> None:
-    lost = height_map(RAMP, GRID, exact=True) - height_map(RAMP, GRID, spacing)
-    assert lost.min() >= -1e-15
-    assert lost.max() <= 0.5 * 1.4 * (spacing or CELL / 3)
+    np.testing.assert_allclose(heights, wanted, rtol=0, atol=NOISE)
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.floats(-1, 1), st.floats(-1, 1), st.floats(0.05, 1))
-def test_tilted_plane_is_exact_at_the_highest_corner_of_each_cell(a: float, b: float, part: float) -> None:
-    spacing = part * CELL / 3
+@given(st.floats(-1, 1), st.floats(-1, 1))
+def test_tilted_plane_is_exact_at_the_highest_corner_of_each_cell(a: float, b: float) -> None:
     at = [(x, y, 1 + a * x + b * y) for x, y in ((-0.1, -0.1), (0.3, -0.1), (0.3, 0.2), (-0.1, 0.2))]
-    exact, sampled = height_map(quad(*at), GRID, exact=True), height_map(quad(*at), GRID, spacing)
+    heights = surface_heights(quad(*at), GRID)
     i, j = np.meshgrid(np.arange(20), np.arange(10), indexing="ij")
     corners = [1 + a * CELL * (i + k) + b * CELL * (j + m) for k in (0, 1) for m in (0, 1)]
-    np.testing.assert_allclose(exact, np.max(corners, axis=0), rtol=0, atol=1e-12)
-    assert (sampled <= exact + 1e-12).all()
-    assert (exact - sampled).max() <= 1.4 * spacing * math.hypot(a, b) + 1e-12
+    np.testing.assert_allclose(heights, np.max(corners, axis=0), rtol=0, atol=NOISE)
 
 
-@BOTH
-def test_dome_is_a_dome(exact: bool) -> None:
+def test_dome_is_a_dome() -> None:
     radius, grid = 0.1, Grid((-0.1, -0.1), CELL, (20, 20))
-    heights = height_map(dome(radius, 60, 120), grid, exact=exact)
+    heights = surface_heights(dome(radius, 60, 120), grid)
     edges = np.abs(np.arange(-10, 11)) * CELL
     near = np.minimum(edges[:-1], edges[1:])
     distance = np.hypot(*np.meshgrid(near, near, indexing="ij"))
     inside = distance < radius - 0.006
     wanted = np.sqrt(radius**2 - distance[inside] ** 2)
     slope = distance[inside] / wanted
-    allowed = 0.0001 + (0 if exact else 1.4 * CELL / 3) * slope
+    allowed = 0.0001 + 1e-6 * slope
     assert (heights[inside] <= wanted + 1e-12).all()
-    assert (wanted - heights[inside] <= allowed * (1.5 if not exact else 3)).all()
+    assert (wanted - heights[inside] <= allowed * 3).all()
     assert (heights[distance > radius + 1e-9] == 0).all()
 
 
-@BOTH
 @pytest.mark.parametrize("width", [1e-9, 1e-6, 1e-4])
-def test_needle_is_in_every_cell_that_it_passes(exact: bool, width: float) -> None:
+def test_needle_is_in_every_cell_that_it_passes(width: float) -> None:
     needle = np.array([[(0.003, 0.004, 0.02), (0.183, 0.094, 0.12), (0.183 - width, 0.094 + width, 0.12)]])
-    heights = height_map(needle, GRID, exact=exact)
+    heights = surface_heights(needle, GRID)
     slow = np.where(np.isfinite(found := clipped_heights(needle, GRID)), found, 0)
-    if exact:
-        np.testing.assert_allclose(heights, slow, rtol=0, atol=2e-7)
-    else:
-        assert (heights <= slow + 1e-12).all()
-        assert (slow - heights)[heights > 0].max() <= 0.5 * CELL / 3 * 1.4
-        assert ((slow > 0) & (heights == 0)).sum() <= 2
+    np.testing.assert_allclose(heights, slow, rtol=0, atol=NOISE)
 
 
 def test_cells_where_the_boxes_of_triangles_are_wrong() -> None:
     """The boxes of two large triangles say 0.1 m everywhere; their surface is a ramp."""
-    boxes, sampled = box_heights(RAMP, GRID), height_map(RAMP, GRID)
+    boxes, sampled = box_heights(RAMP, GRID), surface_heights(RAMP, GRID)
     assert (boxes == 0.1).all()
     differ = {(int(i), int(j)) for i, j in zip(*(boxes - sampled > 1e-3).nonzero(), strict=True)}
     assert differ == {(i, j) for i in range(19) for j in range(10)}
-    np.testing.assert_allclose(sampled[19], 0.1, atol=1e-12)
+    np.testing.assert_allclose(sampled[19], 0.1, atol=NOISE)
 
 
 def test_chassis_where_the_boxes_of_triangles_are_wrong() -> None:
@@ -152,8 +124,8 @@ def test_chassis_where_the_boxes_of_triangles_are_wrong() -> None:
     deck = box((0, 0, 0), (0.2, 0.1, 0.06))
     ramp = quad((0.12, 0.02, 0.06), (0.18, 0.02, 0.12), (0.18, 0.08, 0.12), (0.12, 0.08, 0.06))
     mesh = np.concatenate([deck, ramp])
-    boxes, sampled = box_heights(mesh, GRID), height_map(mesh, GRID, exact=True)
-    differ = {(int(i), int(j)) for i, j in zip(*(boxes - sampled > 1e-9).nonzero(), strict=True)}
+    boxes, sampled = box_heights(mesh, GRID), surface_heights(mesh, GRID)
+    differ = {(int(i), int(j)) for i, j in zip(*(boxes - sampled > NOISE).nonzero(), strict=True)}
     assert differ == {(i, j) for i in range(12, 17) for j in range(2, 8)}
 
 
@@ -173,25 +145,9 @@ SMALL = Grid((0.0, 0.0), CELL, (5, 4))
 @given(TRIANGLES)
 def test_exact_heights_are_those_of_cut_triangles(triangles: np.ndarray) -> None:
     """Cells that a triangle only touches may be left out, by at most the width of a line: 1e-5 cells."""
-    heights = height_map(triangles, SMALL, exact=True)
+    heights = surface_heights(triangles, SMALL)
     assert (heights <= inner_heights(triangles, SMALL, -3e-5 * CELL) + 1e-9).all()
     assert (heights >= inner_heights(triangles, SMALL, 3e-5 * CELL) - 1e-9).all()
-
-
-@settings(max_examples=100, deadline=None)
-@given(TRIANGLES, st.floats(0.1, 1), st.integers(0, 1000))
-def test_sampled_heights_are_near_every_point_of_the_surface(triangles: np.ndarray, part: float, seed: int) -> None:
-    spacing = part * CELL / 3
-    sampled, exact = height_map(triangles, SMALL, spacing), height_map(triangles, SMALL, exact=True)
-    assert (sampled <= inner_heights(triangles, SMALL, -3e-5 * CELL) + 1e-9).all()
-    assert (exact >= sampled - steepest(triangles) * 3e-5 * CELL - 1e-9).all()
-    reach = spacing * NEAR + 2e-5 * CELL
-    for x, y, z in random_points(triangles, 200, seed):
-        if not (reach < x < 0.05 - reach and reach < y < 0.04 - reach):
-            continue
-        low, high = (math.floor((x - reach) / CELL), math.floor((y - reach) / CELL)), (x + reach, y + reach)
-        near = sampled[low[0] : math.floor(high[0] / CELL) + 1, low[1] : math.floor(high[1] / CELL) + 1]
-        assert near.max() >= z - reach - 1e-12
 
 
 def steepest(triangles: np.ndarray) -> float:
@@ -213,27 +169,13 @@ def inner_heights(triangles: np.ndarray, grid: Grid, by: float) -> np.ndarray:
 
 
 @settings(max_examples=60, deadline=None)
-@given(TRIANGLES, st.floats(0.0005, 0.02))
-def test_samples_are_no_farther_apart_than_the_spacing(triangles: np.ndarray, spacing: float) -> None:
-    which = divisions_needed(triangles, spacing)
-    seen = np.zeros(len(triangles), dtype=bool)
-    for some, owner, points in samples(triangles, which):
-        seen[some] = True
-        for index, triangle in enumerate(some):
-            own = points[owner == index]
-            for target in random_points(triangles[triangle][None], 20, 1):
-                assert np.linalg.norm(own - target, axis=1).min() <= spacing * NEAR + 1e-12
-    assert (seen | (longest_edge(triangles) > DIVISIONS[-1] * spacing * 0.999)).all()
-
-
-@settings(max_examples=60, deadline=None)
 @given(TRIANGLES, st.floats(0.002, 0.08))
 def test_below_cuts_at_the_height(triangles: np.ndarray, limit: float) -> None:
-    kept = below(triangles, limit)
+    kept = cut_above(triangles, limit)
     assert not len(kept) or kept[:, :, 2].max() <= limit
     points = random_points(triangles, 200, 7)
     points = points[points[:, 2] < limit - 1e-6]
-    heights, all_heights = height_map(kept, SMALL, exact=True), height_map(triangles, SMALL, exact=True)
+    heights, all_heights = surface_heights(kept, SMALL), surface_heights(triangles, SMALL)
     for x, y, z in points:
         i, j = math.floor(x / CELL), math.floor(y / CELL)
         inside = all(1e-4 < value / CELL % 1 < 1 - 1e-4 for value in (x, y))
@@ -243,70 +185,35 @@ def test_below_cuts_at_the_height(triangles: np.ndarray, limit: float) -> None:
 
 
 def test_below_leaves_walls_that_are_cut() -> None:
-    heights = height_map(below(box((0.02, 0.03, 0), (0.15, 0.08, 0.2)), 0.05), GRID, exact=True)
+    heights = surface_heights(cut_above(box((0.02, 0.03, 0), (0.15, 0.08, 0.2)), 0.05), GRID)
     assert heights[2, 5] == 0.05
     assert heights[8, 5] == 0
 
 
 def test_order_and_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = dome(0.1, 20, 40) + np.array([0.1, 0.05, 0])
-    told: list[tuple[int, int]] = []
-    whole = height_map(mesh, GRID, progress=lambda done, total: told.append((done, total)))
-    assert told == [(1600, 1600)]
-    monkeypatch.setattr("rosorin_compile.importing.extract.heightmap.CHUNK", 7)
-    monkeypatch.setattr("rosorin_compile.importing.extract.grid.MOST_POINTS", 50)
-    monkeypatch.setattr("rosorin_compile.importing.extract.grid.MOST_POINTS", 50)
-    assert height_map(mesh[::-1], GRID).tolist() == whole.tolist()
-
-
-def test_large_triangles_are_calculated_exactly() -> None:
-    mesh = quad((-5, -5, 0.1), (5, -5, 0.1), (5, 5, 0.3), (-5, 5, 0.3))
-    assert height_map(mesh, GRID).tolist() == height_map(mesh, GRID, exact=True).tolist()
+    whole = surface_heights(mesh, GRID)
+    monkeypatch.setattr("rosorin_compile.importing.extract.height_map.CHUNK", 7)
+    monkeypatch.setattr("rosorin_compile.importing.extract.height_map._MOST_PAIRS", 50)
+    assert surface_heights(mesh[::-1], GRID).tolist() == whole.tolist()
 
 
 def test_surface_below_zero_is_none() -> None:
-    assert not height_map(box((0, 0, -1), (0.2, 0.1, 0)), GRID).any()
+    assert not surface_heights(box((0, 0, -1), (0.2, 0.1, 0)), GRID).any()
 
 
-def test_rounding_goes_up_but_not_for_noise() -> None:
-    heights = np.array([[0.0, 0.2080000042, 0.20801, 1e-9, 0.1]])
-    assert rounded_up(heights, 4).tolist() == [[0.0, 0.208, 0.2081, 0.0001, 0.1]]
-
-
-def test_grid_around_a_mesh_begins_at_its_corner() -> None:
-    assert grid_around(np.array([-0.142661, -0.106, 0]), np.array([0.1573, 0.104, 1]), CELL, 5) == Grid(
-        (-0.14267, -0.106), CELL, (30, 21)
-    )
-
-
-@pytest.mark.parametrize(
-    ("cell", "cells", "message"),
-    [
-        (0, (1, 1), "a cell of 0 m is none"),
-        (1e-2, (0, 3), "0 x 3 cells are none, or more than 1,000,000"),
-        (1e-2, (2000, 501), "2,000 x 501 cells are none, or more than 1,000,000"),
-    ],
-)
-def test_grids_that_cannot_be(cell: float, cells: tuple[int, int], message: str) -> None:
-    with pytest.raises(ExtractProblem) as caught:
-        Grid((0, 0), cell, cells)
-    assert caught.value.diagnostic.rule == "height-map-grid"
-    assert caught.value.diagnostic.message == message
-
-
-@BOTH
-def test_the_bottom_of_a_body_with_a_well_is_measured_in_each_cell(exact: bool) -> None:
+def test_the_bottom_of_a_body_with_a_well_is_measured_in_each_cell() -> None:
     body = np.concatenate([box((0.0, 0.0, 0.02), (0.099, 0.1, 0.06)), box((0.1, 0.0, 0.03), (0.2, 0.1, 0.09))])
-    made, _ = make_map(body, Wanted(0.05, (0.0, 0.0), (5, 2), exact=exact, bottom=True), "base_link")
+    made, _ = make_height_map(body, GridRequest(0.05, (0.0, 0.0), (5, 2), bottom=True), "base_link")
     assert made.heights == ((0.06, 0.06), (0.06, 0.06), (0.09, 0.09), (0.09, 0.09), (0.0, 0.0))
     assert made.bottom == ((0.02, 0.02), (0.02, 0.02), (0.03, 0.03), (0.03, 0.03), (0.0, 0.0))
 
 
 def test_the_bottom_of_a_sheet_and_of_what_reaches_below_zero() -> None:
-    sheet, _ = make_map(quad((0, 0, 0.05), (0.1, 0, 0.05), (0.1, 0.1, 0.05), (0, 0.1, 0.05)), SHEET, "base_link")
+    sheet, _ = make_height_map(quad((0, 0, 0.05), (0.1, 0, 0.05), (0.1, 0.1, 0.05), (0, 0.1, 0.05)), SHEET, "base_link")
     assert (sheet.heights, sheet.bottom) == (((0.05,),), 0.0499)
-    deep, _ = make_map(box((0.0, 0.0, -0.02), (0.1, 0.1, 0.06)), SHEET, "base_link")
+    deep, _ = make_height_map(box((0.0, 0.0, -0.02), (0.1, 0.1, 0.06)), SHEET, "base_link")
     assert (deep.heights, deep.bottom) == (((0.06,),), 0.0)
 
 
-SHEET = Wanted(0.1, (0.0, 0.0), (1, 1), bottom=True)
+SHEET = GridRequest(0.1, (0.0, 0.0), (1, 1), bottom=True)

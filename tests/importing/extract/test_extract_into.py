@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.importing.extract.into import changes, find_block, replaced
+from rosorin_compile.importing.extract.replace_map import changes, find_map, replaced
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.source.diagnostics import Source
@@ -62,7 +63,7 @@ def test_stand_in_of_the_reference_robot_is_replaced_by_one_command(rosorin: Pat
     after = Path(CHASSIS).read_text("utf-8")
     changed = [line for line in difflib.ndiff(before.splitlines(), after.splitlines()) if line[0] in "+-"]
     words = {line[2:].split()[0] for line in changed}
-    assert words == {"-", "status:", "note:", "rear)"}
+    assert words == {"-", "method:", "source:", "status:", "note:", "rear)"}
     assert [line for line in before.splitlines() if "#" in line] == [line for line in after.splitlines() if "#" in line]
     compiled = compile_robot(rosorin / "descriptions/rosorin/robot.yaml")
     assert compiled.robot is not None
@@ -163,7 +164,11 @@ links:
   body:
     collision:
       - source: {status: stand_in, note: "a, note: b"}   # says who
-        height_map: {origin: [0, 0], cell: 1, method: old, heights: [[1]]}
+        height_map:
+          origin: [0, 0]
+          cell: 1
+          method: old
+          heights: [[1]]
 """
 SOURCE_BLOCK = """\
 links:
@@ -179,7 +184,7 @@ links:
           measured: 2026-01-01
         height_map:
             heights: [[1, 2],
-                      [3, 4]]   # rows
+                      [3, 4]]
             method: >-
               folded
               text
@@ -190,12 +195,16 @@ LAST_LINE = "links:\n  body:\n    collision:\n      - height_map:\n          cel
 LAST_LINE += "          heights:\n            - [1]"
 
 
+def replace_in(folder: Path, text: str, made: HeightMap = MADE, note: str = "x", link: str | None = None) -> str:
+    path = folder / "body.yaml"
+    path.write_bytes(text.encode())
+    return replaced(find_map(path, link), made, "calculated", note)
+
+
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
-@pytest.mark.parametrize("text", [BLOCK, FLOW, SOURCE_FIRST, SOURCE_BLOCK, LAST_LINE])
-def test_every_way_to_write_it(text: str, end: str) -> None:
-    source = Source("body.yaml", text.replace("\n", end))
-    block = find_block(source, None)
-    new = replaced(source, block, MADE, "calculated", 'a: "note" # {x}')
+@pytest.mark.parametrize("text", [BLOCK, SOURCE_FIRST, SOURCE_BLOCK, LAST_LINE])
+def test_block_styles(text: str, end: str, tmp_path: Path) -> None:
+    new = replace_in(tmp_path, text.replace("\n", end), note='a: "note" # {x}')
     tree = parse_yaml(Source("new.yaml", new))
     entry = next(entry for entry in tree["links"]["body"]["collision"] if "height_map" in entry)
     there = entry["height_map"]
@@ -203,28 +212,16 @@ def test_every_way_to_write_it(text: str, end: str) -> None:
     assert entry["source"] == {"status": "calculated", "note": 'a: "note" # {x}'}
     begin = text.index("height_map") if "source" not in text else text.index("source")
     assert new.startswith(text[:begin].replace("\n", end)[: begin - 2])
-    for comment in (
-        "# before",
-        "# the body",
-        "# untouched",
-        "# kept",
-        "# a cell",
-        "# rows",
-        "# where",
-        "# behind",
-        "# all",
-    ):
+    for comment in ("# before", "# the body", "# untouched", "# kept", "# a cell", "# rows", "# where", "# behind"):
         assert (comment in new) == (comment in text), comment
-    assert replaced(Source("new.yaml", new), find_block(Source("new.yaml", new), "body"), MADE, "calculated", "x")
+    assert replace_in(tmp_path, new, link="body")
 
 
-def test_what_is_outside_stays_to_the_letter() -> None:
-    source = Source("body.yaml", BLOCK)
-    new = replaced(source, find_block(source, "body"), MADE, "calculated", "x")
-    before, after = BLOCK.split("        height_map:\n")
+def test_what_is_outside_stays_to_the_letter(tmp_path: Path) -> None:
+    new = replace_in(tmp_path, BLOCK)
+    before, _ = BLOCK.split("        height_map:\n")
     assert new.startswith(before)
     assert new.endswith("\n        # behind\n  other: {}\n# after\n")
-    assert after
 
 
 HEIGHTS = st.integers(1, 4).flatmap(
@@ -233,20 +230,14 @@ HEIGHTS = st.integers(1, 4).flatmap(
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.sampled_from([BLOCK, FLOW, SOURCE_FIRST, SOURCE_BLOCK]), HEIGHTS, st.text(max_size=20))
+@given(st.sampled_from([BLOCK, SOURCE_FIRST, SOURCE_BLOCK]), HEIGHTS, st.text(max_size=20))
 def test_any_heights_and_any_note(text: str, rows: list[list[float]], note: str) -> None:
     made = HeightMap((1e-7, -0.1 - 0.2), 0.1, tuple(map(tuple, rows)), 0.1, "m")
-    source = Source("body.yaml", text)
-    try:
-        new = replaced(source, find_block(source, None), made, "measured", note)
-    except ExtractProblem as problem:
-        said = problem.diagnostic
-    else:
-        said = None
-        entry = next(e for e in parse_yaml(Source("n", new))["links"]["body"]["collision"] if "height_map" in e)
-        assert entry["height_map"]["heights"] == rows
-        assert entry["source"]["note"] == note
-    assert said is None, said
+    with tempfile.TemporaryDirectory() as folder:
+        new = replace_in(Path(folder), text, made, note)
+    entry = next(e for e in parse_yaml(Source("n", new))["links"]["body"]["collision"] if "height_map" in e)
+    assert entry["height_map"]["heights"] == rows
+    assert entry["source"]["note"] == note
 
 
 ALIAS = """\
@@ -258,36 +249,41 @@ links:
 ANCHOR = """\
 links:
   body:
-    collision: [{height_map: {origin: [0, 0], cell: 1, heights: &rows [[1]]}}]
+    collision:
+      - height_map:
+          origin: [0, 0]
+          cell: 1
+          heights: &rows [[1]]
   other:
-    collision: [{height_map: {origin: [0, 0], cell: 1, heights: *rows}}]
+    collision:
+      - height_map:
+          origin: [0, 0]
+          cell: 1
+          heights: *rows
 """
 
 
-@pytest.mark.parametrize("text", [ALIAS, ANCHOR])
-def test_anchors_are_not_edited(text: str) -> None:
-    source = Source("body.yaml", text)
+@pytest.mark.parametrize("text", [FLOW, ALIAS, ANCHOR])
+def test_other_styles_are_not_edited(text: str, tmp_path: Path) -> None:
     with pytest.raises(ExtractProblem) as caught:
-        replaced(source, find_block(source, "body"), MADE, "calculated", "x")
+        replace_in(tmp_path, text, link="body")
     assert caught.value.diagnostic.rule == "extract-into"
-    assert caught.value.diagnostic.message == (
-        "the height map of body in body.yaml is written in a way that cannot be edited safely"
-    )
+    assert caught.value.diagnostic.message.endswith("is written in a way that cannot be edited")
 
 
 @pytest.mark.parametrize(
     ("text", "link", "message"),
     [
-        ("links: {a: {}}\n", None, "has no height map that could be meant under links: (there: none)"),
-        (FLOW, "a", 'has no height map of the link "a" under links: (there: body)'),
-        (ANCHOR, None, "has 2 height maps that could be meant under links: (there: body, other)"),
-        ("[1, 2]\n", None, "has no height map that could be meant under links: (there: none)"),
+        ("links: {a: {}}\n", None, "has no height map under links: (existing: none)"),
+        (FLOW, "a", 'has no height map of the link "a" under links: (existing: body)'),
+        (ANCHOR, None, "has 2 height maps under links: (existing: body, other)"),
+        ("[1, 2]\n", None, "has no height map under links: (existing: none)"),
     ],
 )
-def test_no_place_for_it(text: str, link: str | None, message: str) -> None:
+def test_no_place_for_it(text: str, link: str | None, message: str, tmp_path: Path) -> None:
     with pytest.raises(ExtractProblem) as caught:
-        find_block(Source("body.yaml", text), link)
-    assert caught.value.diagnostic.message == f"body.yaml {message}"
+        replace_in(tmp_path, text, link=link)
+    assert caught.value.diagnostic.message.endswith(message)
 
 
 def test_file_that_is_no_yaml_says_where(rosorin: Path, capsys: Said) -> None:
@@ -298,12 +294,10 @@ def test_file_that_is_no_yaml_says_where(rosorin: Path, capsys: Said) -> None:
     assert "error[file-unreadable]: cannot read nowhere.yaml: No such file or directory" in capsys.readouterr().err
 
 
-def test_grid_in_expressions_has_to_be_given() -> None:
-    text = FLOW.replace("cell: 1", 'cell: "${c}"')
-    block = find_block(Source("body.yaml", text), None)
-    assert changes(block, MADE, "calculated") == [
+def test_grid_in_expressions_has_to_be_given(tmp_path: Path) -> None:
+    text = SOURCE_FIRST.replace("cell: 1", 'cell: "${c}"')
+    assert "cell: 250 mm" in replace_in(tmp_path, text)
+    assert changes(find_map(tmp_path / "body.yaml", None), MADE, "calculated") == [
         "grid written in expressions -> 2 x 2 cells of 250 mm from 0, -0.5",
-        "source: not said -> calculated",
+        "source: stand_in -> calculated",
     ]
-    new = replaced(Source("body.yaml", text), block, MADE, "calculated", "x")
-    assert "cell: 250 mm" in new

@@ -17,11 +17,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.extract.meshes import bounds, too_large
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model.mesh_triangles import ExtractProblem, load_mesh
 from rosorin_compile.source.installing import pip_install
 from support.meshes import box
 from support.paths import DATA
+from support.robots import compiled
+
+
+def bounds(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+
 
 MESHES = DATA / "factory_package" / "meshes"
 LOWER, UPPER = (-0.02, 0.01, -0.03), (0.04, 0.05, 0.06)
@@ -77,14 +83,6 @@ def test_scale_is_a_factor_and_a_mirror_keeps_the_outside_outside(tmp_path: Path
     for factors in ((1, 1, 1), (1, -1, 1), (-1, -1, -1)):
         a, b, c = load_mesh(path, factors).triangles.transpose(1, 0, 2)
         assert np.einsum("ij,ij->", a, np.cross(b, c)) > 0
-
-
-def test_mesh_in_millimetres_is_said(tmp_path: Path) -> None:
-    mesh = load_mesh(export(tmp_path, "stl"), (1000, 1000, 1000))
-    (found,) = too_large(mesh)
-    assert (found.rule, found.severity) == ("mesh-looks-like-millimetres", "warning")
-    assert found.message == "brick.stl is 90 m long; that looks like millimetres"
-    assert too_large(load_mesh(export(tmp_path, "stl"))) == []
 
 
 def first_number(word: str, semantic: str = "POSITION") -> bytes:
@@ -206,7 +204,7 @@ def test_without_trimesh_the_way_out_is_said(
 
 def test_starting_the_command_line_imports_no_heavy_package() -> None:
     code = "import sys, rosorin_compile.cli.main, rosorin_compile.cli.extract as e;"
-    code += "import rosorin_compile.importing.extract.heightmap;"
+    code += "import rosorin_compile.importing.extract.height_map;"
     code += "print(sorted({'numpy', 'trimesh', 'scipy', 'xacro', 'mujoco'} & set(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout == "[]\n"
@@ -243,3 +241,35 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
     with pytest.raises(ExtractProblem) as raised:
         load_mesh(path)
     assert raised.value.diagnostic.message == f"{path} is no regular file"
+
+
+MESH_ROBOT = """robot: r
+links:
+  base:
+    inertial: {KEY, of: collision}
+    collision: [{mesh: {file: brick.stl}, xyz: [0, 0, 1]}, {box: {size: [0.01, 0.01, 0.01]}, xyz: [0, 0, 1]}]
+outputs: {urdf: {file: r.urdf}}
+"""
+
+
+@pytest.mark.parametrize(("key", "mass"), [("density: 1000", 0.217), ("mass: 2", 2)])
+def test_a_mesh_has_the_inertia_of_its_solid(tmp_path: Path, key: str, mass: float) -> None:
+    export(tmp_path, "stl")
+    (tmp_path / "robot.yaml").write_text(MESH_ROBOT.replace("KEY", key))
+    inertial = compiled(tmp_path / "robot.yaml").robot.link["base"].inertial
+    assert inertial.mass == pytest.approx(mass, rel=1e-6)
+    brick = trimesh.Trimesh(**trimesh.triangles.to_kwargs(box(LOWER, UPPER)))
+    share = brick.volume / (brick.volume + 1e-6)
+    centre = np.array([0, 0, 1]) + brick.center_mass * share
+    np.testing.assert_allclose(inertial.pose.xyz, centre, atol=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["open", "absent"])
+def test_a_mesh_without_a_volume_is_an_error(tmp_path: Path, kind: str) -> None:
+    if kind == "open":
+        triangles = box(LOWER, UPPER)[:-1]
+        trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles)).export(tmp_path / "brick.stl")
+    (tmp_path / "robot.yaml").write_text(MESH_ROBOT.replace("KEY", "density: 1000"))
+    found = [one for one in compile_robot(tmp_path / "robot.yaml").diagnostics if one.severity == "error"]
+    assert [one.rule for one in found] == ["shape-kind"]
+    assert "the volume of the mesh brick.stl is unknown" in found[0].message

@@ -14,7 +14,8 @@ from hypothesis import given, settings
 
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
-from rosorin_compile.viewer.drawing.letters import PALETTE, wrapped
+from rosorin_compile.viewer.frame_trees import PALETTE
+from rosorin_compile.viewer.frames_picture import wrapped
 from support.paths import ROOT
 from support.pictures import NOBODY, SVG, drawn, robots
 from support.robots import compiled

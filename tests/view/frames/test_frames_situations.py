@@ -14,7 +14,7 @@ from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import Edge, Link, Publisher, Robot
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.viewer import frames_picture
-from rosorin_compile.viewer.drawing.situations import TooMany, situations
+from rosorin_compile.viewer.frame_trees import TooMany, frame_trees
 from support.pictures import output
 
 CONDITIONS = ("", "a", "not a", "a and b", "a or b", "not (a and c)", "a and not b or c", "b")
@@ -25,7 +25,7 @@ CONDITIONS = ("", "a", "not a", "a and b", "a or b", "not (a and c)", "a and not
 def test_situations_share_out_all_combinations_of_modes(whens: list[str], fixed: dict[str, bool]) -> None:
     edges = tuple(Edge("base", f"frame {at}", Publisher(NODE, "node"), False, when) for at, when in enumerate(whens))
     robot = Robot("modes", (Link("base"),), (), edges=edges, modes=("a", "b", "c"))
-    found = situations(robot, fixed)
+    found = frame_trees(robot, fixed)
     for states in product((False, True), repeat=3):
         combination = dict(zip("abc", states, strict=True))
         if any(combination[mode] != state for mode, state in fixed.items()):
@@ -40,7 +40,9 @@ def test_situations_share_out_all_combinations_of_modes(whens: list[str], fixed:
 
 def labels(whens: tuple[str, ...], modes: tuple[str, ...] = ("a", "b", "c")) -> list[tuple[str, str]]:
     edges = tuple(Edge("base", f"frame {at}", Publisher(NODE, "n"), False, when) for at, when in enumerate(whens))
-    return [(one.label, one.short) for one in situations(Robot("r", (Link("base"),), (), edges=edges, modes=modes), {})]
+    return [
+        (one.label, one.short) for one in frame_trees(Robot("r", (Link("base"),), (), edges=edges, modes=modes), {})
+    ]
 
 
 def test_situations_are_said_in_few_words() -> None:
@@ -60,15 +62,15 @@ def test_too_many_trees_are_refused() -> None:
     robot = Robot("r", (Link("base"),), (), edges=edges, modes=modes)
     message = "the tree of frames differs in 64 combinations of modes: too many to show"
     with pytest.raises(TooMany, match=re.escape(message)):
-        situations(robot, {})
+        frame_trees(robot, {})
     text, (problem,) = frames_picture.write(robot, output("frames.svg"), Templates())
     assert (text, problem.rule, problem.severity, problem.message) == ("", "too-many-pictures", "error", message)
     assert problem.help == "say which modes are on, one picture each: modes: [NAME, ...]"
-    assert len(situations(robot, {"a": True})) == 32
+    assert len(frame_trees(robot, {"a": True})) == 32
     many = tuple(f"m{at}" for at in range(12))
     edges = tuple(Edge("base", f"f{mode}", Publisher(NODE, "n"), False, mode) for mode in many)
     robot = Robot("r", (Link("base"),), (), edges=edges, modes=many)
     with pytest.raises(TooMany, match="the frames depend on 12 modes together"):
-        situations(robot, {})
-    (one,) = situations(robot, dict.fromkeys(many, True))
+        frame_trees(robot, {})
+    (one,) = frame_trees(robot, dict.fromkeys(many, True))
     assert one.label.startswith("m0 is on and m1 is on and ")

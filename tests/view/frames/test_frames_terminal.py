@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.frame_tree import Row, lines
-from rosorin_compile.viewer.drawing.letters import cells
-from rosorin_compile.viewer.drawing.terminal import look, table, tree
+from rosorin_compile.viewer.frames_text import Look, table, text_width, tree
 from support.robots import copy_of_rosorin
 
 
@@ -75,7 +74,7 @@ def test_plain_letters_where_the_terminal_has_no_others(monkeypatch: pytest.Monk
 
 
 def test_a_publisher_has_its_colour_in_a_table_too() -> None:
-    how = look(ascii=False, coloured=True, publishers=["a", "b"])
+    how = Look(publishers=["a", "b"])
     rows = [Row("x", "y", "a", "", "/tf", "", "x"), Row("x", "z", "b", "", "/tf", "", "x")]
     first, second = table(rows, how)[1:]
     assert first.startswith("\033[34m")
@@ -84,8 +83,8 @@ def test_a_publisher_has_its_colour_in_a_table_too() -> None:
 
 def test_the_columns_stand_below_each_other_for_wide_letters() -> None:
     rows = [Row("base", name, "node", "", "/tf", "", "base") for name in ("漢字", "é", "plain", "e\u0301")]
-    said = tree(lines(rows, []), look(ascii=False, coloured=False, publishers=["node"]))
-    assert len({cells(line[: line.index("node")]) for line in said[2:]}) == 1
+    said = tree(lines(rows, []), Look())
+    assert len({text_width(line[: line.index("node")]) for line in said[2:]}) == 1
 
 
 def columns(text: str) -> list[str]:
@@ -112,7 +111,7 @@ def test_a_narrow_terminal_gets_fewer_columns(
     assert [line for line in said.splitlines() if line.startswith("(no room")] == [told] * bool(told)
     assert any(line.endswith("when slam") for line in said.splitlines()), "a condition is never left out"
     tree_of_it = said.partition("\n(")[0].splitlines()
-    assert width <= 80 or max(map(cells, tree_of_it)) <= width
+    assert width <= 80 or max(map(text_width, tree_of_it)) <= width
     assert columns(seen(monkeypatch, Terminal("utf-8", people=False), "--mode", "slam"))[:4] == [
         "frame",
         "published by",
@@ -124,11 +123,11 @@ def test_a_narrow_terminal_gets_fewer_columns(
 @given(st.lists(st.text("abc漢", min_size=1, max_size=20), min_size=1, max_size=6, unique=True), st.integers(1, 120))
 def test_no_line_is_wider_than_a_terminal_that_has_room_for_the_rest(names: list[str], width: int) -> None:
     rows = [Row("base", name, "node", "", "/tf", "", "base", f"joint of {name}", "fixed") for name in names]
-    whole = tree(lines(rows, []), look(ascii=False, coloured=False, publishers=["node"]))
-    said = tree(lines(rows, []), look(ascii=False, coloured=False, publishers=["node"], width=width))
-    assert (said == whole) == (max(map(cells, whole)) <= width)
+    whole = tree(lines(rows, []), Look())
+    said = tree(lines(rows, []), Look(width=width))
+    assert (said == whole) == (max(map(text_width, whole)) <= width)
     if "topic" in said[0] and said != whole:
-        assert max(map(cells, said[:-1])) <= width
+        assert max(map(text_width, said[:-1])) <= width
 
 
 def test_json_is_json_whatever_the_terminal_can_print(monkeypatch: pytest.MonkeyPatch, rosorin: Path) -> None:

@@ -85,7 +85,7 @@ def _form(element: Element, above: tuple[str, ...], modern: bool) -> str:
         same = default is not None and text == (_pose(default) if tag == "pose" else _number(default))
         return "" if same else f"<{start}>{text}</>"
     inner = [(child.tag, _form(child, (*above, tag), modern)) for child in element]
-    if tag == "imu" and not element.attrib and not text and not any(form for _, form in inner):
+    if tag in ("imu", "clip") and not element.attrib and not text and not any(form for _, form in inner):
         return ""
     parts = "".join(form for _, form in sorted(inner, key=lambda item: ALIASES.get(item[0], item[0])))
     return f"<{start}>{text}{parts}</>"

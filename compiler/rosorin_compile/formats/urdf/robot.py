@@ -7,6 +7,7 @@ stands. A comment goes with the entry of the tree that it stands before or in.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -123,6 +124,7 @@ def _tree(root: Element, path: Path, reading: Reading) -> Map:
     _section(root, "joint", read_joint, tree, reading)
     settle(tree, reading)
     reading.check(root, CHILDREN["robot"], attributes("robot"), tree)
+    _springs(root, tree)
     version = root.attributes.get("version")
     if version is not None and version.value.strip() not in _VERSIONS:
         reading.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
@@ -130,6 +132,28 @@ def _tree(root: Element, path: Path, reading: Reading) -> Map:
     if "links" not in tree and not has_errors(reading.diagnostics):
         reading.error("no-links", f'the robot "{tree.get("robot")}" has no links', root.span, 'add <link name="..."/>')
     return tree
+
+
+def _springs(root: Element, tree: Map) -> None:
+    """Give joints the springs that <gazebo> elements have for them, which other simulators know as well."""
+    for block in root.children if "joints" in tree else ():
+        joint = tree["joints"].get(block.get("reference")) if block.tag == "gazebo" else None
+        if not isinstance(joint, Map):
+            continue
+        for element in block.children:
+            key = _SPRING.get(element.tag)
+            try:
+                value = float(element.get("value") or element.text)
+            except ValueError:
+                continue
+            if key is not None and isinstance(joint, Map) and math.isfinite(value):
+                dynamics = joint.setdefault("dynamics", Map(element.span))
+                joint.key_spans.setdefault("dynamics", element.span)
+                joint.value_spans.setdefault("dynamics", element.span)
+                dynamics.put(key, value, element.span, element.span)
+
+
+_SPRING = {"springStiffness": "stiffness", "springReference": "spring_reference"}
 
 
 def _not_expanded(root: Element, reading: Reading) -> None:

@@ -1,10 +1,10 @@
-"""Extract: fit boxes to meshes, compute height maps, and take the numbers of a ROS description package."""
+"""Extract numbers from meshes: shapes around parts, height maps, and the numbers of a ROS description package."""
 
 from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,12 +14,15 @@ from rosorin_compile.model import HeightMap, Pose
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
 from rosorin_compile.output import OutputError, write_set
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, arrange, masked
+from rosorin_compile.source.files import resolve
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.progress import Progress
 
-from . import boxes, factory, into, writing
-from .fits import KINDS
-from .heightmap import Wanted, make_map, summary
-from .meshes import too_large
-from .parts import AUTO, Part, SourceProblem, part_of_link, read_source
+from . import factory, replace_map, results
+from .fit_quality import FitGauge
+from .height_map import GridRequest, make_height_map, summary
+from .shapes import fit_shapes
+from .sources import AUTO, MeshSource, RobotSource, SourceProblem
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,108 +32,44 @@ if TYPE_CHECKING:
 
 DEFAULT_CELL = 0.01
 MAX_DIGITS = 9
-
-
-@dataclass(frozen=True)
-class MeshSource:
-    """The meshes to measure: files, or links of one robot.
-
-    ``names`` are mesh files, or one robot: a description, URDF, xacro, SDF or MJCF. ``links`` are those of the robot,
-    by default all. ``section`` is collision, visual or auto. ``scale`` has the factors of mesh files along x, y and z.
-    """
-
-    names: Sequence[str]
-    reading: ReadOptions
-    links: Sequence[str] = ()
-    section: str = AUTO
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-
-    @property
-    def are_files(self) -> bool:
-        """Whether the names are those of mesh files. Raises RequestError for none and for a mixture."""
-        kinds = {Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in self.names}
-        if len(kinds) != 1:
-            raise RequestError("name mesh files, or one robot")
-        if kinds == {True} and self.links:
-            raise RequestError("--link is that of a robot; a mesh file has none")
-        if kinds == {False} and len(self.names) != 1:
-            raise RequestError(f"one robot at a time, not {len(self.names)}")
-        return kinds == {True}
-
-    def file_parts(self, diagnostics: list[Diagnostic]) -> list[Part]:
-        """Return a part for each mesh file. Raises RequestError, ExtractProblem."""
-        parts: list[Part] = []
-        for name in self.names:
-            mesh = TriangleMesh.load(Path(name), self.scale)
-            diagnostics += too_large(mesh)
-            stem = Path(name).stem
-            if stem in {part.name for part in parts}:
-                raise RequestError(f'two meshes are called "{stem}"; each part needs a name of its own')
-            parts.append(Part(stem, mesh.triangles, (mesh.name,)))
-        return parts
-
-    def command(self, what: str) -> str:
-        """Return the first line of a file that is made from these meshes."""
-        words = [*self.names, *(f"{name}:={value}" for name, value in self.reading.arguments.items())]
-        return masked(f"{writing.MARK} {what} {shlex.join(words)}".replace("\n", " ")) + "\n"
+_FITTING = 0.6  # fraction of the time that fitting takes; the rest is measuring
 
 
 @dataclass(frozen=True)
 class GridOptions:
-    """The grid of a height map, lengths in metres.
-
-    By default the grid covers the mesh; ``size`` replaces ``cells``. ``spacing`` is the largest distance between
-    samples, by default a third of a cell. ``step`` is what heights of boxes are rounded to, by default a cell.
-    """
+    """The options of a height map, lengths in metres; ``size`` is another way to give ``cells``."""
 
     cell: float | None = None
     origin: tuple[float, float] | None = None
     cells: tuple[int, int] | None = None
     size: tuple[float, float] | None = None
-    spacing: float | None = None
-    exact: bool = False
     below: float | None = None
     digits: int = 4
     step: float | None = None
+    bottom: bool = False
 
-    def wanted(self, bottom: bool = False) -> Wanted:
-        """Return the height map to compute. Raises RequestError."""
-        cell = DEFAULT_CELL if self.cell is None else self.cell
-        if not cell > 0:
-            raise RequestError(f'--cell takes a length above zero, not "{cell:g}"')
-        if self.step is not None and not self.step > 0:
-            raise RequestError(f'--step takes a length above zero, not "{self.step:g}"')
+    def request(self, existing: replace_map.MapEntry | None = None) -> GridRequest:
+        """Return the requested grid, by default that of an ``existing`` map. Raises RequestError, ExtractProblem."""
+        for name, value in (("cell", self.cell), ("step", self.step)):
+            if value is not None and not value > 0:
+                raise RequestError(f'--{name} takes a length above zero, not "{value:g}"')
         if self.cells is not None and self.size is not None:
-            raise RequestError("--cells and --size say the same; give one")
+            raise RequestError("--cells and --size exclude each other; give one")
+        if self.size is not None and not min(self.size) > 0:
+            raise RequestError(f'--size takes lengths above zero, not "{self.size[0]:g},{self.size[1]:g}"')
         check_digits(self.digits, "--map-digits")
-        cells = self._cells(cell)
-        return Wanted(cell, self.origin, cells, self.spacing, self.exact, self.below, self.digits, self.step, bottom)
-
-    def _cells(self, cell: float) -> tuple[int, int] | None:
-        if self.size is None:
-            return self.cells
-        width, depth = self.size
-        if not (width > 0 and depth > 0):
-            raise RequestError(f'--size takes lengths above zero, not "{width:g},{depth:g}"')
-        return math.ceil(width / cell - 1e-6), math.ceil(depth / cell - 1e-6)
-
-    def replacing(self, block: into.Block) -> Wanted:
-        """Return the height map that replaces another: on its grid, unless the options have another one."""
-        wanted = self.wanted()
-        if self.cell is not None and self.origin is not None and wanted.cells is not None:
-            cell, origin, cells = wanted.cell, self.origin, wanted.cells
-        else:
-            cell, origin, cells = into.grid_of(block)
-            if self.cell is not None and self.cell != cell:
-                factor = cell / self.cell
-                cells = (math.ceil(cells[0] * factor - 1e-6), math.ceil(cells[1] * factor - 1e-6))
-                cell = self.cell
-            origin = self.origin or origin
-            cells = self._cells(cell) or cells
-        step, there = self.step, block.height_map.get("step")
-        if step is None and isinstance(there, int | float) and there > 0:
-            step = float(there)
-        return replace(wanted, cell=cell, origin=origin, cells=cells, step=step)
+        cell, origin, size, step = self.cell or DEFAULT_CELL, self.origin, self.size, self.step
+        if existing is not None:
+            if None in (self.cell, origin) or (self.cells is None and size is None):
+                old_cell, old_origin, (nx, ny) = existing.grid()
+                cell, origin = self.cell or old_cell, origin or old_origin
+                size = size or (nx * old_cell, ny * old_cell)
+            old_step = existing.height_map.get("step")
+            step = float(old_step) if step is None and isinstance(old_step, int | float) and old_step > 0 else step
+        cells = self.cells
+        if cells is None and size is not None:
+            cells = math.ceil(size[0] / cell - 1e-6), math.ceil(size[1] / cell - 1e-6)
+        return GridRequest(cell, origin, cells, self.below, self.digits, step, self.bottom)
 
 
 @dataclass(frozen=True)
@@ -156,7 +95,15 @@ class ExtractedHeightMap:
     @property
     def values(self) -> dict[str, Any]:
         """The height map in the form of the driver's model (schemas/robot_model.schema.json)."""
-        return {} if self.height_map is None else writing.driver_height_map(self.frame, self.height_map)
+        if self.height_map is None:
+            return {}
+        return {
+            "frame": self.frame,
+            "origin_xy": list(self.height_map.origin),
+            "cell": self.height_map.cell,
+            "method": self.height_map.method,
+            "z": [list(heights) for heights in self.height_map.heights],
+        }
 
 
 @dataclass(frozen=True)
@@ -176,16 +123,6 @@ def check_digits(count: int, option: str) -> None:
         raise RequestError(f"{option} takes 0 to {MAX_DIGITS} decimals")
 
 
-def _reasons(problem: ExtractProblem) -> list[Diagnostic]:
-    """Return the diagnostics of a problem. Raises RequestError for the name of something that does not exist."""
-    if isinstance(problem, SourceProblem):
-        return arrange(problem.diagnostics)
-    if isinstance(problem, NotThere):
-        found = problem.diagnostic
-        raise RequestError(f"{found.message}; {found.help}" if found.help else found.message) from None
-    return [problem.diagnostic]
-
-
 def extract_boxes(
     source: MeshSource,
     shape: str = "box",
@@ -199,31 +136,24 @@ def extract_boxes(
     diagnostics: list[Diagnostic] = []
     if not 1 <= stack <= 100:
         raise RequestError("--stack takes 1 to 100 boxes")
+    check_digits(digits, "--digits")
     try:
         TriangleMesh.needed()
-        check_digits(digits, "--digits")
-        fitted = boxes.fit_parts(_parts(source, diagnostics), digits, stack, axis)
-        text = source.command("boxes") + boxes.yaml_text(fitted, shape)
+        parts = source.file_parts(diagnostics) if source.are_files else source.link_parts(diagnostics)
+        fitted = []
+        for index, part in enumerate(parts):
+            progress = Progress.part("fitting", index, len(parts))
+            fits = fit_shapes(part.triangles, digits, stack, axis)
+            progress(_FITTING)
+            gauge = FitGauge(part.triangles)
+            fitted.append(results.FittedPart(part, fits, {kind: gauge.measure(fit) for kind, fit in fits.items()}))
+        text = _first_line(source, "boxes") + results.boxes_yaml(fitted, shape)
         if output is not None:
-            writing.save(output, text, force)
+            results.save(output, text, force)
     except ExtractProblem as problem:
-        return ExtractedBoxes(diagnostics=(*diagnostics, *_reasons(problem)))
-    report = tuple(boxes.table(fitted, KINDS))
-    return ExtractedBoxes(boxes.json_values(fitted, KINDS), text, report, tuple(diagnostics))
-
-
-def _parts(source: MeshSource, diagnostics: list[Diagnostic]) -> list[Part]:
-    """Return the parts that get a shape: mesh files, or links that have meshes. Raises RequestError, ExtractProblem."""
-    if source.are_files:
-        return source.file_parts(diagnostics)
-    robot = read_source(source.names[0], source.reading)
-    links = [robot.link(name) for name in source.links] or list(robot.robot.link)
-    parts = [part for link in links if (part := part_of_link(robot, link, source.section)) is not None]
-    diagnostics += arrange(robot.diagnostics)
-    if not parts:
-        message = f"{source.names[0]} has no link with a mesh that can be read"
-        raise ExtractProblem.of("mesh-empty", message, "see above, or --from")
-    return parts
+        return ExtractedBoxes(diagnostics=(*diagnostics, *_diagnostics(problem)))
+    table = tuple(results.boxes_table(fitted))
+    return ExtractedBoxes(results.boxes_json(fitted), text, table, tuple(arrange(diagnostics)))
 
 
 def extract_height_map(
@@ -231,7 +161,6 @@ def extract_height_map(
     grid: GridOptions,
     frame: str | None = None,
     pose: Pose | None = None,
-    bottom: bool = False,
     into_file: Path | None = None,
     status: str = "calculated",
     note: str | None = None,
@@ -244,35 +173,34 @@ def extract_height_map(
     """
     diagnostics: list[Diagnostic] = []
     if into_file is not None and output is not None:
-        raise RequestError("--into edits a file; it goes with neither -o nor JSON")
-    if into_file is not None and bottom:
-        raise RequestError("--bottom goes with neither --into nor JSON; write a file with -o, and paste it")
+        raise RequestError("--into edits a file; it excludes -o and JSON")
+    if into_file is not None and grid.bottom:
+        raise RequestError("--bottom excludes --into and JSON; write a file with -o, and paste it")
     try:
         TriangleMesh.needed()
-        wanted, block = grid.wanted(bottom), None
-        if into_file is not None:
-            description = into.read(into_file)
-            block = into.find_block(description, frame)
-            wanted, frame = grid.replacing(block), block.link
+        existing = None if into_file is None else replace_map.find_map(into_file, frame)
+        request = grid.request(existing)
+        frame = existing.link if existing else frame
         triangles, meshes, frame = _surface(source, frame, pose or Pose(), diagnostics)
-        made, remarks = make_map(triangles, wanted, frame)
-        diagnostics += remarks
+        height_map, messages = make_height_map(triangles, request, frame)
+        diagnostics += messages
         note = note or f"top of {', '.join(meshes)}"
-        if into_file is not None and block is not None:
-            text = into.replaced(description, block, made, status, note)
-            place = f"{into_file}:{block.line}: height map of {block.link}"
+        if existing is not None and into_file is not None:
+            text = replace_map.replaced(existing, height_map, status, note)
+            place = f"{into_file}:{existing.line}: height map of {existing.link}"
             report = [f"{place} unchanged"]
-            if text != description.text:
-                writing.replace(into_file, text)
-                report = [f"{place} replaced", *(f"  {line}" for line in into.changes(block, made, status))]
+            if text != existing.source.text:
+                results.replace(into_file, text)
+                changes = replace_map.changes(existing, height_map, status)
+                report = [f"{place} replaced", *(f"  {line}" for line in changes)]
         else:
-            text = source.command("heightmap") + "\n".join(writing.height_map(frame, made, status, note)) + "\n"
-            report = [summary(made)]
+            text = _first_line(source, "heightmap") + results.height_map_yaml(frame, height_map, status, note)
+            report = [summary(height_map)]
             if output is not None:
-                writing.save(output, text, force)
+                results.save(output, text, force)
     except ExtractProblem as problem:
-        return ExtractedHeightMap(diagnostics=(*diagnostics, *_reasons(problem)))
-    return ExtractedHeightMap(frame, made, text, tuple(report), tuple(diagnostics))
+        return ExtractedHeightMap(diagnostics=(*diagnostics, *_diagnostics(problem)))
+    return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(diagnostics))
 
 
 def _surface(
@@ -284,20 +212,21 @@ def _surface(
     transform = pose.transform()
     if source.are_files:
         parts = source.file_parts(diagnostics)
-        triangles = parts[0].triangles if len(parts) == 1 else np.concatenate([part.triangles for part in parts])
-        meshes = tuple(name for part in parts for name in part.meshes)
-        return TriangleMesh.placed(triangles, transform.rows, transform.xyz), meshes, frame or parts[0].name
-    if not source.links:
-        raise RequestError("of which link of the robot? --link LINK")
-    robot = read_source(source.names[0], source.reading)
-    link = robot.link(source.links[0])
-    frame = robot.link(frame or link)
-    part = part_of_link(robot, link, source.section)
-    diagnostics += arrange(robot.diagnostics)
-    if part is None:
-        raise ExtractProblem.of("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
-    transform = transform.then(robot.robot.transform(frame, link, {}))
-    return TriangleMesh.placed(part.triangles, transform.rows, transform.xyz), part.meshes, frame
+        frame = frame or parts[0].name
+    elif not source.links:
+        raise RequestError("name the link of the robot: --link LINK")
+    else:
+        robot = RobotSource.read(source.names[0], source.reading)
+        link = robot.link(source.links[0])
+        frame = robot.link(frame or link)
+        part = robot.part(link, source.section)
+        diagnostics += arrange(robot.diagnostics)
+        if part is None:
+            raise ExtractProblem.of("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
+        parts, transform = [part], transform.then(robot.robot.transform(frame, link, {}))
+    triangles = np.concatenate([part.triangles for part in parts])
+    meshes = tuple(name for part in parts for name in part.meshes)
+    return TriangleMesh.placed(triangles, transform.rows, transform.xyz), meshes, frame
 
 
 def extract_factory(
@@ -312,25 +241,44 @@ def extract_factory(
 ) -> ExtractedFactory:
     """Write the joints, boxes and a height map of a ROS description package to a folder. Raises RequestError."""
     if frame and not map_link:
-        raise RequestError("--frame is that of the height map; say of which link: --heightmap-link LINK")
+        raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
+    path = None
     try:
         TriangleMesh.needed()
-        path = factory.robot_file(package, robot)
-        name = factory.name_of(package)
+        path = factory.find_robot_file(package, robot)
+        name = Packages.name_of(package) or resolve(package).name
         reading = replace(reading, packages={name: package, **reading.packages})
-        asked = factory.Asked(map_link, frame, grid.wanted(), section)
-        made = factory.extract(read_source(str(path), reading), name, asked)
+        request = factory.FactoryRequest(map_link, frame, grid.request(), section)
+        taken = factory.take_numbers(RobotSource.read(str(path), reading), name, request)
     except ExtractProblem as problem:
-        return ExtractedFactory(diagnostics=tuple(_reasons(problem)))
-    diagnostics = arrange(made.diagnostics)
+        choice = [] if path is None else factory.choice_of(path)
+        return ExtractedFactory(diagnostics=(*_diagnostics(problem), *choice))
+    diagnostics = arrange(taken.diagnostics)
     try:
-        write_set(output, made.files, judge=lambda _, old, __: "replace" if writing.is_made(old) else "refuse")
+        write_set(output, taken.files, judge=lambda _, old, __: "replace" if results.is_made(old) else "refuse")
     except OutputError as problem:
         return ExtractedFactory(diagnostics=(*diagnostics, problem.diagnostic))
-    written = tuple(str(Path(output, file)) for file in sorted(made.files))
-    names = (("joints", made.joints), ("boxes", list(made.boxes)))
+    written = tuple(str(Path(output, file)) for file in sorted(taken.files))
+    names = (("joints", taken.joints), ("boxes", list(taken.boxes)))
     report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
-    if made.height_map is not None:
-        report.append(f"height map in {made.frame}: {summary(made.height_map)}")
+    if taken.height_map is not None:
+        report.append(f"height map in {taken.frame}: {summary(taken.height_map)}")
     report.append(f"written: {', '.join(written)}")
-    return ExtractedFactory(tuple(made.joints), tuple(made.boxes), written, tuple(report), tuple(diagnostics))
+    return ExtractedFactory(tuple(taken.joints), tuple(taken.boxes), written, tuple(report), tuple(diagnostics))
+
+
+def _first_line(source: MeshSource, command: str) -> str:
+    """Return the first line of a file that is made from these meshes."""
+    names = [Path(name).name if Path(name).is_absolute() else name for name in source.names]
+    words = [*names, *(f"{name}:={value}" for name, value in source.reading.arguments.items())]
+    return masked(f"{results.MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
+
+
+def _diagnostics(problem: ExtractProblem) -> list[Diagnostic]:
+    """Return the diagnostics of a problem. Raises RequestError for the name of something that does not exist."""
+    if isinstance(problem, SourceProblem):
+        return arrange(problem.diagnostics)
+    if isinstance(problem, NotThere):
+        found = problem.diagnostic
+        raise RequestError(f"{found.message}; {found.help}" if found.help else found.message) from None
+    return [problem.diagnostic]

@@ -1,7 +1,6 @@
-"""``extract factory``: all numbers of a ROS description package: joints, a box for each part, a height map.
+"""Take the numbers of a ROS description package: joints, a box around each link, a height map.
 
-Only numbers and names are taken; no mesh and no sentence of the package is copied. What is missing in the package is
-listed, and the rest goes on.
+Only numbers and names are taken; no mesh and no text of the package is copied.
 """
 
 from __future__ import annotations
@@ -14,18 +13,17 @@ from typing import Any
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
-from rosorin_compile.source.files import is_file, is_folder, read_bytes, resolve
-from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, did_you_mean, listed
+from rosorin_compile.source.files import is_file, is_folder, read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.tree import Map
+from rosorin_compile.source.tree import Map, Seq
 
-from . import turning, writing
-from .fits import axis_aligned
-from .heightmap import Wanted, make_map
-from .parts import AUTO, RobotSource, part_of_link
-from .writing import MARK
+from ..layout import layout, number
+from .height_map import GridRequest, make_height_map
+from .results import MARK, height_map_yaml, numbers
+from .shapes import enclosing_box
+from .sources import AUTO, RobotSource
 
 RULES = (Rule("factory-robot", "A package has no file of a robot, or several.", "`--robot FILE`.", Heading.MESHES),)
 
@@ -42,26 +40,33 @@ _KEYS = (
     "calibration",
     "safety_controller",
 )
-# Rules about what is not taken.
-_NOT_TAKEN = ("mass-", "inertia-", "shape-")
+_NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not taken
+_DIGITS = 5
+_MAX_BYTES = 5_000_000  # of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
+_CONDITION = re.compile(
+    r"<xacro:(if|unless)\b[^>]*?\svalue\s*=\s*(\"[^\"]*\"|'[^']*')[^>]*>(.*?)</xacro:\1>", re.DOTALL
+)
+_PROPERTY = re.compile(r"<xacro:property\b[^>]*?\sname\s*=\s*[\"'](\w+)[\"'][^>]*?\svalue\s*=\s*[\"']([^\"']*)[\"']")
+_SOURCE = re.compile(r"\$\((env|optenv|arg)\s+(\w+)")
+_WORD = re.compile(r"\w+")
+_COMPARISON = re.compile(r"""(\$\([^()]*\)|\b\w+\b)\s*['"]?\s*[!=]=\s*['"]([^'"]*)['"]""")
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What is to be made of a package; ``map_link`` None: no height map; ``frame`` None: that of the link itself."""
+class FactoryRequest:
+    """What to take: no height map without ``map_link``; its ``frame`` is by default that of the link."""
 
     map_link: str | None
     frame: str | None
-    wanted: Wanted
+    grid: GridRequest
     section: str = AUTO
-    digits: int = 5
 
 
 @dataclass
-class Factory:
-    """What came of a package: texts by file name, names of joints and boxes, the height map, and what is missing."""
+class FactoryNumbers:
+    """The results: texts by file name, joints, boxes by link, the height map in a frame, and diagnostics."""
 
     files: dict[str, str] = field(default_factory=dict)
     joints: list[str] = field(default_factory=list)
@@ -71,131 +76,165 @@ class Factory:
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
 
-def robot_file(package: Path, asked: str | None) -> Path:
-    """Return the file of the robot in a package: the one that is asked for, or the only one that there is.
+def find_robot_file(package: Path, requested: str | None) -> Path:
+    """Return the requested file of a package, or the only one with a robot that no other file includes.
 
-    A file is that of a robot if its root names one, and no other file of the package includes it.
     Raises NotThere if there is no such package or file, else ExtractProblem.
     """
     if not is_folder(package):
         raise NotThere.of("factory-robot", f"{package} is not a folder", "name the folder of a description package")
-    if asked is not None:
-        path = next((path for path in (package / asked, Path(asked)) if is_file(path)), None)
+    candidates, choices = _candidates(package)
+    if requested is not None:
+        path = next((path for path in (package / requested, Path(requested)) if is_file(path)), None)
         if path is None:
-            help = did_you_mean(asked, [str(path.relative_to(package)) for path in _candidates(package)])
-            raise NotThere.of("factory-robot", f'{package} has no file "{asked}"', help)
+            help = did_you_mean(requested, [str(path.relative_to(package)) for path in candidates])
+            raise NotThere.of("factory-robot", f'{package} has no file "{requested}"', help)
         return path
-    files = _candidates(package)
-    if len(files) == 1:
-        return files[0]
-    names = ", ".join(str(path.relative_to(package)) for path in files[:20])
-    message = f"{package} has {len(files)} files of robots: {names}" if files else f"{package} has no file of a robot"
-    raise ExtractProblem.of("factory-robot", message, "say which: --robot FILE")
+    if len(candidates) == 1:
+        return candidates[0]
+    if not candidates:
+        raise ExtractProblem.of("factory-robot", f"{package} has no file of a robot", "name one with --robot FILE")
+    names = ", ".join(str(path.relative_to(package)) for path in candidates[:20])
+    message, help = f"{package} has {len(candidates)} files of robots: {names}", "select one with --robot FILE"
+    if choices:
+        entry = next(iter(choices)).relative_to(package)
+        message += "".join(f"; {path.relative_to(package)} {text}" for path, text in choices.items())
+        help = f"use the file that chooses: --robot {entry}; or select one with --robot FILE"
+    raise ExtractProblem.of("factory-robot", message, help)
 
 
-def _candidates(package: Path) -> list[Path]:
-    format, texts = FORMATS.published(), dict[Path, str]()
-    endings = [
-        ending for one in FORMATS.values() if format.name in (one.name, one.reading.becomes) for ending in one.endings
-    ]
-    for path in sorted(package.glob("**/*")):
-        if path.suffix.lower() in endings and is_file(path):
-            texts[path] = read_bytes(path, 5_000_000).decode("utf-8", "replace")
-    included = {address.rpartition("/")[2] for text in texts.values() for address in _INCLUDES.findall(text)}
-    return [path for path, text in texts.items() if _ROBOT.search(text) and path.name not in included]
+def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
+    """Return the robot files of a package, and for files that choose between includes, how they choose."""
+    published = FORMATS.published()
+    formats = [one for one in FORMATS.values() if published.name in (one.name, one.reading.becomes)]
+    endings = {ending for one in formats for ending in one.endings}
+    texts = {
+        path: read_bytes(path, _MAX_BYTES).decode("utf-8", "replace")
+        for path in sorted(package.glob("**/*"))
+        if path.suffix.lower() in endings and is_file(path)
+    }
+    patterns: dict[Path, list[re.Pattern[str]]] = {}
+    for path, text in texts.items():
+        names = [address.rpartition("/")[2] for address in _INCLUDES.findall(text)]
+        # A name with an expression stands for every file that fits: ${model}.xacro, $(arg model).xacro
+        split = [re.split(r"\$\{[^}]*\}|\$\([^)]*\)", name) for name in names]
+        patterns[path] = [re.compile(".+".join(map(re.escape, pieces))) for pieces in split]
+    included = {
+        path
+        for path in texts
+        for other, those in patterns.items()
+        if other != path and any(one.fullmatch(path.name) for one in those)
+    }
+    candidates = [path for path, text in texts.items() if _ROBOT.search(text) and path not in included]
+    choices = {path: choice for path in texts if path not in included and (choice := _choice(texts[path]))}
+    entries = [path for path in choices if path not in candidates]
+    return (sorted({*candidates, *entries}) if len(candidates) != 1 else candidates), choices
 
 
-def name_of(package: Path) -> str:
-    """Return the name of a package: what its package.xml says, else that of its folder."""
-    return Packages.name_of(package) or resolve(package).name
+def _choice(text: str) -> str:
+    """Return by which variables a file with includes chooses, and the values it compares them with."""
+    includes = _INCLUDES.findall(text)
+    conditions = [value[1:-1] for _, value, content in _CONDITION.findall(text) if "<xacro:include" in content]
+    conditions += [name for name in includes if "$" in name]
+    origins = {name: source for name, value in _PROPERTY.findall(text) if (source := _SOURCE.search(value))}
+    values: dict[str, list[str]] = {}
+    for condition in conditions if includes else ():
+        sources = [
+            *_SOURCE.finditer(condition),
+            *(origins[word] for word in _WORD.findall(condition) if word in origins),
+        ]
+        for source in sources:
+            kind = "argument" if source[1] == "arg" else "environment variable"
+            values.setdefault(f"{kind} {source[2]}", [])
+        for operand, value in _COMPARISON.findall(condition):
+            source = _SOURCE.search(operand) or origins.get(operand)
+            if source:
+                kind = "argument" if source[1] == "arg" else "environment variable"
+                values[f"{kind} {source[2]}"].append(value)
+    chosen = [f"the {name}" + (f" ({', '.join(dict.fromkeys(some))})" if some else "") for name, some in values.items()]
+    return f"chooses by {listed(chosen)}" if chosen else ""
 
 
-def extract(source: RobotSource, package: str, asked: Asked) -> Factory:
-    """Return the numbers of a robot of a package. Raises NotThere for a link or frame that it does not have."""
-    made = Factory(diagnostics=source.diagnostics)
-    for link in (asked.map_link, asked.frame):
+def choice_of(path: Path) -> list[Diagnostic]:
+    """Return a note about the variables by which a robot file chooses, if it does."""
+    choice = _choice(read_bytes(path, _MAX_BYTES).decode("utf-8", "replace"))
+    help = "set the environment variable, or give the argument as NAME:=VALUE"
+    return [Diagnostic("factory-robot", NOTE, f"{path} {choice}", None, (), help)] if choice else []
+
+
+def take_numbers(source: RobotSource, package: str, request: FactoryRequest) -> FactoryNumbers:
+    """Take the numbers of a robot. Raises NotThere for a link or frame that it does not have."""
+    taken = FactoryNumbers(diagnostics=source.diagnostics)
+    for link in (request.map_link, request.frame):
         if link is not None:
             source.link(link)
-    made.joints = list(source.robot.joint)
-    made.files["joints.yaml"] = _joints(source, package)
-    _add_boxes(source, asked, made)
-    if asked.map_link is not None:
-        _add_map(source, package, asked, made)
-    made.files["boxes.yaml"] = _boxes(source, package, made)
-    return made
-
-
-def _add_boxes(source: RobotSource, asked: Asked, made: Factory) -> None:
-    """Add the box around the meshes of each link but that of the height map."""
     for index, link in enumerate(source.robot.link):
         Progress.step("measuring", index, len(source.robot.link))
-        part = None if link == asked.map_link else part_of_link(source, link, asked.section)
+        part = None if link == request.map_link else source.part(link, request.section)
         if part is not None:
-            made.boxes[link] = axis_aligned(part.triangles, asked.digits)
+            taken.boxes[link] = enclosing_box(part.triangles, _DIGITS)
+    if request.map_link is not None:
+        _add_height_map(source, package, request, taken)
+    taken.joints = list(source.robot.joint)
+    taken.files["joints.yaml"] = _joints_yaml(source, package)
+    links = {
+        link: {"collision": [{"box": {"min": numbers(box.lower), "max": numbers(box.upper)}}]} if box else {}
+        for link in source.robot.link
+        if (box := taken.boxes.get(link)) or link != taken.frame
+    }
+    note = f"boxes around the meshes of the package {package}"
+    taken.files["boxes.yaml"] = _head("boxes", package) + layout(
+        {"source": {"status": "calculated", "note": note}, "links": links}
+    )
+    return taken
 
 
-def _add_map(source: RobotSource, package: str, asked: Asked, made: Factory) -> None:
-    """Add the height map of a link; one without a mesh that can be read has none, which is an error that is listed."""
-    link = asked.map_link or ""
-    frame = asked.frame or link
-    part = part_of_link(source, link, asked.section)
-    if part is None:
-        problem = ExtractProblem.of("height-map-empty", f"{link} has no mesh that can be read: no height map", "")
-        made.diagnostics.append(problem.diagnostic)
-        return
-    transform = source.robot.transform(frame, link, {})
-    triangles = TriangleMesh.placed(part.triangles, transform.rows, transform.xyz)
+def _add_height_map(source: RobotSource, package: str, request: FactoryRequest, taken: FactoryNumbers) -> None:
+    """Add the height map of a link, or a diagnostic if there is none."""
+    link = request.map_link or ""
+    frame = request.frame or link
+    part = source.part(link, request.section)
     try:
-        made.height_map, diagnostics = make_map(triangles, asked.wanted, frame)
+        if part is None:
+            raise ExtractProblem.of("height-map-empty", f"{link} has no mesh that can be read: no height map")
+        transform = source.robot.transform(frame, link, {})
+        triangles = TriangleMesh.placed(part.triangles, transform.rows, transform.xyz)
+        taken.height_map, messages = make_height_map(triangles, request.grid, frame)
     except ExtractProblem as problem:
-        made.diagnostics.append(problem.diagnostic)
+        taken.diagnostics.append(problem.diagnostic)
         return
-    made.diagnostics += diagnostics
-    made.frame = frame
-    note = f"top of {', '.join(part.meshes)}"
-    lines = [_head("heightmap", package), *writing.height_map(frame, made.height_map, "calculated", note)]
-    made.files["heightmap.yaml"] = "\n".join(lines) + "\n"
+    taken.diagnostics += messages
+    taken.frame = frame
+    text = height_map_yaml(frame, taken.height_map, "calculated", f"top of {', '.join(part.meshes)}")
+    taken.files["heightmap.yaml"] = _head("heightmap", package) + text
 
 
-def _head(what: str, package: str) -> str:
-    return f"{MARK} factory: {what} of the package {package}. Numbers only; metres, radians."
+def _head(title: str, package: str) -> str:
+    return f"{MARK} factory: {title} of the package {package}. Numbers only; metres, radians.\n"
 
 
-def _joints(source: RobotSource, package: str) -> str:
-    """Return all joints, with the digits that the package has."""
-    lines = [_head("joints", package), f"source: {writing.source('factory', f'description package {package}')}"]
-    joints = source.tree.get("joints")
-    lines.append("joints:" if joints else "joints: {}")
-    for name, joint in joints.items() if isinstance(joints, Map) else ():
-        lines.append(f"  {writing.name(name)}:")
-        kept = Map(joint.span)
-        for key in (*_KEYS, *joint):
-            if key in _KEYS and key in joint and key not in kept:
-                kept.put(key, joint[key], joint.key_spans[key], joint.value_spans[key])
-        lines += turning.block(kept, "    ")
-    lines += _accepted(source.tree.get("accept"))
-    return "\n".join(lines) + "\n"
-
-
-def _accepted(entries: Any) -> list[str]:
-    """Return what the package has all the same, but for masses and shapes, which are not taken."""
-    accepted = [
-        turning.inline(entry, span)
-        for entry, span in zip(entries or (), getattr(entries, "value_spans", ()), strict=True)
+def _joints_yaml(source: RobotSource, package: str) -> str:
+    """Return all joints with the digits of the package, and the accepted violations of rules about them."""
+    joints, accepted = source.tree.get("joints") or {}, source.tree.get("accept")
+    document: dict[str, Any] = {
+        "source": {"status": "factory", "note": f"description package {package}"},
+        "joints": {name: {key: _plain(joint, key) for key in _KEYS if key in joint} for name, joint in joints.items()},
+    }
+    entries = [
+        {key: _plain(entry, key) for key in entry}
+        for entry in accepted or ()
         if not entry["rule"].startswith(_NOT_TAKEN)
     ]
-    return ["accept:", *(f"  - {text}" for text in accepted)] if accepted else []
+    return _head("joints", package) + layout({**document, **({"accept": entries} if entries else {})})
 
 
-def _boxes(source: RobotSource, package: str, made: Factory) -> str:
-    """Return all links, those with meshes with the axis-aligned box around these."""
-    note = f"boxes around the meshes of the package {package}"
-    lines = [_head("boxes", package), f"source: {writing.source('calculated', note)}", "links:"]
-    for link in source.robot.link:
-        if link in made.boxes:
-            corners = made.boxes[link]
-            size = f"{{min: {writing.row(corners.lower)}, max: {writing.row(corners.upper)}}}"
-            lines += [f"  {writing.name(link)}:", f"    collision: [{{box: {size}}}]"]
-        elif link != made.frame:
-            lines.append(f"  {writing.name(link)}: {{}}")
-    return "\n".join(lines) + "\n"
+def _plain(holder: Map | Seq, key: Any) -> Any:
+    """Return a value of a tree as ``layout`` takes it, numbers as they are written in the source."""
+    value = holder[key]
+    if isinstance(value, Map):
+        return {inner: _plain(value, inner) for inner in value}
+    if isinstance(value, Seq):
+        return [_plain(value, index) for index in range(len(value))]
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return number(value, holder.value_spans[key])
+    return value if isinstance(value, bool) else str(value)

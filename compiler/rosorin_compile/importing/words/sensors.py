@@ -1,7 +1,7 @@
-"""Sensors: a ``<sensor>`` in a ``<gazebo>`` as an entry of ``sensors`` on the link that it is in.
+"""Convert a ``<sensor>`` in a ``<gazebo>`` to an entry of ``sensors`` on the link that it is in.
 
-The type of the library that measures the same is taken, its arguments as far as the element says them; what Gazebo has
-otherwise, or besides, stands in ``gazebo``. ``overlay`` finds that by comparing with what the type brings.
+The library's type that measures the same is used, with arguments as far as the element has them. What Gazebo has
+differently or additionally becomes ``gazebo``: ``overlay`` compares the element with the one of the type.
 """
 
 from __future__ import annotations
@@ -35,15 +35,16 @@ TYPES: Mapping[str, str] = {
     "altimeter": "altimeter",
 }
 IMAGES = ("camera", "depth_camera")
+LIDAR_TYPES = ("lidar_2d", "lidar_3d", "range_finder")
 MAX_RAYS = 2000  # more are a burden in MuJoCo: the lidar is left out of it
 _CLASSIC = ("ray", "gpu_ray", "depth", "gps", "multicamera")
 _MODERN = ("gpu_lidar", "rgbd_camera", "navsat")
 _NAME = re.compile(r"""[^\s<>&"'/]+""")
-_OPTICAL = re.compile(r"optical")
 _FRAMES = ("gz_frame_id", "ignition_frame_id")
 _FRAME_NAMES = ("frame_name", "frameName", "frame_id")
 _SMALLEST = 1e-4  # m: what the library takes as the least distance that is seen
 _WIDEST = math.radians(170)
+_NEAR = 5e-3  # rad: how precisely a circle is written
 
 
 class Seen(NamedTuple):
@@ -136,8 +137,9 @@ def gazebo_of(found: Sequence[Seen]) -> str:
 
 
 def entry(one: Seen, robot: Robot, asked: str) -> dict[str, Any]:
-    """Return the entry of a sensor without what Gazebo has otherwise. Raises Unsayable."""
+    """Return the entry of a sensor without what Gazebo has differently. Raises Unsayable."""
     kind = _kind(one)
+    horizontal, vertical = (_inner(_lidar(one), "scan", axis) for axis in ("horizontal", "vertical"))
     frame = _frame(one, robot, kind)
     if kind == "contact":
         own = {frame, *(shape.name for shape in robot.link[frame].collision)}
@@ -146,25 +148,34 @@ def entry(one: Seen, robot: Robot, asked: str) -> dict[str, Any]:
             if base not in own and name not in own:
                 raise Unsayable(f'it responds to the collision "{name}", which is not one of link "{frame}"')
     made: dict[str, Any] = {"type": kind, "frame": frame}
-    words = _WITH.get(kind, _plain_words)(one, asked)
+    rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
+    words: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
+    words |= {"topic": topic} if isinstance(topic, str) and topic else {}
+    if kind in LIDAR_TYPES:
+        words |= _lidar_words(kind, _lidar(one), horizontal, vertical)
+    elif kind in IMAGES:
+        words |= _camera_words(_inner(one.elements, "camera"))
+    elif kind == "imu":
+        words |= _imu_words(_inner(one.elements, "imu"), asked)
+    elif kind == "contact" and isinstance(topic := _inner(one.elements, "contact").get("topic"), str):
+        words["topic"] = topic
     if words:
         made["with"] = words
     if kind in IMAGES:
         optical = _optical(one, robot, frame)
         made["optical"] = {"frame": optical} if optical else False
-    elif kind in ("lidar_2d", "lidar_3d", "range_finder") and not _in_mujoco(one, words):
+    elif kind in LIDAR_TYPES and not _in_mujoco(words, horizontal, vertical):
         made["mjcf"] = []
     stamp = _stamp(one)
-    default = [frame, made["optical"]["frame"]] if made.get("optical") else [frame]
-    if stamp and stamp in robot.link and stamp not in default:
+    if stamp in robot.link and stamp not in (frame, made["optical"]["frame"] if made.get("optical") else frame):
         made["stamps"] = [stamp]
     return made
 
 
 def _kind(one: Seen) -> str:
     if one.type in LIDARS:
-        samples, layers = _horizontal(one).get("samples", 1), _vertical(one).get("samples", 1)
-        if not (_is_whole(samples) and _is_whole(layers)):
+        samples, layers = (_inner(_lidar(one), "scan", axis).get("samples", 1) for axis in ("horizontal", "vertical"))
+        if not (_is_count(samples) and _is_count(layers)):
             raise Unsayable("the number of its rays is no whole number")
         return "lidar_3d" if layers > 1 else "lidar_2d" if samples > 1 else "range_finder"
     if one.type not in TYPES:
@@ -188,14 +199,6 @@ def _lidar(one: Seen) -> Mapping[str, Any]:
     return _inner(one.elements, "ray") or _inner(one.elements, "lidar")
 
 
-def _horizontal(one: Seen) -> Mapping[str, Any]:
-    return _inner(_lidar(one), "scan", "horizontal")
-
-
-def _vertical(one: Seen) -> Mapping[str, Any]:
-    return _inner(_lidar(one), "scan", "vertical")
-
-
 def _inner(values: Mapping[str, Any], *path: str) -> Mapping[str, Any]:
     for key in path:
         found = values.get(key)
@@ -203,86 +206,85 @@ def _inner(values: Mapping[str, Any], *path: str) -> Mapping[str, Any]:
     return values
 
 
-def _is_whole(value: Any) -> bool:
+def _is_count(value: Any) -> bool:
     return (isinstance(value, float) and value == int(value) and 1 <= value <= 100_000) or value == 1
 
 
-def _lidar_words(one: Seen, asked: str) -> dict[str, Any]:  # noqa: ARG001
-    """Return the arguments of a lidar: rays, layers, field of view, ranges."""
-    made = _rated(one)
-    kind, range_ = _kind(one), _inner(_lidar(one), "range")
+def _is_positive(value: Any) -> bool:
+    return isinstance(value, float) and value > 0
+
+
+def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
+    kind, stddev = noise.get("type", _inner(noise, "attributes").get("type")), noise.get("stddev")
+    return {word: stddev} if kind == "gaussian" and _is_positive(stddev) and not noise.get("mean") else {}
+
+
+def _lidar_words(
+    kind: str, lidar: Mapping[str, Any], horizontal: Mapping[str, Any], vertical: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return rays, layers, fields of view and ranges."""
+    made: dict[str, Any] = {}
+    limits = _inner(lidar, "range")
     if kind != "range_finder":
-        made["rays"] = int(_horizontal(one)["samples"])
-        made |= _field("fov", _horizontal(one), math.tau, made["rays"])
+        made["rays"] = int(horizontal["samples"])
+        made |= _field_of_view("fov", horizontal, math.tau, made["rays"])
     if kind == "lidar_3d":
-        made["layers"] = int(_vertical(one)["samples"])
-        made |= _field("vertical_fov", _vertical(one), math.radians(179), 0)
-    if _positive(range_.get("max")):
-        made["max_range"] = range_["max"]
-    if _positive(range_.get("min")) and range_["min"] >= _SMALLEST:
-        made["min_range"] = range_["min"]
-    return made | _noise("noise", _inner(_lidar(one), "noise"))
+        made["layers"] = int(vertical["samples"])
+        made |= _field_of_view("vertical_fov", vertical, math.radians(179), 0)
+    if _is_positive(limits.get("max")):
+        made["max_range"] = limits["max"]
+    if _is_positive(limits.get("min")) and limits["min"] >= _SMALLEST:
+        made["min_range"] = limits["min"]
+    return made | _noise("noise", _inner(lidar, "noise"))
 
 
-def _field(word: str, axis: Mapping[str, Any], widest: float, rays: int) -> dict[str, Any]:
-    """Return the field of view, where it lies in the middle; a whole circle is what the library takes by default."""
+def _field_of_view(word: str, axis: Mapping[str, Any], widest: float, rays: int) -> dict[str, Any]:
+    """Return the field of view if it is symmetric; a full circle is the default of the library."""
     low, high = axis.get("min_angle"), axis.get("max_angle")
     if not isinstance(low, float) or not isinstance(high, float):
         return {}
     span = high - low
-    step = span / max(rays - 1, 1)
-    if (rays and abs(span + step - math.tau) < _NEAR) or span >= math.tau - _NEAR:
+    if (rays and abs(span + span / max(rays - 1, 1) - math.tau) < _NEAR) or span >= math.tau - _NEAR:
         return {}
     return {word: 2 * high if abs(low + high) <= Tolerance.NUMBER else span} if 0 < span <= widest else {}
 
 
-_NEAR = 5e-3  # rad: of a circle that is said with a few digits
-
-
-def _in_mujoco(one: Seen, words: Mapping[str, Any]) -> bool:
-    """Return True if the arguments of a lidar describe its rays, and MuJoCo can take that many."""
+def _in_mujoco(words: Mapping[str, Any], horizontal: Mapping[str, Any], vertical: Mapping[str, Any]) -> bool:
+    """Return True if MuJoCo can simulate a lidar: its rays are symmetric, and not too many."""
     if int(words.get("rays", 1)) * int(words.get("layers", 1)) > MAX_RAYS:
         return False
-    for axis, word in ((_horizontal(one), "fov"), (_vertical(one), "vertical_fov")):
+    for axis, word in ((horizontal, "fov"), (vertical, "vertical_fov")):
         low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)
         if not isinstance(low, float) or not isinstance(high, float):
             return False
-        circle = (
-            word == "fov" and word not in words and high - low >= math.tau - 2 * _NEAR - math.tau / words.get("rays", 1)
-        )
-        if not circle and abs(low + high) > _NEAR:
+        full = math.tau - 2 * _NEAR - math.tau / words.get("rays", 1)
+        is_circle = word == "fov" and word not in words and high - low >= full
+        if not is_circle and abs(low + high) > _NEAR:
             return False
     return True
 
 
-def _camera_words(one: Seen, asked: str) -> dict[str, Any]:  # noqa: ARG001
-    camera = _inner(one.elements, "camera")
-    made = _rated(one)
-    image, clip = _inner(camera, "image"), _inner(camera, "clip")
+def _camera_words(camera: Mapping[str, Any]) -> dict[str, Any]:
+    made: dict[str, Any] = {}
     hfov = camera.get("horizontal_fov", 1.047)
     if isinstance(hfov, float) and math.radians(1) <= hfov <= _WIDEST:
         made["hfov"] = hfov
-    for key in ("width", "height"):
-        value = image.get(key, float(Sensor.SDF_DEFAULTS["image", key]))
-        if _is_whole(value):
+    for section, key in (("image", "width"), ("image", "height"), ("clip", "near"), ("clip", "far")):
+        value = _inner(camera, section).get(key, float(Sensor.SDF_DEFAULTS[section, key]))
+        if section == "image" and _is_count(value):
             made[key] = int(value)
-    for key in ("near", "far"):
-        value = clip.get(key, float(Sensor.SDF_DEFAULTS["clip", key]))
-        if _positive(value) and value >= _SMALLEST:
+        elif section == "clip" and _is_positive(value) and value >= _SMALLEST:
             made[key] = value
     return made | _noise("noise", _inner(camera, "noise"))
 
 
-def _imu_words(one: Seen, asked: str) -> dict[str, Any]:
-    imu = _inner(one.elements, "imu")
-    made = _rated(one)
-    says = imu.get("enable_orientation", True if asked != "classic" else None)
-    if says in (True, 1.0):
+def _imu_words(imu: Mapping[str, Any], asked: str) -> dict[str, Any]:
+    made: dict[str, Any] = {}
+    if imu.get("enable_orientation", True if asked != "classic" else None) in (True, 1.0):
         made["orientation"] = True
     for word, what in (("gyro_noise", "angular_velocity"), ("accelerometer_noise", "linear_acceleration")):
-        axes = [_inner(imu, what, axis, "noise") for axis in "xyz"]
-        if axes[0] and axes[0] == axes[1] == axes[2]:
-            made |= _noise(word, axes[0])
+        x, y, z = (_inner(imu, what, axis, "noise") for axis in "xyz")
+        made |= _noise(word, x) if x and x == y == z else {}
     return made
 
 
@@ -295,43 +297,6 @@ def collisions_of(one: Seen) -> list[str]:
 def without_collisions(texts: Sequence[str]) -> list[str]:
     """Return elements without the names of the collisions of contact sensors: they follow from the shapes of a link."""
     return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
-
-
-def _contact_words(one: Seen, asked: str) -> dict[str, Any]:  # noqa: ARG001
-    made = _rated(one)
-    topic = _inner(one.elements, "contact").get("topic")
-    return made | ({"topic": topic} if isinstance(topic, str) else {})
-
-
-def _plain_words(one: Seen, asked: str) -> dict[str, Any]:  # noqa: ARG001
-    return _rated(one)
-
-
-_WITH = {
-    "lidar_2d": _lidar_words,
-    "lidar_3d": _lidar_words,
-    "range_finder": _lidar_words,
-    "camera": _camera_words,
-    "depth_camera": _camera_words,
-    "imu": _imu_words,
-    "contact": _contact_words,
-}
-
-
-def _rated(one: Seen) -> dict[str, Any]:
-    rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
-    made: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
-    return made | ({"topic": topic} if isinstance(topic, str) and topic else {})
-
-
-def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
-    kind = noise.get("type", _inner(noise, "attributes").get("type"))
-    stddev = noise.get("stddev")
-    return {word: stddev} if kind == "gaussian" and _positive(stddev) and not noise.get("mean") else {}
-
-
-def _positive(value: Any) -> bool:
-    return isinstance(value, float) and value > 0
 
 
 def _stamp(one: Seen) -> str:
@@ -349,13 +314,13 @@ def _stamp(one: Seen) -> str:
 
 def _optical(one: Seen, robot: Robot, frame: str) -> str:
     """Return the image frame that belongs to a camera: fixed to its frame, turned as one, and called so."""
-    if _OPTICAL.search(frame):
+    if "optical" in frame:
         return ""
     below, waiting = list[str](), [frame]
     while waiting:
         link = waiting.pop(0)
         fixed = [joint.child for joint in robot.joints if joint.parent == link and joint.is_fixed]
-        below += [name for name in fixed if _OPTICAL.search(name)]
+        below += [name for name in fixed if "optical" in name]
         waiting += fixed
     stamp = _stamp(one)
     return stamp if stamp in below else below[0] if below and not stamp else ""
@@ -382,8 +347,9 @@ def overlay(one: Seen, sensor: Sensor, asked: str) -> dict[str, Any]:
     lidar = "ray" if asked == "classic" or one.type in ("gpu_lidar", "lidar") else ""
     if lidar in elements and "lidar" not in elements:
         elements = {("lidar" if key == lidar else key): value for key, value in elements.items()}
-    if brought.feels:
-        elements = _without_shapes(elements)
+    if brought.feels and "contact" in elements:  # its shapes are those of the link
+        contact = _inner(elements, "contact").items()
+        elements["contact"] = {key: value for key, value in contact if key != "collision"}
     own = {item.name: item.words() for item in brought.elements}
     if frame_id and not any(name in elements for name in _FRAMES):
         elements[frame_id] = None
@@ -393,12 +359,6 @@ def overlay(one: Seen, sensor: Sensor, asked: str) -> dict[str, Any]:
     if changes:
         made["elements"] = changes
     return made
-
-
-def _without_shapes(elements: dict[str, Any]) -> dict[str, Any]:
-    """Return elements without the shapes of a contact, which come of the link."""
-    contact = {key: value for key, value in _inner(elements, "contact").items() if key != "collision"}
-    return {**elements, "contact": contact} if "contact" in elements else elements
 
 
 def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:

@@ -21,13 +21,13 @@ __all__ = ["FORMAT"]
 
 
 def _recognises(document: Document, path: Path) -> bool:
-    from .expanding import is_xacro
+    from .expand import is_xacro
 
     return document.root.tag == "robot" and is_xacro(document, path)
 
 
 def _read(opened: Opened) -> Imported:
-    from .expanding import only_left_over, read_xacro
+    from .expand import only_left_over, read_xacro
 
     if only_left_over(opened.xml, opened.path):
         from rosorin_compile.formats.urdf.robot import read_urdf

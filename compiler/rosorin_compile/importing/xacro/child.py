@@ -1,7 +1,9 @@
 """The child process that expands a xacro file: a request in JSON comes in, the expanded text in JSON goes out.
 
-The library is told where packages are, what the arguments are, and in which folder a file stands; and every file that
-it reads is first read safely, so that no entity is ever expanded.
+The library is told where packages are, and every file is first read safely, so that no entity is ever expanded. Each
+element remembers its place, whatever xacro does with it: the number of its file, its offset in the text, and the number
+of the call of a macro that made it (-1 for none); a call is the place of its element. If something is missing, the file
+is run once more with something in its place, to find everything else that is missing.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from importlib import import_module
 from io import StringIO
@@ -20,38 +22,43 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 from urllib.parse import unquote
+from xml.dom import minidom
 
 from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.packages import Packages, package_name
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
-from .tracing import Traces, elements, places, where
-from .wanting import MissingPackage, Wanting
+Place = tuple[int, int, int]
 
 MAX_MEMORY = 8 << 30  # bytes
-# The elements that name files for any reader.
-_NAMING = ("mesh", "texture")
-
-
-_GRACE = 2  # seconds of CPU to say where it was; who is in the midst of one number then says nothing any more
+_GRACE = 2  # seconds of CPU to report the place; a process in the midst of one number reports nothing
+_PR_SET_PDEATHSIG = 1  # include/uapi/linux/prctl.h: which signal a process gets when its parent ends
+_MARK = "rosorin_place"
+_NAMING = ("mesh", "texture")  # the elements that name files for any reader
+_ELEMENT_VARIABLES = ("node", "elt")  # what the functions of xacro call the element that they are at
+_NOTHING = "\ufffc"  # in the place of a value that is missing
 
 
 class OutOfTime(BaseException):
-    """The file calculates for too long; what xacro forgives, it does not forgive this."""
-
-
-def out_of_time(seconds: float) -> str:
-    """Return what is wrong with a file that calculates for so many seconds."""
-    return f"it calculates for more than {seconds:g} s"
+    """The file calculates for too long; xacro must not catch this."""
 
 
 class NotMarkup(Exception):
     """A file that is no XML, or not safe to read."""
 
 
+class MissingPackage(Exception):
+    """A package that is not found."""
+
+
+def out_of_time(seconds: float) -> str:
+    """Return the error of a file that calculates for more than some seconds."""
+    return f"it calculates for more than {seconds:g} s"
+
+
 class Arguments(dict[str, str]):
-    """The arguments of a run; remembers which names were asked for."""
+    """The arguments of a run; records which names were read."""
 
     def __init__(self, given: dict[str, str]) -> None:
         super().__init__(given)
@@ -67,7 +74,7 @@ class Arguments(dict[str, str]):
 
 
 class Context(dict[str, Any]):
-    """What substitutions see. xacro 2.1.1 forgets to say which file is read, which $(dirname) asks for."""
+    """The context of substitutions. xacro 2.1.1 does not set the file that is read, which $(dirname) needs."""
 
     def __init__(self, stack: Any) -> None:
         super().__init__()
@@ -80,32 +87,26 @@ class Context(dict[str, Any]):
         return self.stack()[-1] if key == "filename" and self.stack() else super().__getitem__(key)
 
 
-# include/uapi/linux/prctl.h: which signal a process gets when its parent is gone.
-_PR_SET_PDEATHSIG = 1
-
-
 def main() -> None:
     """Answer one request."""
     request = json.loads(sys.stdin.buffer.read())
-    # What the file prints must not mix with the answer.
     answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
+    os.dup2(2, 1)  # what the file prints must not mix with the answer
     _limit(request["seconds"])
     if request["environment"] is not None:
         os.environ.clear()
         os.environ.update(request["environment"])
     with recording() as paths:
-        answer = expand(request)
+        answer = Expansion(request).answer()
     answer["recorded"] = [[os.path.abspath(path), version] for path, version in paths.items()]
     with answer_to:
         json.dump(answer, answer_to)
-    # Threads or exit handlers of the file are not waited for.
     sys.stderr.flush()
-    os._exit(0)
+    os._exit(0)  # threads and exit handlers of the file are not waited for
 
 
 def _limit(seconds: float) -> None:
-    """Bound what the process may take, and let it end with the one that asks; as far as the system can."""
+    """Bound the resources of the process, and let it end with its parent, as far as the system can."""
     with suppress(ImportError):
         import resource
 
@@ -126,112 +127,213 @@ def _end(*_: object) -> None:
     raise OutOfTime
 
 
-def expand(request: dict[str, Any]) -> dict[str, Any]:
-    """Return the answer to a request: ``text`` or what went wrong, the files that were read, the arguments.
+class Expansion:
+    """One run of the xacro library on the file of a request."""
 
-    ``places`` are those of the elements of the text, ``at`` that of what went wrong (see ``tracing``); ``read`` and
-    ``calls`` are what places count. ``missing`` is everything that was asked for and is not there.
-    """
-    try:
-        xacro = import_module("xacro")
-    except ImportError:
-        return {"absent": "xacro"}
-    packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(request["file"]))
-    arguments = Arguments(request["arguments"])
-    traces = Traces()
-    wanting = _prepare(xacro, packages, traces)
-    answer: dict[str, Any] = {}
-    try:
-        document = _expanded(xacro, request["file"], arguments)
-        _name_packages(document, packages, [*map(str, xacro.all_includes), request["file"]])
-        answer["places"] = places(document)
-        answer["folders"] = _folders(packages, xacro.all_includes, request["file"])
-        answer["text"] = document.toprettyxml(indent="  ")
-    except Exception as problem:  # whatever the file does is an answer
-        answer |= _what(problem) | {"at": where(problem)}
-    except OutOfTime as problem:
-        answer |= {"error": out_of_time(request["seconds"]), "at": where(problem)}
-    except (SystemExit, KeyboardInterrupt):
-        answer["error"] = "it ends the program that expands it"
-    if "text" not in answer:
-        answer["stack"] = [name for name in xacro.filestack or [] if name]
-        answer["macros"] = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
-    if "text" not in answer and answer.get("error") != out_of_time(request["seconds"]):
-        answer["missing"] = wanting.gathered(xacro, request["file"], dict(request["arguments"]))
-    answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
-    answer["arguments"] = list(arguments.asked)
-    answer["read"] = list(traces.files)
-    answer["calls"] = traces.calls
-    return answer
+    def __init__(self, request: dict[str, Any]) -> None:
+        self.file: str = request["file"]
+        self.seconds: float = request["seconds"]
+        self.given: dict[str, str] = request["arguments"]
+        self.packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(self.file))
+        self.files: dict[str, int] = {}
+        self.calls: list[Place] = []
+        self.open_calls: list[int] = []
+        self.missing: dict[tuple[str, str], Place | None] = {}
+        self.is_gathering = False
 
+    def answer(self) -> dict[str, Any]:
+        """Return the expanded text or the error, with the files that were read and the places of all elements.
 
-def _expanded(xacro: Any, file: str, arguments: Arguments) -> Any:
-    """Return the expanded document: as xacro makes it, without the banner that names the file."""
-    xacro.init_stacks(file)
-    document = xacro.parse(None, file)
-    xacro.process_doc(document, mappings=arguments)
-    return document
-
-
-def _prepare(xacro: Any, packages: Packages, traces: Traces) -> Wanting:
-    """Make xacro find packages without ROS, know its folder, read files safely, and know where elements stood."""
-    wanting = Wanting()
-
-    def share(name: str) -> str:
-        folder = packages.find(name)
-        if folder is None:
-            return wanting.package(name)
-        return str(folder)
-
-    index: Any = ModuleType("ament_index_python")
-    inner: Any = ModuleType("ament_index_python.packages")
-    inner.get_package_share_directory = index.get_package_share_directory = share
-    inner.PackageNotFoundError = index.PackageNotFoundError = MissingPackage
-    index.packages = inner
-    sys.modules |= {"ament_index_python": index, "ament_index_python.packages": inner}
-    own_path, own_parse = xacro.abs_filename_spec, xacro.parse
-
-    def absolute(name: str) -> str:
-        if name.startswith(("package://", "file://")):
-            package = name.partition("://")[2].partition("/")[0]
-            if name.startswith("package://"):
-                share(package)
-            return str(packages.resolve(name, Path()))
-        return str(own_path(name))
-
-    def read(text: Any, filename: str = "") -> Any:
-        if text is not None:
-            return own_parse(text, filename)
-        name = os.path.join(xacro.root_dir, filename)
+        ``places`` are those of the elements of the text, ``at`` that of the error; ``missing`` is everything that was
+        read and is not there.
+        """
         try:
-            source = read_source(Path(name))
-            parsed = parse(source)
-        except MarkupError as problem:
-            xacro.filestack.pop()
-            raise NotMarkup(name, problem.diagnostic.message) from None
-        made = own_parse(_without_declaration(source.text), filename)
-        traces.mark(made, name, parsed)
-        return made
+            xacro: Any = import_module("xacro")
+        except ImportError:
+            return {"absent": "xacro"}
+        self.prepare(xacro)
+        arguments = Arguments(self.given)
+        answer: dict[str, Any] = {}
+        try:
+            document = self.expanded(xacro, arguments)
+            _name_packages(document, self.packages, [*map(str, xacro.all_includes), self.file])
+            answer["places"] = [_place(node) for node in elements(document)]
+            answer["folders"] = _folders(self.packages, xacro.all_includes, self.file)
+            answer["text"] = document.toprettyxml(indent="  ")
+        except Exception as problem:  # whatever the file does is an answer
+            answer |= _error(problem) | {"at": _place_of_error(problem)}
+        except OutOfTime as problem:
+            answer |= {"error": out_of_time(self.seconds), "at": _place_of_error(problem)}
+        except (SystemExit, KeyboardInterrupt):
+            answer["error"] = "it ends the program that expands it"
+        if "text" not in answer:
+            answer["stack"] = [name for name in xacro.filestack or [] if name]
+            answer["macros"] = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
+        if "text" not in answer and answer.get("error") != out_of_time(self.seconds):
+            answer["missing"] = self.gather(xacro)
+        answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
+        return answer | {"arguments": list(arguments.asked), "read": list(self.files), "calls": self.calls}
 
-    xacro.abs_filename_spec, xacro.parse = absolute, read
-    # It calls these itself for its load_yaml and its includes of patterns.
-    xacro.open, xacro.glob = _opened, SimpleNamespace(glob=_matching)
-    xacro.substitution_args_context = Context(lambda: xacro.filestack)
-    traces.follow(xacro)
-    wanting.watch(import_module("xacro.substitution_args"))
-    return wanting
+    def expanded(self, xacro: Any, arguments: dict[str, str]) -> Any:
+        """Return the expanded document, without the banner that names the file."""
+        xacro.init_stacks(self.file)
+        document = xacro.parse(None, self.file)
+        xacro.process_doc(document, mappings=arguments)
+        return document
+
+    def prepare(self, xacro: Any) -> None:
+        """Make xacro find packages without ROS, know its folder, read files safely, and keep the places of elements."""
+        index: Any = ModuleType("ament_index_python")
+        inner: Any = ModuleType("ament_index_python.packages")
+        inner.get_package_share_directory = index.get_package_share_directory = self.share
+        inner.PackageNotFoundError = index.PackageNotFoundError = MissingPackage
+        index.packages = inner
+        sys.modules |= {"ament_index_python": index, "ament_index_python.packages": inner}
+        own_path, own_parse = xacro.abs_filename_spec, xacro.parse
+
+        def absolute(name: str) -> str:
+            if not name.startswith(("package://", "file://")):
+                return str(own_path(name))
+            if name.startswith("package://"):
+                self.share(name.partition("://")[2].partition("/")[0])
+            return str(self.packages.resolve(name, Path()))
+
+        def read(text: Any, filename: str = "") -> Any:
+            if text is not None:
+                return own_parse(text, filename)
+            name = os.path.join(xacro.root_dir, filename)
+            try:
+                source = read_source(Path(name))
+                parsed = parse(source)
+            except MarkupError as problem:
+                xacro.filestack.pop()
+                raise NotMarkup(name, problem.diagnostic.message) from None
+            made = own_parse(_without_declaration(source.text), filename)
+            file = self.files.setdefault(name, len(self.files))
+            for node, element in zip(elements(made), parsed.root.iter(), strict=True):
+                setattr(node, _MARK, (file, element.start, -1))
+            return made
+
+        xacro.abs_filename_spec, xacro.parse = absolute, read
+        # It calls these itself for its load_yaml and its includes of patterns.
+        xacro.open, xacro.glob = _opened, SimpleNamespace(glob=glob.glob)
+        xacro.substitution_args_context = Context(lambda: xacro.filestack)
+        self.follow(xacro)
+        self.watch(import_module("xacro.substitution_args"))
+
+    def share(self, name: str) -> str:
+        folder = self.packages.find(name)
+        if folder is not None:
+            return str(folder)
+        if not self.is_gathering:
+            raise MissingPackage(name)
+        return self.stand_in("package", name)
+
+    def follow(self, xacro: Any) -> None:
+        """Make copies of elements keep their places, with the call that makes them."""
+        module: Any = minidom
+        own_clone, own_call = module._clone_node, xacro.handle_macro_call
+        sys.setrecursionlimit(sys.getrecursionlimit() * 3 // 2)  # each call of a macro takes one frame more
+
+        def clone(node: Any, deep: bool, owner: Any) -> Any:
+            made = own_clone(node, deep, owner)
+            place = getattr(node, _MARK, None)
+            if place is not None and made is not None:
+                setattr(made, _MARK, (*place[:2], self.open_calls[-1] if self.open_calls else place[2]))
+            return made
+
+        def call(node: Any, macros: Any, symbols: Any) -> Any:
+            place = getattr(node, _MARK, None)
+            if place is None or not node.tagName.startswith("xacro:"):
+                return own_call(node, macros, symbols)
+            if not self.open_calls or self.calls[self.open_calls[-1]] != place:
+                self.calls.append(place)
+            self.open_calls.append(len(self.calls) - 1)
+            try:
+                return own_call(node, macros, symbols)
+            finally:
+                self.open_calls.pop()
+
+        module._clone_node, xacro.handle_macro_call = clone, call
+
+    # What is missing.
+
+    def stand_in(self, kind: str, name: str) -> str:
+        """Record something that is missing, and return what stands for it."""
+        if _NOTHING not in name:
+            self.missing.setdefault((kind, name), _current_place())
+        return _NOTHING
+
+    def watch(self, substitutions: Any) -> None:
+        """Record the arguments and variables that ``xacro.substitution_args`` does not find."""
+        argument, variable = substitutions._eval_arg, substitutions._eval_env
+
+        def eval_arg(name: str, args: Any) -> Any:
+            if self.is_gathering and name not in args:
+                return self.stand_in("argument", name)
+            return argument(name, args)
+
+        def eval_env(name: str) -> Any:
+            if name not in os.environ and self.is_gathering:
+                return self.stand_in("variable", name)
+            return variable(name)
+
+        substitutions._eval_arg, substitutions._eval_env = eval_arg, eval_env
+        substitutions._eval_dict["env"] = eval_env
+
+    def gather(self, xacro: Any) -> list[tuple[str, str, Place | None]]:
+        """Return the kind, the name and the place of everything that is missing, in the order of the file."""
+        self.is_gathering = True
+        before = list(xacro.all_includes)
+        _forgive(xacro)
+        with suppress(Exception, SystemExit, KeyboardInterrupt):
+            self.expanded(xacro, dict(self.given))
+        read = [name for name in xacro.all_includes if name not in before]
+        xacro.all_includes[:] = [*before, *(name for name in read if _NOTHING not in str(name))]
+        return [(kind, name, place) for (kind, name), place in self.missing.items()]
+
+
+def _forgive(xacro: Any) -> None:
+    """Make xacro go on after what it cannot do, without the element or the text that it is at."""
+
+    def forgiving(own: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
+        def run(*arguments: Any) -> Any:
+            depth = len(xacro.filestack)
+            try:
+                return own(*arguments)
+            except RecursionError:
+                raise
+            except Exception:
+                del xacro.filestack[depth:]
+                return otherwise(*arguments)
+
+        return run
+
+    def leave_out(node: Any, *_: Any) -> bool:
+        if node.parentNode is not None:
+            node.parentNode.removeChild(node)
+        return True
+
+    def leave_out_call(node: Any, _: Any, symbols: Any) -> bool:
+        for value in list(node.attributes.values()):
+            xacro.eval_text(value.value, symbols)
+        return leave_out(node)
+
+    def no_boolean(_: Any, condition: Any) -> bool:
+        if condition is None:  # a property that is read: another text is no boolean
+            raise ValueError
+        return False
+
+    xacro.eval_text = forgiving(xacro.eval_text, lambda *_: _NOTHING)
+    xacro.handle_macro_call = forgiving(xacro.handle_macro_call, leave_out_call)
+    xacro.process_include = forgiving(xacro.process_include, leave_out)
+    xacro.get_boolean_value = forgiving(xacro.get_boolean_value, no_boolean)
 
 
 def _opened(name: str) -> StringIO:
-    """Return a text file open to be read. Raises OSError."""
     opened: Any = StringIO(read_text(name))
-    opened.name = name  # yaml says it of what is wrong
+    opened.name = name  # yaml names it in errors
     return opened  # type: ignore[no-any-return]
-
-
-def _matching(pattern: str) -> list[str]:
-    """Return the files that a pattern matches, as xacro finds them."""
-    return glob.glob(pattern)  # noqa: PTH207 - which follows other rules
 
 
 def _without_declaration(text: str) -> str:
@@ -243,25 +345,24 @@ def _without_declaration(text: str) -> str:
 
 
 def _name_packages(document: Any, packages: Packages, files: Sequence[str]) -> None:
-    """Give the meshes and textures of a document names that hold on any machine; ``files`` made it, the first last.
+    """Give meshes and textures names that hold on any machine; ``files`` made the document, the first one last.
 
-    ``$(find arm)/meshes/a.stl`` becomes ``package://arm/meshes/a.stl``, whichever way it was written;
-    ``$(dirname)/a.stl`` outside of any package becomes a name relative to the xacro.
+    ``$(find arm)/meshes/a.stl`` becomes ``package://arm/meshes/a.stl``; ``$(dirname)/a.stl`` outside of any package
+    becomes a name relative to the xacro.
     """
     for node in elements(document):
         if node.tagName in _NAMING and node.hasAttribute("filename"):
-            name = node.getAttribute("filename")
-            node.setAttribute("filename", _anywhere(name, packages, files))
+            node.setAttribute("filename", _portable(node.getAttribute("filename"), packages, files))
 
 
 def _folders(packages: Packages, includes: Sequence[object], file: str) -> list[str]:
-    """Return the folders of this machine that may stand in what is expanded: of packages, and of the files read."""
+    """Return the folders of this machine that the expanded text may name: of packages, and of the files read."""
     found = [str(folder) for _, folder in packages.found()]
     found += [str(Path(os.path.abspath(str(name))).parent) for name in (*includes, file)]
     return [folder for folder in dict.fromkeys(found) if len(Path(folder).parts) > 1]
 
 
-def _anywhere(name: str, packages: Packages, files: Sequence[str]) -> str:
+def _portable(name: str, packages: Packages, files: Sequence[str]) -> str:
     path = unquote(name.removeprefix("file://")) if name.startswith("file://") else name
     if not Path(path).is_absolute():
         return name
@@ -273,14 +374,13 @@ def _anywhere(name: str, packages: Packages, files: Sequence[str]) -> str:
     if not any(folder in Path(path).parents for folder in [*folders, folders[-1].parent]):
         return name
     for above in Path(path).parents:
-        own = package_name(above)
-        if own:
+        if own := package_name(above):
             return f"package://{own}/{Path(path).relative_to(above).as_posix()}"
     return Path(os.path.relpath(path, folders[-1])).as_posix()
 
 
-def _what(problem: BaseException) -> dict[str, Any]:
-    """Return what an exception says; xacro wraps one into another."""
+def _error(problem: BaseException) -> dict[str, Any]:
+    """Return the cause of an exception; xacro wraps one into another."""
     for cause in _causes(problem):
         if isinstance(cause, MissingPackage):
             return {"package": str(cause)}
@@ -296,13 +396,63 @@ def _what(problem: BaseException) -> dict[str, Any]:
 
 
 def _causes(problem: BaseException) -> Iterator[BaseException]:
-    """Yield an exception and those that it wraps."""
-    seen: set[int] = set()
+    visited: set[int] = set()
     waiting: list[BaseException | None] = [problem]
     while waiting:
-        here = waiting.pop()
-        if here is None or id(here) in seen:
-            continue
-        seen.add(id(here))
-        yield here
-        waiting += [here.__cause__, here.__context__, getattr(here, "exc", None)]
+        cause = waiting.pop()
+        if cause is not None and id(cause) not in visited:
+            visited.add(id(cause))
+            yield cause
+            waiting += [cause.__cause__, cause.__context__, getattr(cause, "exc", None)]
+
+
+# Places.
+
+
+def elements(document: minidom.Document) -> Iterator[Any]:
+    """Yield the elements of a document in the order of its text."""
+    waiting: list[Any] = [document.documentElement]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        waiting += [child for child in reversed(node.childNodes) if child.nodeType == child.ELEMENT_NODE]
+
+
+def _place_of_error(problem: BaseException) -> Place | None:
+    """Return the place of the element that xacro was at when it failed; of an endless recursion the outermost."""
+    found: Place | None = None
+    step = problem.__traceback__
+    while step is not None:
+        found = _place_in_frame(step.tb_frame) or found
+        if found is not None and isinstance(problem, RecursionError):
+            break
+        step = step.tb_next
+    return found
+
+
+def _current_place() -> Place | None:
+    """Return the place of the element that xacro is at."""
+    frame: Any = sys._getframe(1)
+    while frame is not None:
+        found = _place_in_frame(frame)
+        if found is not None:
+            return found
+        frame = frame.f_back
+    return None
+
+
+def _place_in_frame(frame: Any) -> Place | None:
+    if not frame.f_globals.get("__name__", "").startswith("xacro"):
+        return None
+    names = (name for name in _ELEMENT_VARIABLES if frame.f_locals.get(name) is not None)
+    return next((_place(frame.f_locals[name]) for name in names), None)
+
+
+def _place(node: Any) -> Place | None:
+    """Return the place of a node; that of one which xacro has made of nothing is the one around it."""
+    while node is not None:
+        found: Place | None = getattr(node, _MARK, None)
+        if found is not None:
+            return found
+        node = node.parentNode
+    return None

@@ -266,9 +266,11 @@ def _type(declaration: Any) -> Any:
 def _given(value: Any, declaration: Any, place: Place) -> Any:
     """Return the value of an argument as the tree has it; what a list or a table of Python holds is at the same place.
 
-    A text is read as in YAML, but where a text is wanted "007" is one.
+    A text is read as in YAML, but where a text is wanted "007" is one, and 0 and 1 are booleans where those are.
     """
     if type(value) is str:
+        if _type(declaration) == "boolean" and value in ("0", "1"):
+            return value == "1"
         return value if _type(declaration) == "text" else plain_scalar(value)
     if type(value) is list:
         items = Seq(place.span)

@@ -10,8 +10,10 @@ turns (``publishing``), and what a simulation has of a sensor (``lower_elements`
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rosorin_compile.model import (
@@ -37,6 +39,8 @@ from rosorin_compile.model.simulated import (
     Simulated,
 )
 from rosorin_compile.source.diagnostics import Diagnostic, Related, error
+from rosorin_compile.source.files import is_file
+from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.rule_registry import FILES, FRAMES, Rule
 from rosorin_compile.source.tree import Map, Path, locate
 from rosorin_compile.source.wording import listed
@@ -235,7 +239,12 @@ class _Lowering:
             key = (id(entry["inertial"]), id(visual), id(collision))
             try:
                 inertial = self.once(
-                    key, lambda: lower_inertial(entry["inertial"], {"visual": visual, "collision": collision})
+                    key,
+                    lambda: lower_inertial(
+                        entry["inertial"],
+                        {"visual": visual, "collision": collision},
+                        lambda file: self.mesh_file(file, path),
+                    ),
                 )
             except ShapeProblem as problem:
                 self.misfit(problem, (*path, "inertial"), f' (link "{name}" inertial)')
@@ -252,6 +261,17 @@ class _Lowering:
             values_of(entry.get("mjcf")),
             tuple(entry.get("mjcf_elements") or ()),
         )
+
+    def mesh_file(self, name: str, path: Path) -> FilePath | None:
+        """Return the file of a mesh of a link: relative to the description that has the link, or in a package."""
+        first = FilePath(self.tree.span.source.path)
+        places = [FilePath(self.tree.locate(path).span.source.path), first]
+        folders = [place.parent for place in places]
+        source = self.tree.get("source")
+        if isinstance(source, Map) and isinstance(source.get("folder"), str):
+            folders.append(first.parent / source["folder"])
+        found = (Packages({}, os.environ, places[0]).resolve(name, folder) for folder in folders)
+        return next((file for file in found if file is not None and is_file(file)), None)
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return what is made of a piece of the tree, named by its identity, once for all that share it."""

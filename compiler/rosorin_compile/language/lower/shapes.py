@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path as FilePath
 from typing import Any
 
 from rosorin_compile.model import (
@@ -21,8 +23,9 @@ from rosorin_compile.model import (
     Pose,
     Shape,
     Sphere,
+    Transform,
 )
-from rosorin_compile.model.mass import inertial_of
+from rosorin_compile.model.mass import inertial_of, together
 from rosorin_compile.source.rule_registry import NUMBERS, Rule
 from rosorin_compile.source.wording import listed
 
@@ -203,10 +206,13 @@ GEOMETRIES: Mapping[str, Callable[[Mapping[str, Any]], Geometry]] = {
 }
 
 
-def lower_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]]) -> Inertial:
+FindMesh = Callable[[str], FilePath | None]
+
+
+def lower_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]], find_mesh: FindMesh) -> Inertial:
     """Return the inertial of an entry; ``own`` are the shapes of its link by purpose (collision, visual).
 
-    Raises ShapeProblem, whose path leads to the culprit within the entry.
+    ``find_mesh`` returns the file of a mesh. Raises ShapeProblem, whose path leads to the culprit within the entry.
     """
     if "of" not in entry:
         if "density" in entry:
@@ -223,17 +229,26 @@ def lower_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]])
     if not entry[key] > 0:
         help = "leave inertial out for a frame without mass"
         raise ShapeProblem("mass-not-positive", f"a {key} is above zero", (key,), help)
-    shapes = _shapes(entry["of"], own)
+    shapes, paths = _shapes(entry["of"], own)
+    meshes = [(shape, path) for shape, path in zip(shapes, paths, strict=True) if isinstance(shape.geometry, Mesh)]
     try:
-        return inertial_of(shapes, **{key: float(entry[key])})
+        if not meshes:
+            return inertial_of(shapes, **{key: float(entry[key])})
+        solids = [_mesh_inertial(shape, path, find_mesh) for shape, path in meshes]
+        solids += [inertial_of([shape], density=1.0) for shape in shapes if not isinstance(shape.geometry, Mesh)]
+        whole = together([(solid, Transform()) for solid in solids])
+        factor = float(entry[key]) / (whole.mass if key == "mass" else 1.0)
+        names = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        scaled: dict[str, Any] = {name: factor * getattr(whole, name) for name in names}
+        return replace(whole, **scaled)
     except ValueError as problem:
         raise ShapeProblem(
             "shape-size", str(problem), ("of",), "correct the sizes; bare numbers are in metres"
         ) from None
 
 
-def _shapes(wanted: Any, own: Mapping[str, Sequence[Shape]]) -> Sequence[Shape]:
-    """Return the shapes that an inertial is of; each has a volume."""
+def _shapes(wanted: Any, own: Mapping[str, Sequence[Shape]]) -> tuple[Sequence[Shape], list[tuple[str | int, ...]]]:
+    """Return the shapes that an inertial is of, and their paths within its entry."""
     if isinstance(wanted, str):
         shapes = own[wanted]
         if not shapes:
@@ -243,11 +258,26 @@ def _shapes(wanted: Any, own: Mapping[str, Sequence[Shape]]) -> Sequence[Shape]:
     else:
         shapes = [_shape(entry, index) for index, entry in enumerate(wanted)]
         paths = [("of", index) for index in range(len(shapes))]
-    for shape, path in zip(shapes, paths, strict=True):
-        if isinstance(shape.geometry, Mesh):
-            help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
-            raise ShapeProblem("shape-kind", "the volume of a mesh is not known", path, help)
-    return shapes
+    return shapes, paths
+
+
+def _mesh_inertial(shape: Shape, path: tuple[str | int, ...], find_mesh: FindMesh) -> Inertial:
+    """Return the inertial of a closed mesh of density 1 kg/m^3, in the frame of its link."""
+    from rosorin_compile.model.mesh_triangles import ExtractProblem, mesh_inertial
+
+    mesh = shape.geometry
+    assert isinstance(mesh, Mesh)  # noqa: S101
+    file = find_mesh(mesh.file)
+    help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
+    if file is None:
+        raise ShapeProblem("shape-kind", f"the volume of the mesh {mesh.file} is unknown: no such file", path, help)
+    try:
+        solid = mesh_inertial(file, mesh.scale)
+    except ExtractProblem as problem:
+        reason = problem.diagnostic.message
+        message = f"the volume of the mesh {mesh.file} is unknown: {reason}"
+        raise ShapeProblem("shape-kind", message, path, problem.diagnostic.help or help) from None
+    return together([(solid, shape.pose.transform())])
 
 
 def _shape(entry: Mapping[str, Any], index: int) -> Shape:

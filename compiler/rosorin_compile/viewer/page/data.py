@@ -32,8 +32,7 @@ from rosorin_compile.model.seen import numbers, placed, seen_by
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.shape import Rgba
 
-from ..drawing.letters import colours
-from ..drawing.situations import Situation, TooMany, situations
+from ..frame_trees import TooMany, Tree, colours, frame_trees
 
 Data = dict[str, Any]
 
@@ -174,13 +173,13 @@ def _pose(pose: JointPose) -> Data:
 def _situations(robot: Robot) -> list[Data]:
     """Return the trees of frames with the modes in which each holds; the first one holds for all that are not said."""
     try:
-        found = situations(robot, {})
+        found = frame_trees(robot, {})
     except TooMany:
         return [{"label": "", "modes": [{}], "edges": [_edge(row) for row in robot.frame_tree()]}]
     return [_situation(one) for one in found]
 
 
-def _situation(situation: Situation) -> Data:
+def _situation(situation: Tree) -> Data:
     modes = [dict(one) for one in situation.modes]
     return {"label": situation.label, "modes": modes, "edges": [_edge(row) for row in situation.edges]}
 

@@ -17,7 +17,8 @@ from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, 
 from rosorin_compile.source.installing import is_installed, pip_install
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.viewer.drawing.situations import TooMany, situations
+from rosorin_compile.viewer.frame_trees import TooMany, frame_trees
+from rosorin_compile.viewer.frames import check_target
 from rosorin_compile.viewer.page.data import mesh_names
 from rosorin_compile.viewer.showing import Shown, look
 
@@ -72,7 +73,9 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
     """
     width, height = size = _checked(appearance.size)
     direction = _direction(appearance.view)
-    _check(target, force)
+    if target.suffix.lower() != ".png":
+        raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
+    check_target(target, force)
     failed = partial(Picture, request.description.name, target, width, height, False)
     looked = look(request)
     if looked.shown is None:
@@ -184,21 +187,6 @@ def _direction(text: str) -> Vector:
     return from_angles(*angles)
 
 
-def _check(target: Path, force: bool) -> None:
-    """Raise RequestError if the picture must not be written to that file."""
-    if target.suffix.lower() != ".png":
-        raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
-    try:
-        exists, is_file = target.exists() or target.is_symlink(), target.is_file()
-        ours = force or not is_file or may_replace(target)
-    except OSError:
-        return  # it is reported when the file is written
-    if exists and not is_file:
-        raise RequestError(f"{target} cannot be written: it is not a regular file")
-    if not ours:
-        raise RequestError(f"{target} exists and was not written by this tool: name another file, or add --force")
-
-
 def _frames(robot: Robot, look: Look) -> list[str]:
     """Return the names of the frames to show. Raises RequestError."""
     for name in look.frames:
@@ -213,7 +201,7 @@ def _frames(robot: Robot, look: Look) -> list[str]:
 def _published(robot: Robot, modes: Mapping[str, bool]) -> set[str]:
     """Return the frames that are published in modes; all of a robot of which nobody publishes any."""
     try:
-        found = situations(robot, modes)
+        found = frame_trees(robot, modes)
         edges = found[0].edges if found else ()
     except TooMany:
         edges = robot.frame_tree()

@@ -1,0 +1,288 @@
+"""Compute height maps: the highest point of a mesh over each cell of a grid.
+
+Inside this module, x and y are in cells: cell (i, j) covers x from i to i + 1 and y from j to j + 1; z is in metres.
+A triangle counts for the cells that it reaches into. A wall exactly on the line between two cells reaches into neither:
+it belongs to the cell behind it, as seen from its outside. So a box that ends on a grid line does not fill the adjacent
+cells, and no wall is lost.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from rosorin_compile.model import HeightMap
+from rosorin_compile.model.mesh_triangles import ExtractProblem
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
+from rosorin_compile.source.numbers import exact
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
+
+from .shapes import round_down
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+
+RULES = (
+    Rule(
+        "height-map-empty",
+        "A mesh has no surface above z = 0 over the grid.",
+        "Correct `--xyz`, `--rpy`, `--scale` or `--origin`.",
+        Heading.MESHES,
+    ),
+    Rule("height-map-outside", "A warning: a mesh reaches beyond the grid.", "A larger grid.", Heading.MESHES),
+    Rule(
+        "height-map-below",
+        "A note: a mesh reaches below z = 0, where a height map begins.",
+        "Is `--xyz` right?",
+        Heading.MESHES,
+    ),
+    Rule(
+        "height-map-grid",
+        "A grid is impossible: it has no cell, or more than a million.",
+        "A larger `--cell`, or fewer `--cells`.",
+        Heading.MESHES,
+    ),
+)
+
+MAX_CELLS = 1_000_000
+CHUNK = 50_000  # triangles processed at once
+_MOST_PAIRS = 100_000  # pairs of a triangle and a cell processed at once
+_LINE = 1e-5  # half the width of a grid line, in cells: STL coordinates have 24 bits
+_NOISE = 1e-6  # m: the mesh may reach this far beyond the grid, or below z = 0, without a message
+
+
+@dataclass(frozen=True)
+class GridRequest:
+    """The requested height map, lengths in metres. None: ``origin`` and ``cells`` cover the mesh, ``step`` is a cell.
+
+    ``below`` removes the surface above a height. ``bottom``: also compute the lowest point in each cell.
+    """
+
+    cell: float
+    origin: tuple[float, float] | None = None
+    cells: tuple[int, int] | None = None
+    below: float | None = None
+    digits: int = 4
+    step: float | None = None
+    bottom: bool = False
+
+    @property
+    def method(self) -> str:
+        """How the heights are computed, for readers of the map."""
+        method = "highest point of each triangle in each cell"
+        return method if self.below is None else f"{method}; nothing above {exact(self.below)} m"
+
+
+@dataclass(frozen=True)
+class Grid:
+    """``cells`` squares of edge ``cell`` along x and y, the first with its lower corner at ``origin`` (metres)."""
+
+    origin: tuple[float, float]
+    cell: float
+    cells: tuple[int, int]
+
+    def __post_init__(self) -> None:
+        """Raise ExtractProblem for an impossible grid."""
+        if not (self.cell > 0 and math.isfinite(self.cell)):
+            raise ExtractProblem.of("height-map-grid", f"a cell cannot be {self.cell:g} m", "such as --cell 10mm")
+        if min(self.cells) < 1 or self.cells[0] * self.cells[1] > MAX_CELLS:
+            message = f"a grid of {self.cells[0]:,} x {self.cells[1]:,} cells is empty, or has more than {MAX_CELLS:,}"
+            raise ExtractProblem.of("height-map-grid", message, "use a larger --cell, or a smaller grid: --cells 30x23")
+
+
+def make_height_map(triangles: Floats, request: GridRequest, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
+    """Compute the height map of triangles (n, 3, 3) in metres in a frame. Raises ExtractProblem."""
+    if request.below is not None:
+        triangles = cut_above(triangles, request.below)
+        if not len(triangles):
+            message = f"nothing of the mesh is below {request.below:g} m in {frame}"
+            raise ExtractProblem.of("height-map-empty", message, "correct --below, --xyz or --scale")
+    grid = _grid(triangles, request)
+    heights = surface_heights(triangles, grid)
+    if not heights.any():
+        message = f"the mesh has no surface above z = 0 of {frame} over the grid"
+        raise ExtractProblem.of("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")
+    rows = tuple(map(tuple, rounded_up(heights, request.digits).tolist()))
+    height_map = HeightMap(grid.origin, grid.cell, rows, request.step or grid.cell, request.method)
+    if request.bottom:
+        height_map = replace(height_map, bottom=_bottoms(triangles, grid, request, height_map.heights))
+    return height_map, _messages(triangles, grid, frame)
+
+
+def surface_heights(triangles: Floats, grid: Grid) -> Floats:
+    """Return the height in metres of the highest point over each cell, (nx, ny); 0 for none above z = 0."""
+    import numpy as np
+
+    heights = np.zeros(grid.cells[0] * grid.cells[1])
+    for start in range(0, len(triangles), CHUNK):
+        chunk = triangles[start : start + CHUNK]
+        _raise_cells(heights, grid, chunk[(chunk[:, :, 2] > 0).any(axis=1)])
+        Progress.step("sampling", min(start + CHUNK, len(triangles)), len(triangles))
+    return heights.reshape(grid.cells)
+
+
+def _raise_cells(heights: Floats, grid: Grid, triangles: Floats) -> None:
+    """Raise cells to the highest points of triangles over them."""
+    import numpy as np
+
+    scaled = triangles.copy()
+    scaled[:, :, :2] = (triangles[:, :, :2] - np.array(grid.origin)) / grid.cell
+    normals = np.cross(scaled[:, 1] - scaled[:, 0], scaled[:, 2] - scaled[:, 0])
+    for axis in range(2):
+        lower, upper = scaled[:, :, axis].min(axis=1), scaled[:, :, axis].max(axis=1)
+        on_line = (upper - lower <= 2 * _LINE) & (np.floor(lower - _LINE) != np.floor(upper + _LINE))
+        scaled[on_line, :, axis] -= 3 * _LINE * np.sign(normals[on_line, axis])[:, None]
+    lower, upper = scaled[:, :, :2].min(axis=1), scaled[:, :, :2].max(axis=1)
+    first = np.floor(lower + _LINE).clip(0, grid.cells).astype(np.int64)
+    across = (np.ceil(upper - _LINE).clip(0, grid.cells).astype(np.int64) - first).clip(0)
+    within = ((across == 1) & (lower >= 0) & (upper <= np.array(grid.cells))).all(axis=1)
+    np.maximum.at(heights, first[within, 0] * grid.cells[1] + first[within, 1], scaled[within, :, 2].max(axis=1))
+    across[within] = 0
+    for owner, step in _ranges(across[:, 0] * across[:, 1]):
+        cell = first[owner] + np.stack([step // across[owner, 1], step % across[owner, 1]], axis=1)
+        np.maximum.at(heights, cell[:, 0] * grid.cells[1] + cell[:, 1], _highest(scaled[owner], cell))
+
+
+def _highest(triangles: Floats, cells: Ints) -> Floats:
+    """Return the highest point of each triangle (m, 3, 3) inside its cell (m, 2), -inf if it does not reach into it.
+
+    It is a corner of the triangle, a point where an edge crosses a side of the cell, or above a corner of the cell. The
+    lines between cells do not belong to their inside.
+    """
+    import numpy as np
+
+    middle, half = cells + 0.5, 0.5 - _LINE
+    inside = (np.abs(triangles[:, :, :2] - middle[:, None, :]) <= half).all(axis=2)
+    highest: Floats = np.where(inside, triangles[:, :, 2], -np.inf).max(axis=1)
+    for first, second in ((0, 1), (1, 2), (2, 0)):
+        start, way = triangles[:, first], triangles[:, second] - triangles[:, first]
+        for axis in range(2):
+            other, crosses = 1 - axis, way[:, axis] != 0
+            for side in (-half, half):
+                share = (middle[:, axis] + side - start[:, axis]) / np.where(crosses, way[:, axis], 1.0)
+                place = start[:, other] + share * way[:, other]
+                on_side = crosses & (share >= 0) & (share <= 1) & (np.abs(place - middle[:, other]) <= half)
+                highest = np.maximum(highest, np.where(on_side, start[:, 2] + share * way[:, 2], -np.inf))
+    for corner in ((-half, -half), (-half, half), (half, -half), (half, half)):
+        above, height = _height_above(triangles, middle + np.array(corner))
+        highest = np.maximum(highest, np.where(above, height, -np.inf))
+    return highest
+
+
+def _height_above(triangles: Floats, places: Floats) -> tuple[NDArray[np.bool_], Floats]:
+    """Return whether each triangle (m, 3, 3) has a point above or below its place (m, 2), and that point's z.
+
+    An upright triangle has none.
+    """
+    import numpy as np
+
+    corner, edges = triangles[:, 0], triangles[:, 1:] - triangles[:, :1]
+    (p, q), (r, s) = edges[:, 0, :2].T, edges[:, 1, :2].T
+    x, y = (places - corner[:, :2]).T
+    area = p * s - q * r
+    is_flat = np.abs(area) > 1e-12 * (np.hypot(p, q) * np.hypot(r, s))
+    area = np.where(is_flat, area, 1.0)
+    second, third = (x * s - y * r) / area, (y * p - x * q) / area
+    inside = is_flat & (second >= -1e-12) & (third >= -1e-12) & (second + third <= 1 + 1e-12)
+    height = corner[:, 2] + second * edges[:, 0, 2] + third * edges[:, 1, 2]
+    return inside, height
+
+
+def _ranges(counts: Ints) -> Iterator[tuple[Ints, Ints]]:
+    """Yield for counts (n,) all pairs of an index and a number below its count, in arrays of bounded length."""
+    import numpy as np
+
+    (some,) = counts.nonzero()
+    ends = np.cumsum(counts[some])
+    for start in range(0, int(ends[-1]) if len(ends) else 0, _MOST_PAIRS):
+        number = np.arange(start, min(start + _MOST_PAIRS, int(ends[-1])))
+        which = np.searchsorted(ends, number, side="right")
+        yield some[which], number - (ends[which] - counts[some[which]])
+
+
+def cut_above(triangles: Floats, limit: float) -> Floats:
+    """Return the part of triangles (n, 3, 3) that is not above z = ``limit``, as triangles."""
+    import numpy as np
+    from trimesh.intersections import slice_faces_plane
+
+    faces = np.arange(3 * len(triangles)).reshape(-1, 3)
+    points, faces, _ = slice_faces_plane(triangles.reshape(-1, 3), faces, [0, 0, -1], [0, 0, limit])
+    pieces: Floats = points[faces].reshape(-1, 3, 3)
+    pieces[:, :, 2] = np.minimum(pieces[:, :, 2], limit)
+    return pieces
+
+
+def rounded_up(heights: Floats, digits: int) -> Floats:
+    """Round heights up; a height above zero does not become zero. The tolerance is that of ``shapes.round_up``."""
+    import numpy as np
+
+    scale = 10.0**digits
+    rounded = np.ceil(heights * scale - min(1e-7 * scale, 0.05)).clip(1) / scale
+    return np.where(heights > 0, rounded, 0.0)
+
+
+def _bottoms(
+    triangles: Floats, grid: Grid, request: GridRequest, heights: Sequence[Sequence[float]]
+) -> float | tuple[tuple[float, ...], ...]:
+    """Return the lowest point of the mesh in each cell, or in all cells (m): the heights of the flipped mesh."""
+    ceiling = float(triangles[:, :, 2].max()) + 1.0  # so that no surface is at zero
+    flipped = triangles * (1, 1, -1) + (0, 0, ceiling)
+    flipped = flipped[:, ::-1]  # the outside stays outside
+    depths = surface_heights(flipped, grid).tolist()
+    thinnest = 10.0**-request.digits
+    rows = tuple(
+        tuple(
+            max(0.0, round_down(min(ceiling - depth, height - thinnest), request.digits)) if height > 0 else 0.0
+            for depth, height in zip(depth_row, row, strict=True)
+        )
+        for depth_row, row in zip(depths, heights, strict=True)
+    )
+    used = {low for lows, row in zip(rows, heights, strict=True) for low, top in zip(lows, row, strict=True) if top > 0}
+    return used.pop() if len(used) == 1 else rows
+
+
+def _grid(triangles: Floats, request: GridRequest) -> Grid:
+    """Return the requested grid; by default the smallest one around the mesh with a rounded corner."""
+    corners = triangles.reshape(-1, 3)
+    x, y = request.origin or (round_down(float(value), 5) for value in corners.min(axis=0)[:2])
+    cells = request.cells
+    if cells is None and request.cell > 0 and math.isfinite(request.cell):
+        reach = [float(high) - low for high, low in zip(corners.max(axis=0)[:2], (x, y), strict=True)]
+        nx, ny = (max(1, math.ceil(length / request.cell - 0.001)) for length in reach)
+        cells = nx, ny
+    return Grid((x, y), request.cell, cells or (1, 1))
+
+
+def _messages(triangles: Floats, grid: Grid, frame: str) -> list[Diagnostic]:
+    """Return a warning about surface outside the grid, and a note about surface below z = 0."""
+    lower, upper = triangles.min(axis=(0, 1)).tolist(), triangles.max(axis=(0, 1)).tolist()
+    messages, beyond = [], []
+    for axis, letter in enumerate("xy"):
+        end = grid.origin[axis] + grid.cells[axis] * grid.cell
+        for side, distance in (("low", grid.origin[axis] - lower[axis]), ("high", upper[axis] - end)):
+            if distance > max(_NOISE, 1e-3 * grid.cell):
+                beyond.append(f"{distance * 1000:.1f} mm at {side} {letter}")
+    if beyond:
+        help = "use a larger grid: --origin and --cells, or leave both out"
+        message = f"the mesh reaches beyond the grid: {', '.join(beyond)}"
+        messages.append(Diagnostic("height-map-outside", WARNING, message, None, (), help))
+    if lower[2] < -_NOISE:
+        message = f"the mesh reaches {-lower[2] * 1000:.1f} mm below z = 0 of {frame}, where a height map begins"
+        messages.append(Diagnostic("height-map-below", NOTE, message, None, (), "is --xyz right?"))
+    return messages
+
+
+def summary(height_map: HeightMap) -> str:
+    """Return a height map in one line."""
+    heights = [height for row in height_map.heights for height in row]
+    above = [height for height in heights if height > 0]
+    size = f"{len(height_map.heights)} x {len(height_map.heights[0])} cells of {height_map.cell * 1000:g} mm"
+    start = f"from x {height_map.origin[0]:g}, y {height_map.origin[1]:g}"
+    return f"{size} {start}; {len(above)} of {len(heights)} have a height, {min(above):g} to {max(above):g} m"

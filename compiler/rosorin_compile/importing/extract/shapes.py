@@ -1,0 +1,292 @@
+"""Fit shapes around a mesh: box, oriented box, cylinder, capsule and a stack of boxes. Each encloses the whole mesh.
+
+Numbers are rounded so that the rounded shape still encloses the mesh. A rotated shape has to be more than one percent
+smaller than one that is rotated less.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Transform
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+Vector = tuple[float, float, float]
+Point = tuple[float, float]
+
+KINDS = ("box", "oriented_box", "cylinder", "capsule", "stack")
+AXES = ("x", "y", "z")
+_WORTH = 0.99  # a rotated shape has to be smaller than this fraction of one that is rotated less
+_STL_NOISE = 1e-7  # m: STL corners have 24 bits
+_AXIS_ANGLES: dict[str, Vector] = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0), "z": (0, 0, 0)}
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A shape around a mesh, in one or more pieces that share nothing but faces."""
+
+    kind: str
+    pieces: tuple[Shape, ...]
+
+    @property
+    def volume(self) -> float:
+        """The volume of all pieces in m^3."""
+        return sum(map(_volume, self.pieces))
+
+
+def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict[str, Fit]:
+    """Fit a shape of each kind around a mesh.
+
+    Args:
+        triangles: Corners (n, 3, 3) in metres.
+        digits: Decimals of the lengths in metres.
+        stack: The number of boxes in the stack.
+        axis: The axis of the stack: x, y, z, or auto for the axis with the least volume.
+
+    """
+    import numpy as np
+
+    triangles = np.round(triangles, 10)  # differences below 0.1 nm would become divisors
+    hull = _hull(triangles.reshape(-1, 3))
+    oriented = _oriented_box(hull, digits)
+    angles = list(_AXIS_ANGLES.values())
+    if oriented.pose.rpy != (0, 0, 0):
+        rows = oriented.pose.transform().rows
+        angles += [_angles_along((rows[0][i], rows[1][i], rows[2][i])) for i in range(3)]
+    pieces = {
+        "box": (Shape(enclosing_box(triangles, digits)),),
+        "oriented_box": (oriented,),
+        "cylinder": (_smallest([_cylinder(hull, rpy, digits) for rpy in angles]),),
+        "capsule": (_smallest([_capsule(hull, rpy, digits) for rpy in angles]),),
+        "stack": _stack(triangles, stack, axis, digits),
+    }
+    return {kind: Fit(kind, pieces[kind]) for kind in KINDS}
+
+
+def enclosing_box(points: Floats, digits: int) -> Box:
+    """Return the axis-aligned box around points (..., 3), rounded outwards to a number of decimals."""
+    points = points.reshape(-1, 3)
+    low = [round_down(float(value), digits) for value in points.min(axis=0)]
+    high = [round_up(float(value), digits) for value in points.max(axis=0)]
+    high = [b if b > a else round(a + 10.0**-digits, digits) for a, b in zip(low, high, strict=True)]
+    return Box((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+
+
+def round_up(value: float, digits: int) -> float:
+    """Return metres rounded up; noise of 0.1 um, or of a twentieth of the last decimal, is ignored."""
+    scale = 10.0**digits
+    return round(math.ceil(value * scale - min(_STL_NOISE * scale, 0.05)) / scale, digits) + 0.0
+
+
+def round_down(value: float, digits: int) -> float:
+    """Return metres rounded down, with the same tolerance as ``round_up``."""
+    return -round_up(-value, digits) + 0.0
+
+
+def in_frame(points: Floats, pose: Pose) -> Floats:
+    """Transform points (n, 3) into the frame at a pose."""
+    import numpy as np
+
+    local: Floats = (points - np.array(pose.xyz)) @ _rotation(pose.rpy)
+    return local
+
+
+def _rotation(rpy: Vector) -> Floats:
+    import numpy as np
+
+    return np.array(Pose((0, 0, 0), rpy).transform().rows)
+
+
+def _rounded_angles(rpy: Vector) -> Vector:
+    """Round angles within 0.01 degrees of a whole degree to that degree, others to six decimals."""
+    degrees = map(math.degrees, rpy)
+    x, y, z = (
+        math.radians(round(d)) if abs(d - round(d)) < 0.01 else round(angle, 6) + 0.0
+        for d, angle in zip(degrees, rpy, strict=True)
+    )
+    return x, y, z
+
+
+def _angles_along(axis: Vector) -> Vector:
+    """Return the angles of a frame whose z axis is parallel to ``axis`` and points up."""
+    x, y, z = axis if axis[2] >= 0 else (-axis[0], -axis[1], -axis[2])
+    return _rounded_angles((0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
+
+
+def _rounded_pose(xyz: Floats, rpy: Vector, digits: int) -> Pose:
+    x, y, z = (round(float(value), digits) + 0.0 for value in xyz)
+    return Pose((x, y, z), rpy)
+
+
+def _hull(points: Floats) -> Floats:
+    """Return the corners of the convex hull of points (n, d); a flat mesh has none, and keeps all its points."""
+    import numpy as np
+    from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
+
+    try:
+        return np.asarray(points[np.sort(ConvexHull(points).vertices)])
+    except (QhullError, ValueError):
+        return np.unique(points, axis=0)
+
+
+def _oriented_box(hull: Floats, digits: int) -> Shape:
+    """Return the smallest box: axis-aligned, rotated about one axis, or aligned with a face of the hull."""
+    import numpy as np
+    from scipy.spatial import QhullError  # type: ignore[import-untyped,unused-ignore]
+    from trimesh.bounds import oriented_bounds, oriented_bounds_2D
+
+    best = _rotated_box(hull, (0.0, 0.0, 0.0), digits)
+    for axis in (2, 0, 1, None):
+        axes, others = np.eye(3), [index for index in range(3) if index != axis]
+        try:
+            with np.errstate(all="ignore"):
+                if axis is None:
+                    axes = oriented_bounds(hull)[0][:3, :3]
+                else:
+                    axes[np.ix_(others, others)] = oriented_bounds_2D(hull[:, others])[0][:2, :2]
+        except (QhullError, LookupError, TypeError, ValueError):  # a flat mesh has no such box
+            continue
+        box = _rotated_box(hull, _least_rotation(axes), digits)
+        best = box if _volume(box) < _WORTH * _volume(best) else best
+    return best
+
+
+def _least_rotation(axes: Floats) -> Vector:
+    """Return roll, pitch and yaw of a box with these axes (rows), ordered and directed for the least rotation."""
+    import numpy as np
+
+    best, trace = axes, -math.inf
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1, -1), repeat=3):
+            turned = axes[list(order)] * np.array(signs)[:, None]
+            if np.linalg.det(turned) > 0 and round(float(np.trace(turned)), 9) > trace:
+                best, trace = turned, round(float(np.trace(turned)), 9)
+    rows = best.T.tolist()
+    return _rounded_angles(Transform((tuple(rows[0]), tuple(rows[1]), tuple(rows[2]))).rpy())
+
+
+def _rotated_box(points: Floats, rpy: Vector, digits: int) -> Shape:
+    import numpy as np
+
+    if rpy == (0, 0, 0):
+        return Shape(enclosing_box(points, digits))
+    local = points @ _rotation(rpy)
+    pose = _rounded_pose(_rotation(rpy) @ ((local.min(axis=0) + local.max(axis=0)) / 2), rpy, digits)
+    half = np.abs(in_frame(points, pose)).max(axis=0)
+    x, y, z = (_positive(2 * float(value), digits) / 2 for value in half)
+    return Shape(Box((-x, -y, -z), (x, y, z)), pose)
+
+
+def _positive(value: float, digits: int) -> float:
+    """Round a length up, at least to the smallest one with this number of decimals."""
+    return max(round_up(value, digits), 10.0**-digits)
+
+
+def _cylinder_axis(points: Floats, rpy: Vector, digits: int) -> tuple[Pose, Floats, Floats]:
+    """Return the pose of the smallest cylinder, and the distances of points from its axis and along it."""
+    import numpy as np
+
+    local = points @ _rotation(rpy)
+    (x, y), _ = smallest_circle(local[:, :2])
+    z = (float(local[:, 2].min()) + float(local[:, 2].max())) / 2
+    pose = _rounded_pose(_rotation(rpy) @ np.array([x, y, z]), rpy, digits)
+    local = in_frame(points, pose)
+    return pose, np.hypot(local[:, 0], local[:, 1]), local[:, 2]
+
+
+def _cylinder(points: Floats, rpy: Vector, digits: int) -> Shape:
+    pose, radial, axial = _cylinder_axis(points, rpy, digits)
+    return Shape(Cylinder(_positive(float(radial.max()), digits), _positive(2 * float(abs(axial).max()), digits)), pose)
+
+
+def _capsule(points: Floats, rpy: Vector, digits: int) -> Shape:
+    """Return the best of 32 capsules on the axis of the smallest cylinder, with 1 to 1.5 times its radius."""
+    import numpy as np
+
+    axis, radial, axial = _cylinder_axis(points, rpy, digits)
+    capsules: list[Shape] = []
+    for factor in np.linspace(1.0, 1.5, 32).tolist():
+        radius = _positive(float(radial.max()) * factor, digits)
+        bulge = np.sqrt(np.maximum(radius**2 - radial**2, 0))
+        middle = (float((axial - bulge).max()) + float((axial + bulge).min())) / 2
+        pose = _rounded_pose(_rotation(rpy) @ np.array([0, 0, middle]) + np.array(axis.xyz), rpy, digits)
+        local = in_frame(points, pose)
+        distance = np.hypot(local[:, 0], local[:, 1])
+        radius = max(radius, round_up(float(distance.max()), digits))
+        reach = abs(local[:, 2]) - np.sqrt(np.maximum(radius**2 - distance**2, 0))
+        capsules.append(Shape(Capsule(radius, _positive(2 * float(reach.max()), digits)), pose))
+    return min(capsules, key=lambda shape: round(_volume(shape), 15))
+
+
+def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape, ...]:
+    """Return boxes of equal thickness along an axis, each around the slice of the mesh between its ends."""
+    import numpy as np
+    from trimesh.intersections import slice_faces_plane
+
+    if axis == "auto":
+        stacks = [_stack(triangles, count, name, digits) for name in AXES]
+        return min(stacks, key=lambda shapes: round(sum(map(_volume, shapes)), 15))
+    along = AXES.index(axis)
+    normal = np.eye(3)[along]
+    lowest, highest = triangles[:, :, along].min(), triangles[:, :, along].max()
+    cuts = np.round(np.linspace(lowest, highest, count + 1), digits)
+    cuts[0], cuts[-1] = lowest, highest
+    boxes = []
+    for low, high in itertools.pairwise(cuts.tolist()):
+        height = triangles[:, :, along]
+        corners = triangles[(height.max(axis=1) >= low) & (height.min(axis=1) <= high)]
+        points, faces = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+        # What lies in a cut belongs to both slices; trimesh drops faces there.
+        inside = points[(points[:, along] >= low - _STL_NOISE) & (points[:, along] <= high + _STL_NOISE)]
+        for direction, cut in ((normal, low), (-normal, high)):
+            if len(faces):
+                points, faces, _ = slice_faces_plane(points, faces, direction, normal * cut)
+        points = np.concatenate([inside, points[faces].reshape(-1, 3)])
+        if len(points):
+            points[:, along] = points[:, along].clip(low, high)
+            boxes.append(Shape(enclosing_box(points, digits)))
+    return tuple(boxes)
+
+
+def _smallest(shapes: list[Shape]) -> Shape:
+    """Return the shape with the least volume; a later one has to be worth it."""
+    best = shapes[0]
+    for shape in shapes[1:]:
+        best = shape if _volume(shape) < _WORTH * _volume(best) else best
+    return best
+
+
+def _volume(shape: Shape) -> float:
+    geometry = shape.geometry
+    if isinstance(geometry, Box):
+        return math.prod(geometry.size)
+    assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - fits have no other shape
+    ends = 4 / 3 * geometry.radius if isinstance(geometry, Capsule) else 0.0
+    return math.pi * geometry.radius**2 * (geometry.length + ends)
+
+
+def smallest_circle(points: Floats) -> tuple[Point, float]:
+    """Return centre and radius of the smallest circle around points (n, 2).
+
+    If two points define it, they are the farthest pair; else its centre is a corner of the farthest-point Voronoi
+    diagram, which trimesh searches.
+    """
+    import numpy as np
+    from scipy.spatial.distance import pdist, squareform  # type: ignore[import-untyped,unused-ignore]
+    from trimesh.nsphere import minimum_nsphere
+
+    hull = _hull(points)
+    distances = squareform(pdist(hull))
+    first, second = divmod(int(distances.argmax()), len(hull))
+    centre, radius = (hull[first] + hull[second]) / 2, distances[first, second] / 2
+    if np.linalg.norm(hull - centre, axis=1).max() > radius * (1 + 1e-9) + 1e-15:
+        centre, _ = minimum_nsphere(hull)
+    return (float(centre[0]), float(centre[1])), float(np.linalg.norm(hull - centre, axis=1).max())

@@ -1,0 +1,199 @@
+"""Read the meshes to measure: mesh files, or the links of a robot in their own frames."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.model import Mesh, Robot
+from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
+from rosorin_compile.request import Request
+from rosorin_compile.source import files
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, did_you_mean
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.project import Description, NoDescription
+from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.tree import Map
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+RULES = (
+    Rule(
+        "mesh-missing",
+        "A warning: a robot names a mesh that is not there.",
+        "Add the file, or `--package NAME=PATH`.",
+        Heading.MESHES,
+    ),
+    Rule(
+        "mesh-looks-like-millimetres",
+        "A warning: a mesh is longer than any part of a robot.",
+        "`--scale 0.001`.",
+        Heading.MESHES,
+    ),
+)
+
+AUTO = "auto"
+_LONGEST_PART = 20.0  # m; a longer mesh was drawn in millimetres
+
+
+@dataclass(frozen=True)
+class Part:
+    """A named body: its triangles (n, 3, 3) in its own frame, and the names of its mesh files."""
+
+    name: str
+    triangles: Floats
+    meshes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class MeshSource:
+    """The meshes to measure.
+
+    ``names`` are mesh files, or one robot: a description, URDF, xacro, SDF or MJCF. ``links`` are those of the robot,
+    by default all. ``section`` is collision, visual or auto. ``scale`` has the factors of mesh files along x, y and z.
+    """
+
+    names: Sequence[str]
+    reading: ReadOptions
+    links: Sequence[str] = ()
+    section: str = AUTO
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    @property
+    def are_files(self) -> bool:
+        """Whether the names are those of mesh files. Raises RequestError for none and for a mixture."""
+        kinds = {Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in self.names}
+        if len(kinds) != 1:
+            raise RequestError("name mesh files, or one robot")
+        if kinds == {True} and self.links:
+            raise RequestError("--link selects a link of a robot; a mesh file has none")
+        if kinds == {False} and len(self.names) != 1:
+            raise RequestError(f"one robot at a time, not {len(self.names)}")
+        return kinds == {True}
+
+    def file_parts(self, diagnostics: list[Diagnostic]) -> list[Part]:
+        """Return a part for each mesh file. Raises RequestError, ExtractProblem."""
+        parts: dict[str, Part] = {}
+        for name in self.names:
+            mesh = TriangleMesh.load(Path(name), self.scale)
+            longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
+            if longest > _LONGEST_PART:
+                message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
+                help = "--scale 0.001 turns millimetres into metres"
+                diagnostics.append(Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help))
+            stem = Path(name).stem
+            if stem in parts:
+                raise RequestError(f'two meshes are called "{stem}"; each part needs a name of its own')
+            parts[stem] = Part(stem, mesh.triangles, (mesh.name,))
+        return list(parts.values())
+
+    def link_parts(self, diagnostics: list[Diagnostic]) -> list[Part]:
+        """Return a part for each link of the robot that has meshes. Raises RequestError, ExtractProblem."""
+        robot = RobotSource.read(self.names[0], self.reading)
+        links = [robot.link(name) for name in self.links] or list(robot.robot.link)
+        parts = [part for link in links if (part := robot.part(link, self.section)) is not None]
+        diagnostics += robot.diagnostics
+        if not parts:
+            message = f"{self.names[0]} has no link with a mesh that can be read"
+            raise ExtractProblem.of("mesh-empty", message, "see above, or --from")
+        return parts
+
+
+class SourceProblem(ExtractProblem):
+    """A robot that cannot be read, with all diagnostics about it."""
+
+    def __init__(self, diagnostics: list[Diagnostic]) -> None:
+        super().__init__(next(one for one in diagnostics if one.severity == "error"))
+        self.diagnostics = diagnostics
+
+
+@dataclass
+class RobotSource:
+    """A robot: its model, the tree that it was built from, and where its meshes are looked for."""
+
+    robot: Robot
+    tree: Map
+    folder: Path
+    packages: Packages
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    @classmethod
+    def read(cls, name: str, options: ReadOptions) -> RobotSource:
+        """Read a URDF, xacro, SDF or MJCF file, or a description by name, folder or file.
+
+        Raises NotThere if there is none, else ExtractProblem; other problems are in ``diagnostics``.
+        """
+        path = Path(name)
+        environment = os.environ if options.environment is None else options.environment
+        if path.suffix.lower() in (".yaml", ".yml") or not files.is_file(path):
+            try:
+                (description,) = Description.find([name])
+            except NoDescription as problem:
+                raise NotThere.of("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
+            path = description.path
+            compiled = Request.of(path, options.arguments, options.packages, warn=options.tell).read()
+            robot, tree, diagnostics, messages = compiled.robot, compiled.tree, compiled.diagnostics, []
+        else:
+            imported = read_robot(path, options)
+            lowered = None if imported.tree is None else imported.lowered()
+            robot, tree = lowered.robot if lowered else None, imported.tree
+            diagnostics = [*imported.diagnostics, *(lowered.diagnostics if lowered else ())]
+            # Elements that cannot be converted hold no joint and no mesh.
+            messages = [d for d in imported.diagnostics if d.severity != NOTE and d.rule != "import-cannot-carry"]
+        if robot is None or tree is None:
+            raise SourceProblem(diagnostics)
+        return cls(robot, tree, path.parent, Packages(options.packages, environment, path), messages)
+
+    def link(self, name: str) -> str:
+        """Return the name of a link. Raises NotThere if the robot has no link of this name."""
+        if name not in self.robot.link:
+            help = did_you_mean(name, self.robot.link)
+            raise NotThere.of("unknown-link", f'the robot has no link "{name}"', help)
+        return name
+
+    def part(self, link: str, section: str = AUTO) -> Part | None:
+        """Return the meshes of a link in its frame, or None if it has none that can be read.
+
+        ``section`` is collision, visual, or auto: collision if there are meshes, else visual. A mesh that is missing or
+        cannot be read is a warning in ``diagnostics``, at the line that names it.
+        """
+        import numpy as np
+
+        entry = self.robot.link[link]
+        shapes = {"collision": entry.collision, "visual": entry.visual}
+        sections = list(shapes) if section == AUTO else [section]
+        section = next((n for n in sections if any(isinstance(s.geometry, Mesh) for s in shapes[n])), sections[0])
+        pieces, names = [], []
+        for number, shape in enumerate(shapes[section]):
+            if not isinstance(shape.geometry, Mesh):
+                continue
+            address = shape.geometry.file
+            span = self.tree.locate(("links", link, section, number, "mesh", "file")).span
+            path = self.packages.resolve(address, self.folder)
+            if path is None or not files.is_file(path):
+                message = f"{section} of {link}: there is no file {address}"
+                help = ""
+                if path is None:
+                    package = address.split("://")[-1].split("/")[0]
+                    message = f"{section} of {link}: cannot find {address}"
+                    help = f"say where the package is: --package {package}=FOLDER"
+                self.diagnostics.append(Diagnostic("mesh-missing", WARNING, message, span, (), help))
+                continue
+            try:
+                mesh = TriangleMesh.load(Path(files.shown(path)), shape.geometry.scale)
+            except ExtractProblem as problem:
+                self.diagnostics.append(replace(problem.diagnostic, severity=WARNING, span=span))
+                continue
+            transform = shape.pose.transform()
+            pieces.append(TriangleMesh.placed(mesh.triangles, transform.rows, transform.xyz))
+            names.append(mesh.name)
+        return Part(link, np.concatenate(pieces), tuple(dict.fromkeys(names))) if pieces else None

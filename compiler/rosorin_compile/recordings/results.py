@@ -1,0 +1,219 @@
+"""The result of verify as plain values (schemas/recording.schema.json)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+from rosorin_compile.source.diagnostics import Diagnostic
+
+if TYPE_CHECKING:
+    from .expected import Expected
+    from .recording import Recording
+    from .series import Series
+
+_Record = TypeVar("_Record")
+
+
+@dataclass(frozen=True)
+class RecordedEdge:
+    """One edge on one topic, or one that is missing."""
+
+    parent: Annotated[str, "The parent frame."]
+    child: Annotated[str, "The child frame."]
+    topic: Annotated[str, "The topic: /tf or /tf_static; empty for a missing edge."]
+    publisher: Annotated[str, "The nodes that should publish it; empty for an edge that is not described."]
+    value: Annotated[str, "How its value compares with the description, in words."]
+    count: Annotated[int | None, "The number of transforms; null for an edge of view_frames."] = None
+    rate: Annotated[float | None, "The rate in hertz; null for fewer than two, and on /tf_static."] = None
+    largest_gap: Annotated[float | None, "The longest time between two of them in seconds; null for text."] = None
+    mean_age: Annotated[float | None, "The mean age on arrival in seconds; null for text."] = None
+    oldest: Annotated[float | None, "The largest age of the newest transform in seconds; null on /tf_static."] = None
+    other_clock: Annotated[bool, "Whether all stamps are of another clock."] = False
+    compared: Annotated[int, "The number of transforms compared with the description."] = 0
+    by_state: Annotated[int, "The number of them compared with the joint state of the same stamp."] = 0
+    wrong: Annotated[int, "The number of transforms that differ from the description."] = 0
+
+    @property
+    def name(self) -> str:
+        """Parent and child as text."""
+        return f"{self.parent} -> {self.child}"
+
+
+@dataclass(frozen=True)
+class RecordedJoint:
+    """A joint of /joint_states."""
+
+    name: Annotated[str, "Its name."]
+    lowest: Annotated[float | None, "The lowest position in radians or metres."]
+    highest: Annotated[float | None, "The highest position in radians or metres."]
+    seen: Annotated[int, "The number of reported positions."]
+    beyond: Annotated[int, "The number of positions beyond its limits."]
+
+
+@dataclass(frozen=True)
+class Lookup:
+    """Lookups at the exact stamps of the messages on their arrival."""
+
+    target: Annotated[str, "The requested frame."]
+    asked: Annotated[int, "The number of lookups."]
+    failed: Annotated[int, "The number of lookups that tf2 could not have answered."]
+    mean_lag: Annotated[float, "The mean delay of the tree behind the stamp for failed lookups, in seconds."]
+    largest_lag: Annotated[float, "The largest delay in seconds."]
+
+
+@dataclass(frozen=True)
+class RecordedSensor:
+    """The messages of a topic that name one frame."""
+
+    topic: Annotated[str, "The topic."]
+    type: Annotated[str, "Its type; empty if unknown."]
+    frame: Annotated[str, "The frame_id."]
+    count: Annotated[int, "The number of messages."]
+    rate: Annotated[float | None, "The rate in hertz; null for fewer than two."]
+    largest_gap: Annotated[float | None, "The longest time between two of them in seconds; null for text."]
+    mean_age: Annotated[float | None, "The mean age on arrival in seconds; null for text."]
+    early: Annotated[int, "The number of messages before the frame was in the tree."]
+    lookups: Annotated[list[Lookup], "Lookups by target."]
+
+
+@dataclass(frozen=True)
+class EchoAnswer:
+    """An answer of tf2_echo."""
+
+    name: Annotated[str, "The source and the target frame."]
+    line: Annotated[int, "The line of the text where it begins."]
+    value: Annotated[str, "How it compares with the description, in words."]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A difference from the description."""
+
+    rule: Annotated[str, "The id of the rule; see docs/rules.md."]
+    severity: Annotated[str, "error, warning or note."]
+    subject: Annotated[str, "The edge, topic or joint."]
+    message: Annotated[str, "What is wrong."]
+    help: Annotated[str, "A suggestion."]
+    evidence: Annotated[list[str], "The observations."]
+    file: Annotated[str | None, "The file of the description that describes the subject."] = None
+    line: Annotated[int | None, "The line in that file."] = None
+
+
+@dataclass(frozen=True)
+class Verified:
+    """A recording compared with a description.
+
+    If the comparison was not possible, ``data`` is None and ``diagnostics`` has the reason.
+    """
+
+    robot: Annotated[str, "The name of the robot."]
+    source: Annotated[str, "The recording."]
+    form: Annotated[str, "The kind of recording."] = ""
+    messages: Annotated[int, "The number of messages."] = 0
+    seconds: Annotated[float | None, "The duration in seconds; null for text."] = None
+    modes: Annotated[Mapping[str, bool], "The modes that fit best, or those of --mode."] = field(default_factory=dict)
+    edges: Annotated[tuple[RecordedEdge, ...], "The edges that are described or recorded."] = ()
+    joints: Annotated[tuple[RecordedJoint, ...], "The joints of /joint_states."] = ()
+    sensors: Annotated[tuple[RecordedSensor, ...], "Stamped messages."] = ()
+    answers: Annotated[tuple[EchoAnswer, ...], "The answers of tf2_echo."] = ()
+    findings: Annotated[tuple[Finding, ...], "The differences from the description, the most serious first."] = ()
+    as_described: Annotated[bool, "Whether there is no error."] = False
+    diagnostics: tuple[Diagnostic, ...] = ()
+    data: Any = field(default=None, repr=False, compare=False)
+
+    def fails(self, strict: bool = False) -> bool:
+        """Return True if the robot that ran is not the described one; ``strict`` treats warnings as errors."""
+        return any(one.severity == "error" or (strict and one.severity == "warning") for one in self.findings)
+
+
+def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
+    """Return a recording and its findings as a result of plain values."""
+    from .judge import answer_outcome
+    from .judge_tree import best_way
+
+    has_times = recording.timed and recording.start is not None
+    joints, states = recording.joints.ranges.items(), recording.joints.pace
+    kind = "sensor_msgs/msg/JointState"
+    sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
+    sensors = sensors if states.count else []
+    sensors += [
+        _copy(RecordedSensor, use, use.pace, lookups=[_copy(Lookup, one) for one in use.lookups.values()])
+        for use in recording.uses
+    ]
+    answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
+    return Verified(
+        robot=recording.description.robot.name,
+        source=source,
+        form=recording.form,
+        messages=recording.messages,
+        seconds=(recording.end - (recording.start or 0)) / 1e9 if has_times else None,
+        modes=dict(best_way(recording).modes),
+        edges=tuple(_edges(recording, {edge.child: edge for edge in best_way(recording).edges})),
+        joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
+        sensors=tuple(sensors),
+        answers=tuple(answers),
+        findings=tuple(map(_finding, findings)),
+        as_described=not any(finding.severity == "error" for finding in findings),
+        diagnostics=tuple(findings),
+        data=recording,
+    )
+
+
+def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
+    """Return a record of the attributes of these names; numbers that are not finite become None."""
+    for name in (one.name for one in fields(record) if one.name not in values):  # type: ignore[arg-type]
+        value = next((getattr(source, name) for source in sources if hasattr(source, name)), None)
+        values[name] = None if isinstance(value, float) and not math.isfinite(value) else value
+    return record(**values)
+
+
+def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[RecordedEdge]:
+    """Yield the edges, those of the description first."""
+    rows = {row.child: row for row in recording.rows}
+    for child in dict.fromkeys([*described, *recording.into, *rows]):
+        edge = described.get(child)
+        owner = _publishers(recording, edge)
+        for series in recording.into.get(child, ()):
+            oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
+            yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
+        if child in rows and child not in recording.into:
+            row = rows[child]
+            value = "not described" if edge is None else "parent as described"
+            value = "wrong parent" if edge is not None and edge.parent != row.parent else value
+            yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
+        elif edge is not None and child not in recording.into and recording.complete:
+            yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
+
+
+def _publishers(recording: Recording, edge: Expected | None) -> str:
+    """Return the nodes that may publish an edge: a recording does not tell which of several it was."""
+    if edge is None or recording.description.options.modes:
+        return edge.publisher.name if edge is not None else ""
+    return " or ".join(dict.fromkeys(one.publisher.name for one in recording.description.by_child[edge.child]))
+
+
+def _value(series: Series) -> str:
+    """Return in a few words how the value of an edge compares with the description."""
+    if series.edge is None:
+        return "not described"
+    if series.edge.parent != series.parent:
+        return "wrong parent"
+    if series.bad == series.pace.count:
+        return "no rotation"
+    if series.wrong:
+        return "wrong" if series.wrong == series.compared else f"wrong in {series.wrong:,} of {series.compared:,}"
+    if series.by_state:
+        return f"as described, {series.by_state:,} by joint state"
+    if series.compared:
+        return "as its joint can be" if series.edge.moving else "as described"
+    return "known to its publisher alone"
+
+
+def _finding(finding: Diagnostic) -> Finding:
+    place = next((related.span for related in finding.related if related.span is not None), None)
+    evidence = [related.message for related in finding.related if related.span is None]
+    file, line = (place.source.path, place.line) if place else (None, None)
+    return Finding(finding.rule, finding.severity, finding.of[0], finding.message, finding.help, evidence, file, line)

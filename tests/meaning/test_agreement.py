@@ -161,9 +161,6 @@ controllers: {"arm": {type: position_group, hardware: "h  h"}}
 outputs:
   urdf: {file: r.urdf, control: jazzy}
   controllers: {file: c.yaml, distribution: jazzy}
-  dot: {backend: frames_picture, file: f.dot}
-  mermaid: {backend: frames_picture, file: f.mmd}
-  text: {backend: frames_picture, file: f.md}
 """.replace("{LINK}", "{inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]}")
 
 

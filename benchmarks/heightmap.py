@@ -18,8 +18,7 @@ import numpy as np
 import trimesh
 
 from pairs import compare, row, wall_time
-from rosorin_compile.importing.extract.grid import Grid
-from rosorin_compile.importing.extract.heightmap import height_map
+from rosorin_compile.importing.extract.height_map import Grid, surface_heights
 from rosorin_compile.model.mesh_triangles import load_mesh
 
 GRID = Grid((0.0, 0.0), 0.01, (30, 23))
@@ -36,15 +35,14 @@ def main(pairs: int) -> None:
         print(f"{head:<42} {'ours':>11} {'load':>11}   ratio, median of {pairs} pairs")
         load = partial(timed, partial(trimesh.load, path))
         bare = partial(timed, partial(trimesh.load, path, process=False))
-        ours = partial(timed, partial(height_map, mesh, GRID))
+        ours = partial(timed, partial(surface_heights, mesh, GRID))
         ratio = compare(ours, load, pairs)
         rate = len(mesh) / ratio.first / 1e6
         print(f"{row('height map / trimesh.load', ratio, 1.0)}   {rate:.1f} million triangles/s")
         for case, first, second, goal in (
             ("reading and height map / trimesh.load", partial(timed, partial(whole, path)), load, 2.0),
             ("height map / trimesh.load(process=False)", ours, bare, 1.0),
-            ("--exact / trimesh.load", partial(timed, partial(height_map, mesh, GRID, exact=True)), load, 1.0),
-            ("triangles of up to 1 cm / trimesh.load", partial(timed, partial(height_map, large, GRID)), load, 1.0),
+            ("small triangles / trimesh.load", partial(timed, partial(surface_heights, large, GRID)), load, 1.0),
             ("whole processes", partial(wall_time, command(path)), partial(wall_time, loading(path)), 2.0),
         ):
             print(row(case, compare(first, second, pairs), goal))
@@ -69,7 +67,7 @@ def timed(function: partial[object]) -> float:
 
 def whole(path: Path) -> None:
     """Read a mesh and make its height map."""
-    height_map(load_mesh(path).triangles, GRID)
+    surface_heights(load_mesh(path).triangles, GRID)
 
 
 def plate(nx: int, ny: int) -> np.ndarray:

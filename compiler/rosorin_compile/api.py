@@ -1031,7 +1031,6 @@ def extract_height_map(
     origin: tuple[float, float] | None = None,
     cells: tuple[int, int] | None = None,
     size: tuple[float, float] | None = None,
-    exact: bool = True,  # noqa: ARG001 - of earlier versions
     below: float | None = None,
     map_digits: int = 4,
     step: float | None = None,
@@ -1061,7 +1060,6 @@ def extract_height_map(
         origin: The corner of the first cell (x, y) in metres; by default the corner of the mesh.
         cells: The number of cells along x and y; by default those that cover the mesh.
         size: The size of the grid (x, y) in metres, instead of ``cells``.
-        exact: Ignored; heights are always exact.
         below: Ignore surfaces above this height, in metres.
         map_digits: Decimals of heights in metres, 0 to 9.
         step: Round heights of boxes to multiples of this length in metres; by default a cell.
@@ -1104,7 +1102,6 @@ def extract_factory(
     origin: tuple[float, float] | None = None,
     cells: tuple[int, int] | None = None,
     size: tuple[float, float] | None = None,
-    exact: bool = True,  # noqa: ARG001 - of earlier versions
     below: float | None = None,
     map_digits: int = 4,
     step: float | None = None,

@@ -127,7 +127,7 @@ class Case:
         for name in self.base.texts:
             reasons = [reason(FORMATS[name], output, key) for output in self.base.outputs if output.backend == name]
             quiet = all(why is not None and why.quiet for why in reasons)
-            start = f"{FORMATS[name].word} has no word for "
+            start = f"{FORMATS[name].word} cannot express "
             notes = [text for rule, text in self.base.remarks if rule == "not-in-format" and text.startswith(start)]
             if not quiet and not any(one in text for text in notes for one in listed):
                 found.add(name)

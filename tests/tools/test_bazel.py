@@ -117,9 +117,11 @@ def by_hand(made: dict[str, Any], sources: Path, folder: Path) -> tuple[dict[str
 def _of_python(path: str) -> bool:
     """Say whether a file belongs to the tool, to Python, or to the system."""
     homes = [sys.prefix, sys.base_prefix, str(ROOT / "compiler"), "/usr/lib", "/usr/share/locale", "/proc", "/dev"]
+    # MuJoCo, which all loads to check an MJCF, looks for libraries of the system.
+    homes += ["/usr/lib64", "/usr/local/lib", "/usr/local/lib64", "/opt/homebrew", "/run/current-system"]
     homes += [str(data_folder(name)) for name in ("templates", "schemas", "parts_library", "viewer", "bazel", "cmake")]
     homes += [entry for entry in sys.path if entry.endswith("site-packages")]
-    return any(Path(path).is_relative_to(home) for home in homes)
+    return "__editable__" in path or any(Path(path).is_relative_to(home) for home in homes)
 
 
 @pytest.fixture

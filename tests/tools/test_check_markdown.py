@@ -60,7 +60,7 @@ def test_one_that_moved_and_one_that_does_not_compile(capsys: Shown) -> None:
         "## Robots: 2 of 3 with problems\n\n### `arm`: 1 error\n\n|  | rule | place | message | way out |\n"
     )
     assert "| error | `unknown-key` | `descriptions/arm/robot.yaml:5:" in made
-    assert "### `dog`: not up to date\n\nrosorin-compile all writes them anew\n" in made
+    assert "### `dog`: not up to date\n\nrun rosorin-compile all to write them again\n" in made
     row = "| `mast` in `base_link` | origin z | 0.1 m | 0.12 m | 20.0 mm | `urdf`, `frames` |"
     assert made.count(row) == 1
     assert "<details><summary><code>dog.urdf</code>: different text</summary>" in made
@@ -118,7 +118,8 @@ def test_deployed(capsys: Shown) -> None:
     assert "- `dog`: 2 of 2 copies in share as compiled; 1 note" in told(capsys, *words, code=0)
     edit(of("dog"), "default: 100 mm", "default: 120 mm")
     made = told(capsys, *words, code=1)
-    assert "### `dog`: not as deployed\n\nrosorin-compile deploy writes them anew\n\n0 of 2 copies in share" in made
+    summary = "### `dog`: not as deployed\n\nrun rosorin-compile deploy to write them again\n\n0 of 2 copies in share"
+    assert summary in made
     assert "| `mast` in `base_link` | origin z | 0.1 m | 0.12 m | 20.0 mm | `a/dog.urdf`, `b/dog.urdf` |" in made
     assert "--- deployed/" in made
 

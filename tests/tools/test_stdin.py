@@ -76,7 +76,7 @@ def test_two_passes_and_both_sides(monkeypatch: pytest.MonkeyPatch, capsys: Show
         assert code == 0, out
         assert "<stdin> (description of handy" in out
     code, _, err = run(monkeypatch, capsys, text, "diff", "-", "-")
-    assert (code, err) == (2, "rosorin-compile: standard input is one robot, and - stands there twice\n")
+    assert (code, err) == (2, "rosorin-compile: standard input can be read only once, and - is given twice\n")
 
 
 @pytest.mark.usefixtures("project")

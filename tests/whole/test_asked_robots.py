@@ -117,7 +117,7 @@ def test_verify_against_a_urdf(artifacts: Path, tmp_path: Path, capsys: Shown) -
     other = bags.bag(tmp_path / "other", joint_offset={"joint1": 5.0})
     assert main(["verify", str(artifacts / "rosorin.urdf"), str(other)]) == 0
     assert "joint1 is beyond its limits" in capsys.readouterr().err
-    assert judged(bag).findings == []
+    assert not judged(bag).findings
 
 
 def test_the_urdf_of_a_file_is_what_stands_there(artifacts: Path) -> None:

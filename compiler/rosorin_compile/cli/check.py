@@ -7,8 +7,10 @@ checks, ``check NAME``, are commands of their own.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from contextlib import redirect_stdout
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import replace
 from functools import partial
 from itertools import islice
@@ -20,7 +22,6 @@ from rosorin_compile.language.arguments import Argument, Choice, Combination, co
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, arrange, error, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ON_STDIN, Description
-from rosorin_compile.source.staged import NotStaged, staged_files
 from rosorin_compile.source.wording import counted
 from rosorin_compile.viewer.changed import Pictures
 
@@ -70,6 +71,43 @@ def run(options: Options) -> int:
     return _check(options)
 
 
+_SUBMODULE = "160000"
+
+
+@contextmanager
+def _staged_files(here: Path) -> Iterator[Path]:
+    """Check out the index of the repository that a folder is in; yield the copy of the folder.
+
+    The copy is in a temporary folder, with links to the submodules. In a hook Git names the index of the commit at
+    hand, which this uses. Raises RequestError without Git or a repository, and for an index with conflicts.
+    """
+    top = Path(_run_git(here, "rev-parse", "--show-toplevel").removesuffix("\n"))
+    entries = _run_git(top, "ls-files", "--stage", "-z").split("\0")[:-1]
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-staged-") as temporary:
+        copy = Path(os.path.realpath(temporary))
+        _run_git(top, "checkout-index", "--all", "--force", "--quiet", f"--prefix={copy}{os.sep}")
+        for entry in entries:
+            mode, _, name = entry.partition(" ")[0], *entry.partition("\t")[1:]
+            if mode == _SUBMODULE:
+                (copy / name).parent.mkdir(parents=True, exist_ok=True)
+                (copy / name).symlink_to(top / name, target_is_directory=True)
+        folder = copy / Path(os.path.realpath(here)).relative_to(os.path.realpath(top))
+        folder.mkdir(parents=True, exist_ok=True)
+        yield folder
+
+
+def _run_git(folder: Path, *arguments: str) -> str:
+    command = ["git", "-C", str(folder), *arguments]
+    try:
+        done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603 - the user's own Git
+    except FileNotFoundError:
+        raise RequestError("--staged: Git is not installed") from None
+    if done.returncode:
+        reason = os.fsdecode(done.stderr).strip().partition("\n")[0]
+        raise RequestError(f"--staged: {reason or 'Git failed'}")
+    return os.fsdecode(done.stdout)
+
+
 def _check_staged(options: Options) -> int:
     """Check the staged files in a copy of the repository, so that messages have the paths of the repository."""
     absolute = [word for word in options.words if Path(word).is_absolute()]
@@ -79,15 +117,12 @@ def _check_staged(options: Options) -> int:
     for name in ("html", "summary", "depfile"):
         if getattr(options, name, None) is not None:
             setattr(options, name, str(here / getattr(options, name)))
-    try:
-        with staged_files(here) as folder:
-            os.chdir(folder)
-            try:
-                return _check(options)
-            finally:
-                os.chdir(here)
-    except NotStaged as problem:
-        raise RequestError(f"--staged: {problem}") from None
+    with _staged_files(here) as folder:
+        os.chdir(folder)
+        try:
+            return _check(options)
+        finally:
+            os.chdir(here)
 
 
 def _check(options: Options) -> int:
@@ -147,7 +182,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
             return blocks(comparison.changes, comparison.texts, committed.meshes)
 
         lines = committed.lines(full=getattr(options, "full", False))
-        found = error("outputs-differ", "\n".join(lines), None, "rosorin-compile all writes them anew")
+        found = error("outputs-differ", "\n".join(lines), None, "run rosorin-compile all to write them again")
         console.differ("not up to date", lines, found, blocks)
         if options.output is not None and not folder.is_dir():
             way = "rosorin-compile all with the same -o and arguments writes it"

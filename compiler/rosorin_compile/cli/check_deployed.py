@@ -37,7 +37,7 @@ def run(options: Options) -> int:
         console = run.console
         console.tell_read(result.inputs)
         if result.differing:
-            help = "rosorin-compile deploy writes them anew"
+            help = "run rosorin-compile deploy to write them again"
             compared, others = result.compared()
             tables = blocks(compared.changes, compared.texts, others)
             found = error("deployed-differs", "\n".join(result.lines), None, help)

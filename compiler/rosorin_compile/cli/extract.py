@@ -45,7 +45,9 @@ _grid_options = combined(
     option("--origin", metavar="X,Y", help="corner of the first cell; default: corner of the mesh"),
     option("--cells", metavar="NXxNY", help="number of cells along x and y; default: cover the mesh"),
     option("--size", metavar="X,Y", help="size of the grid, instead of --cells"),
-    option("--exact", is_flag=True, hidden=True),  # of earlier versions, which sampled by default
+    # Of earlier versions, which sampled the surface; heights are exact now.
+    option("--exact", is_flag=True, hidden=True),
+    option("--spacing", hidden=True),
     option("--below", metavar="Z", help="ignore surfaces above this height"),
     option("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4"),
     option("--step", metavar="LENGTH", help="round heights of boxes to multiples of this length; default: the cell"),

@@ -136,7 +136,7 @@ def _report_mistake(name: str, later: Sequence[str]) -> None:
 
     for word in later:
         if entry(word, "checks") and _robot(word) is None and not Path(word).exists():
-            _report(f'"{word}" is a check, and stands before the robot: {CHECK} {word} ROBOT')
+            _report(f'"{word}" is a check; write it before the robot: {CHECK} {word} ROBOT')
             return
     close = nearest(name, names("checks"))
     if close is not None and close != name and _robot(name) is None:

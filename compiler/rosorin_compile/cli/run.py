@@ -255,7 +255,7 @@ def take_stdin(names: Sequence[str]) -> None:
     if STDIN not in names:
         return
     if names.count(STDIN) > 1:
-        raise RequestError("standard input is one robot, and - stands there twice")
+        raise RequestError("standard input can be read only once, and - is given twice")
     if sys.stdin is None:
         raise RequestError("there is no standard input to read a robot from")
     if _stdin_read and _stdin_read[0] is sys.stdin:  # it is read once

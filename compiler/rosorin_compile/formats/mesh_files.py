@@ -49,12 +49,12 @@ from .named_files import (
     TEXTURE,
     Named,
     Written,
-    beside,
     is_relative,
     named_in_elements,
     named_meshes,
     named_textures,
     references,
+    urdf_file_name,
     written,
 )
 
@@ -194,7 +194,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     named += [
         one
         for one in textures
-        if (near and is_relative(beside(one.name))) or any(opened_by(output, one.name) for output in opening)
+        if (near and is_relative(urdf_file_name(one.name))) or any(opened_by(output, one.name) for output in opening)
     ]
     named += named_in_elements(tree) if opening else []
     images = places.textures(tree) if embedding else {}
@@ -249,7 +249,7 @@ class _Search:
             return
         self.by_name[one.name] = file
         self._meant(one, file)
-        name = beside(one.name)
+        name = urdf_file_name(one.name)
         named = self._beside_artifacts(name) if is_relative(name) and one.kind != OF_ELEMENT else set()
         if wanted or named:
             inside, near = ([name for name in sorted(names) if _is_inside(name)] for names in (wanted, named))

@@ -58,8 +58,8 @@ def references(mesh: Path) -> list[str]:
     return list(dict.fromkeys(name for name in names if name and is_relative(name) and not name.startswith("data:")))
 
 
-def beside(name: str) -> str:
-    """Return the name of a mesh file in a URDF: one in a Gazebo model (model://) is copied beside the artifacts."""
+def urdf_file_name(name: str) -> str:
+    """Return the name that a URDF has for a mesh or texture file: a file of a Gazebo model (model://) is copied."""
     scheme, mark, rest = name.partition("://")
     return f"meshes/{rest.lstrip('/')}" if mark and scheme == "model" and ".." not in rest.split("/") else name
 

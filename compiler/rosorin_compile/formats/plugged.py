@@ -85,6 +85,8 @@ def _fits(name: str, value: Any, default: Any) -> bool:
         return isinstance(value, kind) and all(isinstance(one, item) for one in value)
     if name == "options":
         return isinstance(value, Mapping) and all(isinstance(one, Mapping) for one in value.values())
+    if name == "unsupported":
+        return isinstance(value, Mapping) or callable(value)
     if default is None:
         return value is None or callable(value)
     return isinstance(value, str if name in ("name", "word") else type(default))

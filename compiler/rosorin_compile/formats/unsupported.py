@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "not-in-format",
-        "A note: a format has no word for keys that the description sets; one note a format.",
+        "A note: a format cannot express keys that the description sets; one note a format.",
         "Nothing, if no reader of these artifacts needs them; accept the rule with the reason.",
         FORMATS,
     ),
@@ -54,6 +54,9 @@ NODES = tuple(
     for turn in (".static_transform_publisher", ".by.static_transform_publisher", ".when")
 )
 UNPUBLISHED = tuple(f"{publisher}.none" for publisher in _PUBLISHER)
+
+# The keys that each format of a whole robot covers.
+MODEL_KEYS = ("robot", "links", "joints", "materials", "sensors", "root", "actuators", "disabled_contacts")
 
 _GEOMETRY = (
     *("box", "cylinder", "capsule", "sphere", "ellipsoid", "mesh.file", "mesh.scale", "height_map.origin"),
@@ -145,7 +148,7 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
         if found:
             what = listed(f"{without_names(key)} ({counted(count, 'place')})" for key, count in found)
             span = locate(tree, ("outputs", some[0].name), key=True).span
-            yield Diagnostic("not-in-format", NOTE, f"{format.word} has no word for {what}", span)
+            yield Diagnostic("not-in-format", NOTE, f"{format.word} cannot express {what}", span)
 
 
 def _places(value: Any, pattern: str) -> Iterator[Any]:

@@ -13,7 +13,7 @@ from rosorin_compile.compare.proof import Proof, Tolerance
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported, Outputs
-from rosorin_compile.formats.named_files import beside
+from rosorin_compile.formats.named_files import urdf_file_name
 from rosorin_compile.formats.reading import outputs_of
 from rosorin_compile.model import Mesh, Robot, Shape, Transform
 from rosorin_compile.request import Request
@@ -184,14 +184,14 @@ def _with_urdf_names(robot: Robot) -> Robot:
         made = []
         for shape in shapes:
             solid = shape.geometry
-            solid = replace(solid, file=beside(solid.file)) if isinstance(solid, Mesh) else solid
-            made.append(replace(shape, geometry=solid, texture=beside(shape.texture)))
+            solid = replace(solid, file=urdf_file_name(solid.file)) if isinstance(solid, Mesh) else solid
+            made.append(replace(shape, geometry=solid, texture=urdf_file_name(shape.texture)))
         return tuple(made)
 
     if not any(":" in name for name in _files_of(robot)):
         return robot
     links = (replace(one, visual=renamed(one.visual), collision=renamed(one.collision)) for one in robot.links)
-    materials = (replace(one, texture=beside(one.texture)) for one in robot.materials)
+    materials = (replace(one, texture=urdf_file_name(one.texture)) for one in robot.materials)
     return replace(robot, links=tuple(links), materials=tuple(materials))
 
 

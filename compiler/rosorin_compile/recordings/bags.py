@@ -252,7 +252,7 @@ class _Reader:
             return None
         apart = min(abs(medians[topic]) for topic in far) / SECOND
         message = "the stamps are of another clock than the recorder's, "
-        message += f"{seconds(apart) if apart > YEAR else f'{apart:,.0f} s'} apart: ages are told by that of the stamps"
+        message += f"{seconds(apart) if apart > YEAR else f'{apart:,.0f} s'} apart; ages are computed from the stamps"
         severity = NOTE if "/clock" in self.recording.topics else WARNING
         trouble = problem("recording-other-clock", "the recording", message, severity=severity)
         self.recording.troubles.append(trouble)

@@ -88,7 +88,7 @@ class JointStates:
     def _at(
         self, names: tuple[str, ...], group: States, joint: str, stamps: Times, received: Times
     ) -> tuple[Floats, Flags]:
-        """Return the positions at exactly these stamps; of several with one stamp that received at nearly that time."""
+        """Return the positions with exactly these stamps; of equal stamps, take the one received at about that time."""
         if names not in self._orders:
             self._orders[names] = np.lexsort((group.received, group.stamps))
         order = self._orders[names]

@@ -135,7 +135,7 @@ def _not_described(recording: Recording, series: Series) -> Iterator[Diagnostic]
         yield problem("edge-not-described", name, message, "look what --mode says, and what runs")
         return
     if joint is not None:
-        message = f"{name} was published, but the description says that nobody does: {joint.publisher.about}"
+        message = f"{name} was published, but the description declares that no node does: {joint.publisher.about}"
         yield problem("edge-not-described", name, message, "find out which node does, and declare it")
         return
     strange = [group[0] for child, group in recording.into.items() if child not in description.by_child]

@@ -159,7 +159,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
         evidence = [f"it comes at {rate_text(pace.rate)}; the longest time without one is {seconds(pace.gap.seconds)}"]
         if pace.mean_age > limit:
             evidence.append(f"its stamps are {seconds(pace.mean_age)} old on average when they come")
-        help = f"whoever asks then gets where things were {age} ago: look why {owner} stopped"
+        help = f"a lookup then returns poses of {age} ago; find out why {owner} stopped"
         if pace.most_ahead < -limit:
             help = f"even its freshest stamp was {seconds(-pace.most_ahead)} old when it came: look at the clock of "
             help += f"{owner}, or what delays it"

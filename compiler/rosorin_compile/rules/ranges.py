@@ -71,8 +71,8 @@ def followers(case: Case) -> Iterator[Diagnostic]:
     accept="joint",
     imported="always",
 )
-def bounded(case: Case) -> Iterator[Diagnostic]:
-    """Numbers that the schema says are within the limits of their joint (``x-within``)."""
+def within_joint_limits(case: Case) -> Iterator[Diagnostic]:
+    """Values that the schema bounds by the limits of a joint (``x-within``) must be within these limits."""
     for section, node in sections().items():
         for path, name, value in _bounded(node, case.tree.get(section), (section,), ""):
             joint = case.robot.joint.get(name)
@@ -94,8 +94,8 @@ def bounded(case: Case) -> Iterator[Diagnostic]:
             continue
         ends = [safety.soft_lower_limit, safety.soft_upper_limit]
         if ends[0] >= ends[1]:
-            message = f'the soft limits of joint "{joint.name}", {span_of(ends, joint)}, leave no room: it is held'
-            path, help = case.joint(joint, "safety_controller"), "give them room, or leave them out"
+            message = f'the soft limits of joint "{joint.name}", {span_of(ends, joint)}, leave it no room to move'
+            path, help = case.joint(joint, "safety_controller"), "widen them, or leave them out"
             yield case.problem("beyond-joint-limit", message, path, help, severity=WARNING, within=True)
 
 

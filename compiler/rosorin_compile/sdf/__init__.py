@@ -24,7 +24,7 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
-from rosorin_compile.formats.unsupported import OF_MUJOCO, OF_PUBLISHERS, Unsupported
+from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.format import Opened
@@ -98,14 +98,7 @@ FORMAT = Format(
     about="the model for Gazebo and Drake",
     rank=22,
     covers=(
-        "robot",
-        "links",
-        "joints",
-        "materials",
-        "sensors",
-        "root",
-        "actuators",
-        "disabled_contacts",
+        *MODEL_KEYS,
         "urdf_elements",
     ),
     unsupported=_UNSUPPORTED,

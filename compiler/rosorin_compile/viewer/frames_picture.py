@@ -256,7 +256,7 @@ def _width(text: str, size: float) -> float:
 
 
 def wrapped(text: str, limit: float, size: float) -> list[str]:
-    """Return a text as lines that are no wider than a limit (pixels); a word that is wider is broken."""
+    """Split a text into lines no wider than a limit (pixels); break words that are wider."""
     most, result = max(1, int(limit / (1.1 * size))), [""]
     for word in text.split(" "):
         pieces = [word] if _width(word, size) <= limit else [word[at : at + most] for at in range(0, len(word), most)]
@@ -270,7 +270,7 @@ def wrapped(text: str, limit: float, size: float) -> list[str]:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the picture of a robot. Option ``modes``: those that are on; by default a tree for each situation."""
+    """Return the picture of a robot. Option ``modes``: modes that are on; by default a tree for each combination."""
     modes = output.options.get("modes")
     try:
         return svg(

@@ -44,7 +44,7 @@ PROJECT = {
 import os, random, shutil, signal, sys, time
 from pathlib import Path
 from rosorin_compile.cli.main import main
-from rosorin_compile.output import pipeline
+from rosorin_compile.formats import compiled
 from rosorin_compile.compare import agreement
 
 def sweep(over, out, *words):

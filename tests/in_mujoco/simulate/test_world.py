@@ -22,8 +22,8 @@ from rosorin_compile.mujoco.simulate.world import (
     FREE,
     POSITION,
     VELOCITY,
-    Broken,
     Refused,
+    SimulationDiverged,
     World,
     mjcf_text,
     quiet,
@@ -175,11 +175,11 @@ def test_numbers_that_end_are_told(mujoco: Any) -> None:
     world = World(mujoco, robot(("motor",)), mjcf(("motor",), '<motor joint="motor"/>'), FREE, Path())
     world.reset({})
     world.data.ctrl[0] = float("inf")
-    with pytest.raises(Broken, match="MuJoCo warns: Nan, Inf or huge value in CTRL"):
+    with pytest.raises(SimulationDiverged, match="MuJoCo warns: Nan, Inf or huge value in CTRL"):
         list(world.run(0.1))
     world.reset({})
     world.data.qvel[0] = 1e200
-    with pytest.raises(Broken, match="MuJoCo warns: Nan, Inf or huge value in QVEL") as caught:
+    with pytest.raises(SimulationDiverged, match="MuJoCo warns: Nan, Inf or huge value in QVEL") as caught:
         list(world.run(0.1))
     assert caught.value.time == 0
     assert hold(world, "home", {}, 0.5).broken is None  # a trial begins anew

@@ -26,7 +26,7 @@ from ..format import (
     Proving,
     Writing,
 )
-from ..unsupported import OF_MUJOCO, OF_PUBLISHERS, Unsupported
+from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 from . import damping, masses, write
 
 if TYPE_CHECKING:
@@ -111,14 +111,7 @@ FORMAT = Format(
     about="the URDF",
     rank=10,
     covers=(
-        "robot",
-        "links",
-        "joints",
-        "materials",
-        "sensors",
-        "root",
-        "actuators",
-        "disabled_contacts",
+        *MODEL_KEYS,
         "urdf_elements",
         "control",
     ),

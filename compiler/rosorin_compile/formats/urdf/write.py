@@ -41,7 +41,7 @@ from rosorin_compile.source.wording import counted, first_of, plural
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.escaping import Markup
 
-from ..named_files import beside
+from ..named_files import urdf_file_name
 from ..templating import Templates, attribute, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
 from .solids import boxes_of, collisions, version_of
@@ -299,7 +299,7 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
 def _look(rgba: Sequence[float] | None, texture: str, form: _Format) -> str:
     """Return the elements of a material."""
     colour = f"<color{attributes(rgba=form.numbers(rgba))}/>" if rgba is not None else ""
-    return f"{colour}<texture{attributes(filename=beside(texture))}/>" if texture else colour
+    return f"{colour}<texture{attributes(filename=urdf_file_name(texture))}/>" if texture else colour
 
 
 def _kept(texts: Iterable[str], indent: str) -> list[str]:
@@ -345,7 +345,7 @@ def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     if isinstance(shape, Sphere):
         return "sphere", {"radius": number(shape.radius)}
     if isinstance(shape, Mesh):
-        return "mesh", {"filename": beside(shape.file), "scale": form.numbers(shape.scale)}
+        return "mesh", {"filename": urdf_file_name(shape.file), "scale": form.numbers(shape.scale)}
     raise TypeError(f"{type(shape).__name__} is not a solid")
 
 

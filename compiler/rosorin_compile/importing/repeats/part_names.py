@@ -54,7 +54,7 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
     ``names`` has a row for each named thing, with its name in each instance.
 
     >>> split([["left_wheel", "right_wheel"], ["left_axle", "right_axle"]])
-    Split(uses=['left', 'right'], prefixes=['left_', 'right_'], rests=['wheel', 'axle'])
+    Split(uses=['left', 'right'], prefixes=['left_', 'right_'], rests=['wheel', 'axle'], first=None)
     >>> split([["hip_FL", "hip_FR"], ["thigh_FL", "thigh_FR"]]).rests
     ['hip_${name}', 'thigh_${name}']
     >>> split([["link_0", "link_2"], ["link_1", "link_3"]]).rests

@@ -958,7 +958,7 @@ def _file_of(*bindings: Variable | Bound) -> File | None:
 
 
 def _equals(text: Text, name: str) -> ast.expr:
-    """Return the condition that a text with one evaluated piece is a name."""
+    """Return the condition that a text with one evaluated piece equals a name."""
     open_pieces = [piece for piece in text.pieces if piece.kind != TEXT]
     before = text.pieces[0].value if text.pieces[0].kind == TEXT else ""
     after = text.pieces[-1].value if text.pieces[-1].kind == TEXT else ""

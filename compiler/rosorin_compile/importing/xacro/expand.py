@@ -62,7 +62,7 @@ RULES = (
         "Let the xacro write `package://PACKAGE/FILE` where the reader takes that.",
         READING,
     ),
-    Rule("xacro-says", "A note: what xacro has to say beside its result.", topic=READING),
+    Rule("xacro-says", "A note: a message that xacro printed.", topic=READING),
     Rule("xacro-error", "xacro cannot expand the file.", "The message is that of xacro.", READING),
     Rule(
         "package-missing",

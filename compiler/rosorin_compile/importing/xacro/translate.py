@@ -433,7 +433,7 @@ class _Search:
     def in_words(
         self, made: WrittenFiles, rows: list[Combination]
     ) -> tuple[Found, WrittenFiles, tuple[str, ...], Map | None]:
-        """Replace elements by words of the language, as far as it is the same robot with them."""
+        """Replace raw elements by entries of the language if the robot stays the same."""
         found = first = find(made.documents.plain, made.documents.evaluated, list(self.source.known.values()))
         while found.spots and not self.is_late():
             again = self.written(made.program, found)

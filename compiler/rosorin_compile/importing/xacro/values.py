@@ -172,7 +172,7 @@ class DataFiles:
         return f"package://{Packages.name_of(folder)}/{same.relative_to(folder).as_posix()}"
 
     def copy(self, folder: Path, file: str, rest: bool) -> None:
-        """Copy a file of a folder; with ``rest``, all whose names begin so."""
+        """Copy a file of a folder; with ``rest``, all files whose names begin with ``file``."""
         if not rest and not files.is_folder(folder / file):
             found = [folder / file]
         else:

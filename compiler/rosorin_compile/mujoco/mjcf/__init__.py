@@ -34,7 +34,7 @@ from rosorin_compile.formats.format import (
     Proving,
     Writing,
 )
-from rosorin_compile.formats.unsupported import OF_PUBLISHERS, Unsupported
+from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_PUBLISHERS, Unsupported
 from rosorin_compile.source.files import record, version
 
 from .settings import SETTINGS
@@ -157,14 +157,7 @@ FORMAT = Format(
     about="the model for MuJoCo",
     rank=30,
     covers=(
-        "robot",
-        "links",
-        "joints",
-        "materials",
-        "sensors",
-        "root",
-        "actuators",
-        "disabled_contacts",
+        *MODEL_KEYS,
         "poses",
         "mjcf_elements",
     ),

@@ -18,7 +18,7 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from ..simulate.world import FIXED, Broken, Refused, World, describe_joint, mjcf_text, quiet, single_joints
+from ..simulate.world import FIXED, Refused, SimulationDiverged, World, describe_joint, mjcf_text, quiet, single_joints
 from .overlaps import State
 
 RULES = (
@@ -81,7 +81,7 @@ def _without_meshes(robot: Robot) -> Robot:
 def _check_state(case: Case, state: State, world: World) -> Iterator[Diagnostic]:
     try:
         second = _simulate(world, state)
-    except Broken as problem:
+    except SimulationDiverged as problem:
         message = f"left alone {state}, after {problem.time:.6g} s: {problem}"
         message += describe_joint(case.robot, problem.joint)
         yield replace(case.problem("explodes-at-rest", message, ("robot",), _HELP, severity=ERROR), of=())
@@ -101,7 +101,7 @@ def _check_state(case: Case, state: State, world: World) -> Iterator[Diagnostic]
 
 
 def _simulate(world: World, state: State) -> _Second:
-    """Return the end of a second from a state. Raises Broken."""
+    """Return the end of a second from a state. Raises SimulationDiverged."""
     joints = single_joints(world.robot)
     world.reset(state.positions)
     load = {joint.name: float(world.data.joint(joint.name).qfrc_bias[0]) for joint in joints}

@@ -118,7 +118,7 @@ class _Sweep:
         return {**self.state.positions, self.joint.name: position}
 
     def meetings(self) -> Iterator[Meeting]:
-        """Yield the pairs that the joint drives into each other, or neighbours further into each other."""
+        """Yield the pairs of links that the joint moves into each other; adjacent links only if they overlap more."""
         below = set(self.scene.robot.below(self.joint.child))
         for pair in dict.fromkeys(pair for overlaps in self.overlaps.values() for pair in overlaps):
             is_neighbour, least = self.scene.joint_of(pair) == self.joint, 0.0

@@ -19,7 +19,7 @@ from rosorin_compile.model import Joint, Robot, Twist
 from rosorin_compile.model.standing import HOME, home_of
 from rosorin_compile.source.progress import Progress
 
-from .world import FREE, POSITION, VELOCITY, Broken, Touch, World, single_joints
+from .world import FREE, POSITION, VELOCITY, SimulationDiverged, Touch, World, single_joints
 
 LAST = 0.25  # s at the end of a scenario over which is averaged
 RAMP, DRIVING = 0.5, 2.0  # s until a drive is at its speed, and at speed, of which the second half counts
@@ -59,7 +59,7 @@ class Result:
         """Record it if the simulation diverges."""
         try:
             yield
-        except Broken as problem:
+        except SimulationDiverged as problem:
             self.broken = Stop(str(problem), problem.time, problem.joint)
 
     def add(self, time: float, unit: str, /, **values: float) -> None:

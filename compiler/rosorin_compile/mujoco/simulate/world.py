@@ -42,7 +42,7 @@ class Refused(Exception):
         self.diagnostics = tuple(diagnostics)
 
 
-class Broken(Exception):
+class SimulationDiverged(Exception):
     """The simulation diverged after ``time`` (s), first at ``joint`` if that is known."""
 
     def __init__(self, message: str, time: float, joint: str = "") -> None:
@@ -250,7 +250,7 @@ class World:
     def run(self, seconds: float, before: Callable[[float], None] | None = None) -> Iterator[float]:
         """Simulate and yield the time (s) since the start after every ``sample``; ``before`` is called before each.
 
-        Raises Broken if positions become infinite, or MuJoCo warns.
+        Raises SimulationDiverged if positions become infinite, or MuJoCo warns.
         """
         start = self.data.time
         for _ in range(round(seconds / self.sample)):
@@ -265,7 +265,7 @@ class World:
             yield self.data.time - start
 
     def _check(self, before: float) -> None:
-        """Raise Broken if MuJoCo warned, or reset the state, after the time ``before``."""
+        """Raise SimulationDiverged if MuJoCo warned, or reset the state, after the time ``before``."""
         import numpy as np
 
         model, warnings = self.model, self.data.warning
@@ -277,9 +277,9 @@ class World:
             if kind.name in about and 0 <= at < (model.nq if of_position else model.nv):
                 joint = model.joint(int(np.flatnonzero(addresses <= at)[-1])).name
             text = self.mujoco.mju_warningText(int(index), at).partition(". ")[0].rstrip(".")
-            raise Broken(f"MuJoCo warns: {text}", before, joint)
+            raise SimulationDiverged(f"MuJoCo warns: {text}", before, joint)
         if self.data.time <= before or not np.isfinite(self.data.qpos).all():
-            raise Broken("its positions become infinite", before)
+            raise SimulationDiverged("its positions become infinite", before)
 
     def position(self, joint: str) -> float:
         """Return the position of a joint (rad or m)."""

@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
-from rosorin_compile.formats.named_files import beside, references
+from rosorin_compile.formats.named_files import references, urdf_file_name
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -77,8 +77,8 @@ def settle(
     for name in named(urdf, is_sdf):
         match = _PACKAGE.fullmatch(name)
         if is_sdf and name in known:
-            match, files[_inside(beside(name))] = None, known[name]
-            addresses[name] = posixpath.relpath(_inside(beside(name)), posixpath.dirname(place))
+            match, files[_inside(urdf_file_name(name))] = None, known[name]
+            addresses[name] = posixpath.relpath(_inside(urdf_file_name(name)), posixpath.dirname(place))
         elif match and match[1] != package:
             packages |= {match[1]} if is_legal(match[1]) else set()
         elif match:

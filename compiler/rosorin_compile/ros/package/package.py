@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.named_files import beside
+from rosorin_compile.formats.named_files import urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, error
@@ -105,7 +105,7 @@ def make(
     diagnostics: list[Diagnostic] = []
     searched = None if compiled is None else compiled.meshes
     found: dict[str, Path] = {} if searched is None else dict(searched.by_name)
-    found |= {beside(name): file for name, file in found.items()}
+    found |= {urdf_file_name(name): file for name, file in found.items()}
     lost = frozenset[str]() if searched is None else searched.missing
     for place, artifact in placed.items():
         named_beside = FORMATS[artifact.backend].writing.beside

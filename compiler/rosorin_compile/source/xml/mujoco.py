@@ -10,7 +10,7 @@ import posixpath
 import re
 from collections.abc import Callable, Iterator, Mapping
 
-from .elements import Found, found_in
+from .elements import Found
 from .references import Reference, renamed
 
 BODY, JOINT, SITE, GEOM, CAMERA, LIGHT = "body", "joint", "site", "geom", "camera", "light"
@@ -106,20 +106,6 @@ def with_files(text: str, rename: Callable[[str], str]) -> str:
         return f"{found[1]}{quote}{rename(name) if name.strip() else name}{quote}"
 
     return _FILE.sub(one, text)
-
-
-def names_given(text: str, top: bool) -> Iterator[str]:
-    """Yield the names that some elements give; none of what is no XML."""
-    for found in found_in(text):
-        for one in given(found, top):
-            if one.attribute:
-                yield one.name
-
-
-def used_in(text: str) -> Iterator[Reference]:
-    """Yield the names in some elements that are those of something else."""
-    for found in found_in(text):
-        yield from used(found, True)
 
 
 def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:

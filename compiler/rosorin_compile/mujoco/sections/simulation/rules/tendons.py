@@ -57,6 +57,10 @@ def _springs(case: Case, called: str, path: Path, entry: Mapping[str, Any]) -> I
         message = f"the force of {called} is limited and has no range"
         place = (*path, "mjcf", "actuatorfrclimited")
         yield case.problem("tendon-path", message, place, "write force: [..., ...]", key=True)
+    force: list[float] = entry.get("force") or []
+    if len(force) == 2 and not force[0] <= 0 <= force[1]:
+        message = f"the force of {called} goes from {number(force[0])} to {number(force[1])}, and MuJoCo wants 0 within"
+        yield case.problem("tendon-path", message, (*path, "force"), "let the range include 0")
     wraps = [index for index, stop in enumerate(entry.get("path") or ()) if "shape" in stop]
     if wraps and entry.get("armature"):
         message = f"{called} goes around a shape and has an armature, which MuJoCo does not take together"

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from rosorin_compile.language.accepting import settled
 from rosorin_compile.language.lower import lower
+from rosorin_compile.language.lower.shapes import RULES
 from rosorin_compile.language.validate import validate
 from rosorin_compile.rules.check import acceptable, check
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, gathered, has_errors
@@ -126,3 +127,9 @@ def errors(imported: Imported, rules: bool = True) -> list[Diagnostic]:
     if lowered.robot is not None:
         told += check(lowered.robot, tree, lowered.places, FORMATS)
     return [one for one in told if one.severity == ERROR]
+
+
+def accept_sizes(tree: Map) -> None:
+    """Accept every size of a shape in a tree that was read from an artifact: its description accepted it as well."""
+    links = [*(tree.get("links") or ())]
+    tree["accept"] = [{"rule": rule.id, "of": links, "reason": ""} for rule in RULES if rule.accept]

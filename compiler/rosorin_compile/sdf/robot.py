@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.checked import accept
+from rosorin_compile.formats.checked import accept, accept_sizes
 from rosorin_compile.formats.described import as_tree
 from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.imported import Comment, Imported, ReadOptions
@@ -98,10 +98,12 @@ def read(text: str) -> Robot:
         imported = read_sdf(Opened(Path("robot.sdf"), ReadOptions(checked=False), document))
     except MarkupError as problem:
         raise ValueError(problem.diagnostic.message) from None
-    wrong = [one for one in imported.diagnostics if one.severity == ERROR]
-    lowered = imported.lowered() if not wrong else None
-    if lowered is None or lowered.robot is None:
-        raise ValueError((*wrong, *(lowered.diagnostics if lowered else ()))[0].message)
+    if imported.tree is None:
+        raise ValueError(next(one.message for one in imported.diagnostics if one.severity == ERROR))
+    accept_sizes(imported.tree)
+    lowered = imported.lowered()
+    if lowered.robot is None:
+        raise ValueError(next(one.message for one in lowered.diagnostics if one.severity == ERROR))
     return plain(lowered.robot)
 
 

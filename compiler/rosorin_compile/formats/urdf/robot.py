@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot
+from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.link import NO_SOURCE
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Related, Source, has_errors
 from rosorin_compile.source.progress import Progress
@@ -23,7 +24,7 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import COMMENT, Document, Element, MarkupError, Remark, parse
 
-from ..checked import accept
+from ..checked import accept, accept_sizes
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
 from .grammar import CHILDREN, attributes
 from .joints import read_joint
@@ -78,13 +79,24 @@ def read(text: str) -> Robot:
         tree = _tree(document.root, Path("robot.urdf"), reading)
     except MarkupError as problem:
         raise ValueError(problem.diagnostic.message) from None
-    wrong = [one for one in reading.diagnostics if one.severity == ERROR]
-    lowered = lower(tree) if not wrong else None
-    if lowered is not None:
-        wrong = [one for one in lowered.diagnostics if one.severity == ERROR]
-    if wrong or lowered is None or lowered.robot is None:
+    # Errors of rules that the description accepts are in the file as well: only what leaves no robot is damage.
+    accept_sizes(tree)
+    lowered = lower(tree)
+    if lowered.robot is None:
+        wrong = [one for one in (*reading.diagnostics, *lowered.diagnostics) if one.severity == ERROR]
         raise ValueError(wrong[0].message if wrong else "it contains no robot")
-    return plain(lowered.robot)
+    return _without_springs(plain(lowered.robot))
+
+
+def _without_springs(robot: Robot) -> Robot:
+    """Return a robot without the springs that ``_springs`` found: its <gazebo> elements have them already."""
+    joints = []
+    for joint in robot.joints:
+        if joint.dynamics is not None:
+            dynamics = replace(joint.dynamics, stiffness=0.0, spring_reference=0.0)
+            joint = replace(joint, dynamics=dynamics if dynamics != Dynamics() else None)
+        joints.append(joint)
+    return replace(robot, joints=tuple(joints))
 
 
 def plain(robot: Robot) -> Robot:

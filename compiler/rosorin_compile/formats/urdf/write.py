@@ -149,7 +149,7 @@ class _Content:
             links,
             tuple(map(self._joint, joints)),
             materials=tuple(
-                Material(one.name, one.rgba, beside(one.texture))
+                Material(one.name, one.rgba, urdf_file_name(one.texture))
                 for one in robot.materials
                 if "visual" in form.elements
             ),
@@ -190,8 +190,8 @@ class _Content:
             x, y, z = (size / 2 for size in geometry.size)
             geometry = Box((-x, -y, -z), (x, y, z))
         if isinstance(geometry, Mesh):
-            geometry = replace(geometry, file=beside(geometry.file))
-        elements, texture = self._said(shape.urdf_elements), beside(shape.texture)
+            geometry = replace(geometry, file=urdf_file_name(geometry.file))
+        elements, texture = self._said(shape.urdf_elements), urdf_file_name(shape.texture)
         return Shape(
             geometry, shape.origin(), shape.name, shape.rgba, shape.material, "", texture, urdf_elements=elements
         )

@@ -101,7 +101,10 @@ def _joint_view(joint: Joint, robot: Robot) -> Joint:
     effort = joint.limit.known("effort") if joint.limit is not None else None
     lower, upper = reach or (None, None)
     limit = Limit(lower, upper, effort if effort is not None and effort > 0 else None)
-    return Joint(joint.name, kind, *place, joint.axis, limit, joint.mimic)
+    mimic = joint.mimic
+    if mimic is not None and not robot.joint[mimic.joint].moves:  # it is held at an angle
+        mimic = Mimic("", 0.0, mimic.offset)
+    return Joint(joint.name, kind, *place, joint.axis, limit, mimic)
 
 
 class _Reader:

@@ -214,19 +214,18 @@ def _reduce(
 
 def _without_equals(old: Leaves, new: Leaves) -> None:
     """Take out the entries of lists without names that both robots have, and number the others anew."""
-    for kind in {kind for kind, name in {**old, **new} if name.isdecimal()}:
-        sides = [[(thing, side.pop(thing)) for thing in [*side] if thing[0] == kind] for side in (old, new)]
-        for one in [*sides[0]]:
-            twin = next((other for other in sides[1] if other[1] == one[1]), None)
-            if twin is not None:
-                sides[0].remove(one)
-                sides[1].remove(twin)
+    unnamed = [[thing for thing in side if thing[1].isdecimal()] for side in (old, new)]
+    for kind in {kind for things in unnamed for kind, _ in things}:
+        sides = [
+            [side.pop(thing) for thing in things if thing[0] == kind]
+            for side, things in zip((old, new), unnamed, strict=True)
+        ]
+        for entry in [*sides[0]]:
+            if entry in sides[1]:
+                sides[0].remove(entry)
+                sides[1].remove(entry)
         for side, left in zip((old, new), sides, strict=True):
-            names = [thing[1] for thing, _ in left]
-            side |= {
-                (kind, str(number) if name.isdecimal() else name): entry
-                for number, (name, (_, entry)) in enumerate(zip(names, left, strict=True), 1)
-            }
+            side |= {(kind, str(number)): entry for number, entry in enumerate(left, 1)}
 
 
 def _once(differences: Sequence[Difference], robots: tuple[Robot, Robot]) -> list[Difference]:

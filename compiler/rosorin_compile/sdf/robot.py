@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.checked import accept, accept_sizes
+from rosorin_compile.formats.checked import accept, lower_artifact
 from rosorin_compile.formats.described import as_tree
 from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.imported import Comment, Imported, ReadOptions
@@ -100,11 +100,7 @@ def read(text: str) -> Robot:
         raise ValueError(problem.diagnostic.message) from None
     if imported.tree is None:
         raise ValueError(next(one.message for one in imported.diagnostics if one.severity == ERROR))
-    accept_sizes(imported.tree)
-    lowered = imported.lowered()
-    if lowered.robot is None:
-        raise ValueError(next(one.message for one in lowered.diagnostics if one.severity == ERROR))
-    return plain(lowered.robot)
+    return plain(lower_artifact(imported.whole, imported.diagnostics))
 
 
 def _version(top: Scope) -> str:

@@ -16,7 +16,7 @@ from pathlib import Path
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.link import NO_SOURCE
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Related, Source, has_errors
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
@@ -24,7 +24,7 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import COMMENT, Document, Element, MarkupError, Remark, parse
 
-from ..checked import accept, accept_sizes
+from ..checked import accept, lower_artifact
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
 from .grammar import CHILDREN, attributes
 from .joints import read_joint
@@ -69,8 +69,6 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
 
 def read(text: str) -> Robot:
     """Return the robot that a URDF of ours contains. Raises ValueError if it is damaged."""
-    from rosorin_compile.language.lower import lower
-
     try:
         document = parse(Source("the URDF", text))
         if document.root.tag != "robot":
@@ -79,13 +77,7 @@ def read(text: str) -> Robot:
         tree = _tree(document.root, Path("robot.urdf"), reading)
     except MarkupError as problem:
         raise ValueError(problem.diagnostic.message) from None
-    # Errors of rules that the description accepts are in the file as well: only what leaves no robot is damage.
-    accept_sizes(tree)
-    lowered = lower(tree)
-    if lowered.robot is None:
-        wrong = [one for one in (*reading.diagnostics, *lowered.diagnostics) if one.severity == ERROR]
-        raise ValueError(wrong[0].message if wrong else "it contains no robot")
-    return _without_springs(plain(lowered.robot))
+    return _without_springs(plain(lower_artifact(tree, reading.diagnostics)))
 
 
 def _without_springs(robot: Robot) -> Robot:

@@ -194,7 +194,11 @@ def data_of(text: str) -> Any:
 
 
 def differ(old: str, new: str) -> str:
-    """Return what differs between what two pages show."""
+    """Return what differs between what two pages show; ``old`` may be damaged."""
+    try:
+        data_of(old)["robot"]["links"]
+    except (KeyError, TypeError, ValueError):
+        return "the committed file is damaged and compared as text alone"
     try:
         before, after = data_of(old)["robot"], data_of(new)["robot"]
         found = [what for key, what in _SHOWN_OF.items() if before.get(key) != after.get(key)]

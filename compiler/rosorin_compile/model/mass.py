@@ -91,3 +91,17 @@ def _combine(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
             total.append(i.mass * ((dot(d, d) if r == c else 0.0) - d[r] * d[c]))
     ixx, iyy, izz, ixy, ixz, iyz = map(math.fsum, terms)
     return Inertial(mass, Pose(centre), ixx, iyy, izz, ixy, ixz, iyz)
+
+
+Inertia = tuple[float, float, float, float, float, float]  # xx yy zz xy xz yz
+
+
+def along_link(inertia: Inertia, frame: Transform) -> Inertia:
+    """Return an inertia (kg*m^2; xx yy zz xy xz yz along the axes of ``frame``) along the axes of the link: R I R^T."""
+    if frame.rows == Transform().rows:
+        return inertia
+    xx, yy, zz, xy, xz, yz = inertia
+    tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    a, b, c = (tuple(dot(line, row) for line in tensor) for row in frame.rows)
+    r, s, t = frame.rows
+    return (dot(r, a), dot(s, b), dot(t, c), dot(r, b), dot(r, c), dot(s, c))  # type: ignore[arg-type]

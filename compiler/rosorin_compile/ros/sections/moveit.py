@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.compare.difference import OTHER, YAML, Item, Side
-from rosorin_compile.compare.pairing import Pairing
-from rosorin_compile.compare.values import changed_entry
 from rosorin_compile.language.lower.entries import Problem
 from rosorin_compile.language.lower.plainly import record_of, vector_of
 from rosorin_compile.model import DisabledCollision
@@ -108,50 +105,4 @@ def state_path(case: Case, group: Group, state: str) -> Path:
     return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
 
 
-def compare(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
-    """Yield what differs between two descriptions in planning. States are named poses, and compared as those."""
-    one, other = pairing.a.robot.moveit, pairing.b.robot.moveit
-    if one == other or not all(side.format is YAML for side in sides):
-        return
-    old, new = _words(one), _words(other)
-    for name in dict.fromkeys((*old, *new)):
-        before, after = old.get(name), new.get(name)
-        if before != after:
-            text = f"MoveIt: {name} {before or 'none'} -> {after or 'none'}"
-            yield Item(OTHER, name, "planning", text, before, after)
-    if one is not None and other is not None:
-        for word in ("urdf", "search"):
-            yield from changed_entry("MoveIt", {word: getattr(one, word)}, {word: getattr(other, word)})
-
-
-def _words(moveit: Moveit | None) -> dict[str, str]:
-    """Return what is said for MoveIt, each thing in words; nothing of how the matrix is computed."""
-    if moveit is None:
-        return {}
-    said: dict[str, str] = {}
-    for group in moveit.groups:
-        chain = [f"{group.chain[0]} to {group.chain[1]}"] if group.chain else []
-        said[f"group {group.name}"] = ", ".join([*chain, *group.joints, *group.links, *group.groups])
-        if group.states is not None:
-            said[f"states of {group.name}"] = ", ".join(f"{name} ({pose})" for name, pose in group.states.items())
-    for one in moveit.end_effectors:
-        by = f" by {one.parent_group}" if one.parent_group else ""
-        said[f"end effector {one.name}"] = f"{one.group} on {one.parent}{by}"
-    virtual = moveit.virtual_joint
-    kind = f"{virtual.type or 'as the base is'} {virtual.parent}".strip() if virtual else ""
-    said["virtual joint"] = f"{virtual.name}: {kind}" if virtual else ""
-    said["passive joints"] = ", ".join(sorted(moveit.passive_joints))
-    said["links that are not checked"] = ", ".join(sorted(moveit.unchecked_links))
-    for pair in moveit.checked:
-        said[f"collision of {' and '.join(sorted(pair))}"] = "checked"
-    for off in (*moveit.disabled, *(moveit.matrix.pairs if moveit.matrix else ())):
-        said[f"collision of {' and '.join(sorted(off.links))}"] = f"off ({off.reason})"
-    for link, balls in moveit.spheres.items():
-        numbers = (" ".join(f"{number:g}" for number in (*ball.xyz, ball.radius)) for ball in balls)
-        said[f"spheres of {link}"] = ", ".join(numbers) or "none at all"
-    for joint, properties in moveit.joint_properties.items():
-        said[f"properties of {joint}"] = ", ".join(f"{name} {value}" for name, value in properties.items())
-    return {name: text for name, text in said.items() if text}
-
-
-MOVEIT: Section[Moveit | None] = Section("moveit", lower=moveit_of, compare=compare, checks=(planning,))
+MOVEIT: Section[Moveit | None] = Section("moveit", lower=moveit_of, checks=(planning,))

@@ -154,6 +154,20 @@ def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
     return unit
 
 
+def joint_unit(path: Sequence[str | int], slides: bool, leader_slides: bool | None = None) -> str | None:
+    """Return the unit of a number that belongs to a joint, where the schema leaves it to the type of the joint.
+
+    ``slides`` is true for a prismatic joint; ``leader_slides`` is the same for the joint that it follows.
+    """
+    units = unit_at(path)
+    if units is None or isinstance(units, str):
+        return units
+    if len(units) == 2:
+        return units[slides]
+    plain, per_angle, per_length = units  # a ratio: the unit of the follower over that of its leader
+    return plain if leader_slides in (None, slides) else per_angle if slides else per_length
+
+
 def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:
     """Return what the schema says of the value at a path of a description; nothing where it says nothing.
 

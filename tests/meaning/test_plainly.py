@@ -15,7 +15,7 @@ from rosorin_compile.compare.plainly import compare_plainly
 from rosorin_compile.compare.view import View
 from rosorin_compile.formats import FORMATS, Fact, Value
 from rosorin_compile.language.annotations import ENTRIES, ITEMS, Node
-from rosorin_compile.language.lower.plainly import plain
+from rosorin_compile.language.lower.records import plain
 from rosorin_compile.model import Link, Robot
 from rosorin_compile.model.sections import Sections
 from rosorin_compile.source.units import Quantity

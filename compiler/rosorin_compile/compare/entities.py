@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rosorin_compile.formats import Fact, Value
 from rosorin_compile.formats.format import About
-from rosorin_compile.language.annotations import sections
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Robot
 from rosorin_compile.model.joint import MOVING_TYPES, SEVERAL_COORDINATES, UNPUBLISHED
 

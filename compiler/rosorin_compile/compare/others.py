@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import reduce
 
 from rosorin_compile.formats import FORMATS, Fact, Value
-from rosorin_compile.language.annotations import sections
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Edge, Publisher, Robot
 from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.model.robot import JointPose

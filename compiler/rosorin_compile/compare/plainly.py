@@ -9,7 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
-from rosorin_compile.language.annotations import ENTRIES, Node, sections
+from rosorin_compile.language.annotations import ENTRIES, Node
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import HeightMap, Robot
 
 from .difference import OTHER, Item, Side

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
-from rosorin_compile.language.annotations import sections
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Joint, Link, Robot, Shape
 from rosorin_compile.model.sections import own_sections
 from rosorin_compile.source.xml.elements import fragments

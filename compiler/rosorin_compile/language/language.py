@@ -47,11 +47,11 @@ class Language:
         """Return the language with some formats."""
         from rosorin_compile.source.units import DIMENSIONS, UNITS, describe
 
-        from .annotations import ANNOTATIONS, of_parts, of_types
+        from .annotations import ANNOTATIONS
         from .expand.mirroring import AXES
         from .expression import CONSTANTS
         from .expression.functions import BUILT_IN
-        from .schema import with_formats
+        from .schema import of_parts, of_types, with_formats
 
         return cls(
             schema=with_formats(formats),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 if TYPE_CHECKING:
     from rosorin_compile.compare.difference import Item, Side
     from rosorin_compile.compare.pairing import Pairing
-    from rosorin_compile.language.lower.entries import Problem
+    from rosorin_compile.language.lower.records import Problem
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.numbers import NumberFormat

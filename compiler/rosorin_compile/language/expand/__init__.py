@@ -30,8 +30,8 @@ from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.project import Resolved, data_folder
 from rosorin_compile.source.tree import Map, Place, Seq
 
-from ..annotations import ENTRIES, merged, of_parts
-from ..schema import keys_of_xml, schema
+from ..annotations import ENTRIES
+from ..schema import keys_of_xml, merged, of_parts, schema
 from .declared import check_names, unused
 from .files import Kept, Reader, package_finder, table_loader
 from .forms import check_controls

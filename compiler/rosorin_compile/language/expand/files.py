@@ -31,9 +31,9 @@ from rosorin_compile.source.project import (
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, locate
 
-from ..annotations import ENTRIES, ITEMS, WITHIN, holds_many, merged, sections
+from ..annotations import ENTRIES, ITEMS, WITHIN
 from ..expression.functions import ExpressionError
-from ..schema import keys_of
+from ..schema import holds_many, keys_of, merged, sections
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
 from .parts import copy, join_within, sourced
 

@@ -14,10 +14,10 @@ from rosorin_compile.source.letters import in_words, unseen
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Dimension, Quantity, describe
 
-from ..annotations import ENTRIES, ITEMS, merged, of_parts, of_types
+from ..annotations import ENTRIES, ITEMS
 from ..expression import pieces
 from ..expression.functions import kind_of
-from ..schema import resolve, schema
+from ..schema import merged, of_parts, of_types, resolve, schema
 from .ledger import Failed
 from .scope import Scope
 

@@ -23,9 +23,8 @@ from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place
 from rosorin_compile.source.wording import first_of
 
-from ..annotations import sections
 from ..expression.functions import FUNCTIONS, kind_of
-from ..schema import backend_of
+from ..schema import backend_of, sections
 from .files import Asked
 from .forms import hides_letters
 from .ledger import Failed

@@ -14,7 +14,7 @@ from rosorin_compile.source.load import LoadError, load_own
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
 
-from ..annotations import of_types
+from ..schema import of_types
 from .forms import KEPT, check_sensor_type
 from .ledger import Failed
 from .parameters import declare

@@ -10,7 +10,7 @@ from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, neares
 
 from ..expand import Expanded
 from ..lower import Lowered
-from ..mentions import explained
+from ..schema import sections
 from .chains import Frames, of_entry, of_joint, of_mass, of_shapes
 from .explanation import Answer, Explanation, Number
 from .origins import Origins
@@ -39,7 +39,12 @@ def explain(
     frames = Frames(lowered.robot, lowered.places, origins)
     if pose and all(known.name != pose for known in lowered.robot.poses):
         raise NotThere(_missing("pose", pose, [known.name for known in lowered.robot.poses]))
-    without_frames = list(explained(expanded.tree))
+    without_frames = [
+        (section, name)
+        for section, node in sections().items()
+        if node.explained is True
+        for name in expanded.tree.get(section) or ()
+    ]
     targets: dict[str, None] = {}
     others: list[str] = []
     simulated: list[Answer] = []

@@ -30,9 +30,8 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path
 
-from ..annotations import sections
-from ..mentions import mentions
-from ..schema import fragment_at, joint_unit
+from ..schema import fragment_at, joint_unit, sections
+from ..symbols import SymbolTable
 from .explanation import Edge, Number, Placed, Shape, Transform
 from .origins import Origins
 
@@ -153,7 +152,9 @@ class Frames:
     def added(self, kind: str, name: str) -> Iterator[Number]:
         """Yield the numbers of the entries of sections of plug-ins that name something."""
         for section in self.robot.sections.said:
-            named = [one.path for one in mentions(self.origins.tree, (kind,), section) if one.name == name]
+            named = [
+                one.path for one in SymbolTable(self.origins.tree).references((kind,), section) if one.name == name
+            ]
             for path in dict.fromkeys(path[:-1] for path in named):
                 for number in self.numbers(path):
                     yield number._replace(name=f"{' '.join(map(str, path[:-1]))} {number.name}".strip())
@@ -239,7 +240,11 @@ def of_joint(frames: Frames, joint: Joint) -> Iterator[Number]:
 
 def _naming(frames: Frames, joint: Joint, section: str, word: str) -> Iterator[Number]:
     """Yield the numbers of the entries of a section that name a joint, each behind a word."""
-    named = {one.path[1] for one in mentions(frames.origins.tree, ("joint",), section) if one.name == joint.name}
+    named = {
+        one.path[1]
+        for one in SymbolTable(frames.origins.tree).references(("joint",), section)
+        if one.name == joint.name
+    }
     for name in sorted(map(str, named)):
         for key in fragment_at((section, "*"))["properties"]:
             for number in frames.numbers((section, name, key)):

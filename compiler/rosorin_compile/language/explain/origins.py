@@ -17,9 +17,9 @@ from rosorin_compile.source.units import NUMBER, Quantity, describe
 from rosorin_compile.source.written import Piece, Written
 
 from ..expand.ledger import Failed
-from ..expand.naming import MOUNT
 from ..expand.scope import Scope
 from ..expression import ExpressionError, evaluate, parsed, pieces
+from ..symbols import MOUNT
 from .explanation import Meaning, Origin, Step, Where
 
 _POSE = ("xyz", "rpy")

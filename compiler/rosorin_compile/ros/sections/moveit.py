@@ -8,8 +8,7 @@ from typing import Any
 from rosorin_compile.compare.difference import OTHER, YAML, Item, Side
 from rosorin_compile.compare.pairing import Pairing
 from rosorin_compile.compare.values import changed_entry
-from rosorin_compile.language.lower.entries import Problem
-from rosorin_compile.language.lower.plainly import record_of, vector_of
+from rosorin_compile.language.lower.records import Problem, record_of, vector_of
 from rosorin_compile.model.moveit import (
     Ball,
     CollisionMatrix,

@@ -27,14 +27,17 @@ from rosorin_compile.source.diagnostics import (
     swaps,
 )
 from rosorin_compile.source.load import plain_scalar
+from rosorin_compile.source.misspelt import offer, placed, told_once
 from rosorin_compile.source.project import Resolved, data_folder
 from rosorin_compile.source.tree import Map, Place, Seq
 
 from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged, of_parts, schema
+from ..validate import validate
 from .declared import check_names, unused
 from .files import Kept, Reader, package_finder, table_loader
 from .forms import check_controls
+from .included_robots import Robots
 from .ledger import Failed, Ledger
 from .parameters import declare
 from .parts import Parts, copy
@@ -101,8 +104,6 @@ def expand(
     _declare_arguments(root, arguments, reader, scope)
     included: list[Map | None] = []
     if robots and reader.robots:
-        from .included_robots import Robots
-
         foreign = Robots(reader, robots, scope, tell, packages or {})
         included += foreign.fragments()
     tree = _evaluate(root, scope, reader, included)
@@ -123,8 +124,6 @@ def expand(
 
 def _of_sources(reader: Reader) -> Iterator[Diagnostic]:
     """Yield what is wrong with the sources of included files, which no entry may take over."""
-    from ..validate import validate
-
     for source, key, span in reader.described:
         if isinstance(source, Map) and all(_is_plain(value) for value in source.values()):
             top = Map(span)
@@ -144,7 +143,6 @@ def _once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return what is wrong, with every name that there is not told once, where it was written."""
     if not has_errors(diagnostics):
         return diagnostics
-    from rosorin_compile.source.misspelt import offer, placed, told_once
 
     offers = [offer(one) for one in diagnostics]
     return told_once(placed(one, of) if of else one for one, of in zip(diagnostics, offers, strict=True))
@@ -152,8 +150,6 @@ def _once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return what is wrong; of a section with another name than it should have that, not all that is missing by it."""
-    from ..validate import validate
-
     known = {*schema("description")["properties"], *_TAKEN_APART}
     sections = Map(root.span)
     for key, value in root.items():

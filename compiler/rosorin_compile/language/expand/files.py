@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy as copy_of
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,6 +17,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span
 from rosorin_compile.source.files import Version, is_file, record, recording, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.memo import forget
+from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
     ENDINGS,
@@ -33,6 +35,7 @@ from rosorin_compile.source.tree import Instance, Map, Place, Seq, locate
 
 from ..annotations import ENTRIES, ITEMS, WITHIN
 from ..expression.functions import ExpressionError
+from ..misnamed import word_meant
 from ..schema import holds_many, keys_of, merged, sections
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
 from .parts import copy, join_within, sourced
@@ -181,8 +184,6 @@ class Reader:
 
     def renewed(self) -> Reader:
         """Return a reader that has read the same, for another expansion; what both have loaded they share."""
-        from copy import copy as copy_of
-
         made = copy_of(self)
         made.files, made.resolved, made.diagnostics = list(self.files), list(self.resolved), list(self.diagnostics)
         made.found, made.shares = set(self.found), dict(self.shares)
@@ -307,8 +308,6 @@ class Reader:
 
     def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
         """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
-        from rosorin_compile.source.packages import Packages
-
         folder = Packages(packages, os.environ, by).find(name)
         self.found |= {name} if folder else set()
         if name not in packages:
@@ -424,8 +423,6 @@ class Reader:
 
     def _unknown_key(self, section: str, key: str, entry: Map) -> None:
         """Report a key of one entry that two files say something under, and that nobody knows."""
-        from ..misnamed import word_meant
-
         place = locate(entry, (key,), key=True)
         self._error("unknown-key", f'{section} has no key "{key}"', place, word_meant(key, keys_of(section)))
 

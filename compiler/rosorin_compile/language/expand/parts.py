@@ -25,6 +25,7 @@ from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT
 from ..schema import holds_many, is_one_entry, keys_of, keys_of_xml, of_parts
 from ..symbols import MOUNT, Names, SymbolTable
+from ..validate import validate
 from .forms import check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
 from .mirroring import AXES
@@ -494,8 +495,6 @@ def _join_one(section: str, tree: Map, more: Map, scope: Scope) -> bool:
 
 def _misshapen(section: str, tree: Map) -> list[Diagnostic]:
     """Return what is wrong with the shape of one section."""
-    from ..validate import validate
-
     alone = Map(tree.span, tree.via)
     alone.put("robot", "robot", tree.span, tree.span)
     alone.put(section, tree[section], tree.key_spans[section], tree.value_spans[section])

@@ -32,6 +32,7 @@ from ..expression.functions import (
 )
 from ..expression.syntax import weight
 from ..schema import keys_of_xml
+from ..suggestions import flag_meant, number_meant, unit_meant
 from .ledger import Failed, Ledger, LeftOut
 from .tracing import OF_KINDS, Traced, given, given_at, is_like_a_number
 
@@ -351,7 +352,6 @@ class Scope:
         if isinstance(resolved, bool):
             return resolved
         what = f'"{resolved}"' if isinstance(resolved, (str, int, float)) else kind_of(resolved)
-        from ..suggestions import flag_meant
 
         help = flag_meant(resolved) or "compare it: ${n > 0}"
         elsewhere = isinstance(value, str) and "$" in value and given_at(self, place.span, of_kinds=True) is None
@@ -449,8 +449,6 @@ class Scope:
 
     def _tell_text(self, name: str, text: str, used: Place) -> None:
         """Report a name that stands for a text which was to be a number, at its own place."""
-        from ..suggestions import number_meant
-
         trace = given(self, [name]) or Traced(self.place_of(name) or used.span)
         message = f'"{name}" is the text "{text}", and a number is calculated with it'
         self.report_traced("expression", message, used, number_meant(text, []), (), trace)
@@ -546,7 +544,9 @@ def _bind(scope: Scope, names: str, value: Any, place: Place) -> None:
 def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, known: set[str]) -> tuple[Place, str]:
     """Return where in the text at ``place`` an expression is wrong, and the way out; ``known`` are names in scope."""
     help = problem.help
-    if problem.unknown.endswith("()"):
+    if problem.unit is not None and (meant := unit_meant(problem.unit[1], [])):
+        help = f"write {problem.unit[0]} {meant}"
+    elif problem.unknown.endswith("()"):
         help = did_you_mean(problem.unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
     elif problem.unknown in ("math", "np", "numpy", "xacro", "self"):
         help = "functions and constants stand by themselves: pi, sin(x), load('file.yaml')"

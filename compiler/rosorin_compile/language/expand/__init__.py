@@ -34,7 +34,7 @@ from rosorin_compile.source.tree import Map, Place, Seq
 from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged, of_parts, schema
 from ..validate import validate
-from .declared import check_names, unused
+from ..values import ValueTable, check_names
 from .files import Kept, Reader, package_finder, table_loader
 from .forms import check_controls
 from .included_robots import Robots
@@ -64,7 +64,7 @@ class Expanded(NamedTuple):
 
     ``scope`` has the arguments and the named values of the description, None if its first file could not be read.
     ``resolved`` says where the names of packages led.
-    ``unused`` is what is declared in vain: worth saying once nothing is wrong.
+    ``unused`` is what is declared in vain: worth saying once nothing is wrong. ``values`` has the uses of named values.
     """
 
     tree: Map | None
@@ -73,6 +73,7 @@ class Expanded(NamedTuple):
     scope: Scope | None = None
     resolved: tuple[Resolved, ...] = ()
     unused: tuple[Diagnostic, ...] = ()
+    values: ValueTable | None = None
 
 
 def expand(
@@ -114,12 +115,13 @@ def expand(
             scope.lookup(name)
     check_names(root, scope)
     led = tuple(dict.fromkeys(reader.resolved))
-    idle = unused(root, reader, scope) if tree is not None else []
+    values = ValueTable(root, reader, scope)
+    idle = values.unused() if tree is not None else []
     told = ledger.diagnostics if tree is not None else _without_misnamed(root, ledger.diagnostics)
     if reader.unread:  # what a file would have defined is not missed
         told = [one for one in told if not _is_missing(one)]
     told = [*told, *_of_sources(reader)]
-    return Expanded(tree, reader.diagnostics + _once(told), tuple(reader.files), scope, led, tuple(idle))
+    return Expanded(tree, reader.diagnostics + _once(told), tuple(reader.files), scope, led, tuple(idle), values)
 
 
 def _of_sources(reader: Reader) -> Iterator[Diagnostic]:

@@ -190,9 +190,9 @@ def joint_unit(path: Sequence[str | int], slides: bool, leader_slides: bool | No
     units = unit_at(path)
     if units is None or isinstance(units, str):
         return units
-    if len(units) == 2:
-        return units[slides]
-    plain, per_angle, per_length = units  # a ratio: the unit of the follower over that of its leader
+    if tuple(path[-2:]) != ("mimic", "multiplier"):
+        return units[-1 if slides else 0]
+    plain, per_angle, per_length = units  # the unit of the follower over that of its leader
     return plain if leader_slides in (None, slides) else per_angle if slides else per_length
 
 

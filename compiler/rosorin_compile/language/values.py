@@ -80,7 +80,7 @@ def _check_letters(kind: str, places: dict[str, Place], scope: Scope) -> None:
 _Unused = tuple[str, Place, str]
 
 
-def _names(text: str) -> set[str]:
+def _names_in_text(text: str) -> set[str]:
     """Return the names in the expressions of a text."""
     return {name for piece in pieces(text) if piece.is_expression for name in names_in(piece.text)}
 
@@ -120,7 +120,7 @@ class ValueTable:
 
     def uses(self, name: str) -> list[Place]:
         """Return the places of the expressions that use an argument or a named value of the description."""
-        found = [use.place for use in self._outer_uses() if use.word == name and name in _names(use.text)]
+        found = [use.place for use in self._outer_uses() if use.word == name and name in _names_in_text(use.text)]
         return list(dict.fromkeys(found))
 
     def _outer_uses(self) -> Iterator[Use]:

@@ -31,7 +31,7 @@ from rosorin_compile.source.project import (
     shown,
 )
 from rosorin_compile.source.rule_registry import FILES, Rule
-from rosorin_compile.source.tree import Instance, Map, Place, Seq, locate
+from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq, locate
 
 from ..annotations import ENTRIES, ITEMS, WITHIN
 from ..expression.functions import ExpressionError
@@ -156,6 +156,7 @@ class Reader:
         self.found: set[str] = set()
         self.shares: dict[Path, str] = {}
         self.files: list[Path] = []
+        self.includes: dict[str, Include] = {}
         self.sources: list[tuple[Path, Source]] = []
         self.tables: dict[str, tuple[Path, Source, Any]] = {}
         self.resolved: list[Resolved] = []
@@ -263,7 +264,10 @@ class Reader:
             self._error("include-too-many", f"more than {MAX_FILES} files are included", place, "include fewer files")
             return None
         before = len(self.diagnostics)
-        made = self.read(target, shown(target), place.span, Instance("included here", place.span, place.via), within)
+        via = Include("included here", place.span, place.via)
+        via.included = self.includes
+        self.includes.setdefault(shown(target), via)
+        made = self.read(target, shown(target), place.span, via, within)
         if made is None:
             self.diagnostics[before:] = [corrected(one, name, target) for one in self.diagnostics[before:]]
         return made

@@ -149,6 +149,11 @@ class Meanings:
         scope = self._scope(holder, via, piece.span)
         return tuple(self._names(piece.value, scope, 0))
 
+    def named(self, name: str) -> Meaning | None:
+        """Return what an argument or a named value of the description stands for; None if there is none."""
+        place = self.root.places.get(name)
+        return None if place is None else self._meaning(name, place, self.root, self.root, 0)
+
     def _scope(self, holder: Instance | None, via: Instance | None, span: Span) -> Scope:
         """Return the scope in which a value was evaluated."""
         found = self._registered(holder)

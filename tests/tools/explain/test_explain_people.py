@@ -99,9 +99,12 @@ def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["shlf"], 'handy: there is no frame, link, joint, sensor, use, argument, value or number "shlf"; did you mean "shelf"?'),
+        (
+            ["shlf"],
+            'handy: there is no frame, link, joint, sensor, use, value or number "shlf"; did you mean "shelf"?',
+        ),
         (["shelf", "--pose", "x"], 'handy: there is no pose "x"; known: open'),
-        (["nobody", "shelf"], 'there is no frame, link, joint, sensor, use, argument, value or number "nobody"'),
+        (["nobody", "shelf"], 'there is no frame, link, joint, sensor, use, value or number "nobody"'),
     ],
 )
 def test_unknown_names(capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:

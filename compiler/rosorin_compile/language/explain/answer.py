@@ -73,7 +73,7 @@ def explain(
             known |= {str(path[1]) for path in without_frames}
             known |= {use for frame in frames.names() for use in frames.uses(frame)}
             known |= expanded.scope.places.keys()
-            what = "frame, link, joint, sensor, use, argument, value or number"
+            what = "frame, link, joint, sensor, use, value or number"
             raise NotThere(_missing(what, name, [*sorted(known), *sorted(numbers)]))
     shown = [_answer(one, others, frames.robot) for one in answered] if others else answered
     return [*shown, *values]

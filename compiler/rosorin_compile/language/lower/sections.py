@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, Section, Sections, own_sections
+from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, ONE, Section, Sections, own_sections
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, aside, failed
 from rosorin_compile.source.tree import Map, Path
@@ -75,17 +75,49 @@ def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
 def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robot:
     """Return a robot with the links, joints and masses that its sections add.
 
+    An entry may refer to what another entry or section adds, if there is no circle: what is referred to is added first.
     ``place`` takes the kind, name and path of each link and joint that is added. A section that refers to a link or a
     joint that does not exist adds nothing: the rules report that.
     """
     made, symbols = robot, SymbolTable(tree)
-    for plugin, section in plugged().sections:
-        if section.adds is not None and section in robot.sections and is_resolved(made, symbols, section.name):
-            before = made
-            with _guarded(plugin, section.name, report):
-                made = _checked(section.adds(made, robot.sections[section]), made)
-            _place_added(before, made, symbols, section.name, place)
+    waiting = [one for one in plugged().sections if one[1].adds is not None and one[1] in robot.sections]
+    while ready := [one for one in waiting if _in_order(made, symbols, one[1].name) is not None]:
+        plugin, section = ready[0]
+        waiting.remove(ready[0])
+        before, value = made, robot.sections[section]
+        order = _in_order(made, symbols, section.name)
+        if order and section.form != ONE:
+            value = {name: value[name] for name in order} if section.form == ENTRIES else tuple(value[i] for i in order)
+        with _guarded(plugin, section.name, report):
+            made = _checked(section.adds(made, value), made)
+        _place_added(before, made, symbols, section.name, place)
     return made if made is robot else replace(made, sections=replace(robot.sections, without=robot))
+
+
+def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
+    """Return the entries of a section, each after those that define what it refers to.
+
+    None for a circle, or a reference to a link or a joint that neither the robot nor the section has.
+    """
+    existing = {"link": robot.link, "joint": robot.joint}
+    defined = {(one.kind, one.name): one.path[1] for one in symbols.definitions(section) if len(one.path) > 1}
+    needs: dict[Any, set[Any]] = {}
+    for one in symbols.references(existing, section):
+        if one.name not in existing[one.kind]:
+            if (one.kind, one.name) not in defined:
+                return None
+            if len(one.path) > 1:
+                needs.setdefault(one.path[1], set()).add(defined[one.kind, one.name])
+    entries = symbols.tree[section]
+    waiting = list(entries if isinstance(entries, Map) else range(len(entries)))
+    order: list[Any] = []
+    while waiting:
+        free = next((entry for entry in waiting if not needs.get(entry, set()) - {entry} - set(order)), None)
+        if free is None:
+            return None
+        order.append(free)
+        waiting.remove(free)
+    return order
 
 
 def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str, place: Place) -> None:

@@ -14,7 +14,7 @@ from rosorin_compile.compare.difference import Difference, Item
 from rosorin_compile.formats.compiled import Compiled, Reading, Variant
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import Argument
-from rosorin_compile.language.explain.explanation import Answer, Explanation
+from rosorin_compile.language.explain.explanation import Answer, Explanation, NamedValue
 from rosorin_compile.language.explain.text import lines
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules.pulses import JointPulse, Servos
@@ -120,7 +120,7 @@ class Written:
 class Explained:
     """The poses of things of a robot, and the position in YAML of each of their numbers; empty with errors."""
 
-    answers: tuple[Explanation | Answer, ...] = ()
+    answers: tuple[Explanation | Answer | NamedValue, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def __str__(self) -> str:

@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.language.accepting import names_at
-from rosorin_compile.language.annotations import of_parts
-from rosorin_compile.language.expand.naming import names_of
 from rosorin_compile.language.expand.placing import placed
-from rosorin_compile.language.mentions import mentions
+from rosorin_compile.language.schema import of_parts
+from rosorin_compile.language.symbols import Names, SymbolTable
 from rosorin_compile.source.load import load_mapping
 from rosorin_compile.source.tree import Instance, Map
 
@@ -22,8 +21,12 @@ def tree(folder: Path, text: str) -> Map:
     return load_mapping(path, "some.yaml")
 
 
+def names_of_tree(fragment: Map) -> Names:
+    return SymbolTable(fragment).names()
+
+
 def test_what_a_fragment_gives_and_what_follows_from_it(tmp_path: Path) -> None:
-    names = names_of(
+    names = names_of_tree(
         tree(
             tmp_path,
             """\
@@ -72,7 +75,7 @@ control: {board: {plugin: some/Plugin, sensors: {gauge: {}}, gpio: {lamp: {}}}}
     ],
 )
 def test_what_sits_on_the_mount_or_names_it(text: str, mounted: bool, tmp_path: Path) -> None:
-    assert names_of(tree(tmp_path, text)).mounted is mounted
+    assert SymbolTable(tree(tmp_path, text)).names().mounted is mounted
 
 
 def test_a_part_that_is_placed_calls_its_own_things_anew_and_nothing_else(tmp_path: Path) -> None:
@@ -113,7 +116,9 @@ urdf_elements: ['<gazebo reference="arm"/><gazebo reference="wheel"/>']
 
 
 def test_nothing_is_given_where_values_have_the_wrong_form(tmp_path: Path) -> None:
-    names = names_of(tree(tmp_path, "links: [plate]\njoints: {a: 5}\nsensors: {b: [c]}\nmoveit: none\nedges: {a: b}\n"))
+    names = SymbolTable(
+        tree(tmp_path, "links: [plate]\njoints: {a: 5}\nsensors: {b: [c]}\nmoveit: none\nedges: {a: b}\n")
+    ).names()
     assert {kind: set(some) for kind, some in names.of.items() if some} == {"joint": {"a"}, "sensor": {"b"}}
     assert not names.mounted
     assert not names.inside
@@ -161,7 +166,9 @@ drive: {mecanum: {front_left: a, front_right: b, rear_left: c, rear_right: d}}
 tendons: {cable: {path: [{site: dimple}]}}
 """,
     )
-    assert [(one.kind, one.name, one.path, one.key, one.what) for one in mentions(said, ("link", "joint"))] == [
+    assert [
+        (one.kind, one.name, one.path, one.key, one.what) for one in SymbolTable(said).references(("link", "joint"))
+    ] == [
         ("link", "plate", ("joints", "hinge", "parent"), False, 'the parent of joint "hinge"'),
         ("link", "arm", ("joints", "hinge", "child"), False, 'the child of joint "hinge"'),
         ("joint", "hinge", ("poses", "home", "positions", "hinge"), True, 'in pose "home"'),
@@ -170,7 +177,7 @@ tendons: {cable: {path: [{site: dimple}]}}
             for role, name in {"front_left": "a", "front_right": "b", "rear_left": "c", "rear_right": "d"}.items()
         ),
     ]
-    (site,) = mentions(said, ("site",))
+    (site,) = SymbolTable(said).references(("site",))
     assert (site.path, site.what, site.among) == (
         ("tendons", "cable", "path", 0, "site"),
         'in tendon "cable"',
@@ -180,11 +187,13 @@ tendons: {cable: {path: [{site: dimple}]}}
 
 def test_where_the_schema_has_no_words_the_place_is_said(tmp_path: Path) -> None:
     text = "sensors: {eye: {type: camera, publisher: tracker}}\nedges: [{parent: map, child: odom, publisher: slam}]\n"
-    assert {one.name: one.what for one in mentions(tree(tmp_path, text), ("publisher",))} == {
+    assert {one.name: one.what for one in SymbolTable(tree(tmp_path, text)).references(("publisher",))} == {
         "tracker": 'the publisher of sensor "eye"',
         "slam": "the publisher of edges[0]",
     }
-    assert [one.name for one in mentions(tree(tmp_path, text), ("link",))] == []  # edges have a rule of their own
+    assert [
+        one.name for one in SymbolTable(tree(tmp_path, text)).references(("link",))
+    ] == []  # edges have a rule of their own
 
 
 @pytest.mark.parametrize(

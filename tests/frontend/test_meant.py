@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.language.annotations import of_types
 from rosorin_compile.language.expand.forms import _SENSOR_TYPE_KEYS
-from rosorin_compile.language.schema import schema
+from rosorin_compile.language.schema import of_types, schema
 from rosorin_compile.language.suggestions import unit_meant
 from rosorin_compile.language.synonyms import KEYS, OTHERS, VALUES, plain, words_for
 from rosorin_compile.source.diagnostics import did_you_mean, nearest

@@ -11,7 +11,7 @@ import pytest
 
 from rosorin_compile.language.annotations import Node
 from rosorin_compile.language.expand import placing
-from rosorin_compile.language.expand.naming import Names
+from rosorin_compile.language.symbols import Names
 from rosorin_compile.source.load import load_mapping
 
 POSE, WHOLE = ("xyz", "rpy"), ("xyz", "rpy", "ray")

@@ -162,3 +162,26 @@ def test_a_bare_number_in_degrees_is_still_suspected(folder: Path) -> None:
     assert "angle-looks-like-degrees" in {rule for rule, _, _ in said}
     _, said = outcome(folder, *described("angle", "270 rad", "given", USES["angle"]))
     assert "angle-looks-like-degrees" not in {rule for rule, _, _ in said}
+
+
+@pytest.mark.parametrize(("lead", "follower", "text", "factor"), [
+    ("revolute", "prismatic", "5 mm/rad", "0.005"),
+    ("revolute", "prismatic", "'${18 mm / 180 deg}'", "0.00572957795131"),
+    ("prismatic", "revolute", "180 rad/m", "180"),
+    ("revolute", "revolute", "2", "2"),
+])  # fmt: skip
+def test_a_mimic_multiplier_may_be_a_length_per_angle(
+    folder: Path, lead: str, follower: str, text: str, factor: str
+) -> None:
+    joint = (
+        "{{type: {}, parent: {}, child: {}, axis: [0, 0, 1], {}limit: {{lower: -1, upper: 1, effort: 1, velocity: 1}}}}"
+    )
+    mimic = f"mimic: {{joint: j, multiplier: {text}}}, "
+    joints = f"{{j: {joint.format(lead, 'b', 'c', '')}, k: {joint.format(follower, 'c', 'd', mimic)}}}"
+    robot = folder / "robot.yaml"
+    robot.write_text(
+        f"robot: r\nlinks: {{b: {{}}, c: {{}}, d: {{}}}}\njoints: {joints}\noutputs: {{urdf: {{file: r.urdf}}}}\n"
+    )
+    made = compile_robot(robot)
+    assert [one.rule for one in made.diagnostics if one.severity == "error"] == []
+    assert f'multiplier="{factor}"' in made.artifacts[0].text

@@ -49,7 +49,7 @@ def test_the_mass_of_the_battery_is_in_the_artifacts(project: Path) -> None:
 def test_a_change_is_a_difference_of_the_section(project: Path) -> None:
     code, printed = run(project, "diff", "cart.yaml", changed(project, "mass: 2 kg", "mass: 2500 g"))
     assert code == 1
-    assert "battery main: mass 2 -> 2.5" in printed
+    assert "battery main mass 2 -> 2.5" in printed
 
 
 def test_a_name_is_checked(project: Path) -> None:

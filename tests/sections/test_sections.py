@@ -115,6 +115,12 @@ BAD: Mapping[str, tuple[tuple[str, str], list[Any]]] = {
         ["not-finite", "payload xyz[0] is 1e+160, and nothing can be calculated with more than 1e+150", "number", 27],
     ),
 }
+# Markers on markers, the inner one first, and in a circle.
+MARKS = "markers:\n  - {link: one, frame: two}\n  - {link: THREE, frame: one}\n  -"
+LINKED = {
+    "chain": ("markers:\n  -", MARKS.replace("THREE", "lid_spot")),
+    "circle": ("markers:\n  -", MARKS.replace("THREE", "two")),
+}
 # A change of the robot, and what diff says of both.
 OTHER: Mapping[str, tuple[list[tuple[str, str]], list[str]]] = {
     "other-value": ([("3000 g", "4 kg")], ["payload mass 3 -> 4 kg (+1.0 kg)"]),
@@ -183,6 +189,8 @@ def answers(packages: Path) -> Any:
     (robots / "robot.yaml").write_text(ROBOT, "utf-8")
     (robots / "accepted.yaml").write_text(changed(*ACCEPTED), "utf-8")
     for name, (pair, _) in BAD.items():
+        (robots / f"{name}.yaml").write_text(changed(pair), "utf-8")
+    for name, pair in LINKED.items():
         (robots / f"{name}.yaml").write_text(changed(pair), "utf-8")
     for name, (pairs, _) in OTHER.items():
         (robots / f"{name}.yaml").write_text(changed(*pairs), "utf-8")
@@ -280,3 +288,12 @@ def test_explain_has_both_lines(packages: Path, answers: Any) -> None:
     assert "robots/robot.yaml:29:17" in printed
     assert "z               0.02 m  of markers" in printed
     assert "direction[1]  -1" in printed
+
+
+def test_an_entry_may_refer_to_what_another_entry_defines(answers: Any) -> None:
+    chain, circle = (answers["robots"][name] for name in LINKED)
+    assert [one for one in chain["told"] if one[0] not in ("unused",)] == answers["robots"]["robot"]["told"]
+    joints = {joint.get("name"): joint for joint in ElementTree.fromstring(chain["texts"]["urdf"]).iter("joint")}
+    parents = {name: joints[f"{name}_joint"].find("parent").get("link") for name in ("one", "two")}
+    assert parents == {"one": "lid_spot", "two": "one"}
+    assert {one[0] for one in circle["told"]} >= {"unknown-link"}

@@ -13,7 +13,7 @@ from .run import Run, find_robot, take_stdin
 @command("explain", exits="0 printed, 1 the description has errors")
 @words_argument(
     "[ROBOT] NAME ...",
-    "the robot, and names of frames, links, joints, sensors, parts or their values (z, mass)",
+    "the robot, and names of frames, links, joints, sensors, parts, arguments, named values or numbers (z, mass)",
     required=True,
     offers=("robot", "thing"),
 )

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
-from rosorin_compile.language.annotations import ENTRIES, ITEMS, sections
+from rosorin_compile.language.annotations import ENTRIES, ITEMS
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.source.wording import plural
 

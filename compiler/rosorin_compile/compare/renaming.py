@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from rosorin_compile.language.annotations import GIVES, Node, sections
+from rosorin_compile.language.annotations import GIVES, Node
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Link, Robot, Sensor
 from rosorin_compile.model.sections import Sections
 from rosorin_compile.model.simulation import Renames

@@ -9,7 +9,7 @@ from functools import cache, reduce
 from typing import Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.language.annotations import sections
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import HeightMap, Joint, Link, Robot
 from rosorin_compile.model.joint import Dynamics
 

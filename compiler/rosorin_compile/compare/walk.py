@@ -237,7 +237,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
 @cache
 def _sections() -> Mapping[str, str]:
     """Return the sections of a robot that are compared entry by entry, and what an entry of each is called."""
-    from rosorin_compile.language.annotations import sections
+    from rosorin_compile.language.schema import sections
 
     own = {"materials", "servos", "sensors", "drive", "control", "controllers", "moveit", "publishers"}
     named = {name: node.compared for name, node in sections().items() if node.compared}
@@ -249,7 +249,8 @@ def _sections() -> Mapping[str, str]:
 
 @cache
 def _is_by_name(section: str) -> bool:
-    from rosorin_compile.language.annotations import ENTRIES, sections
+    from rosorin_compile.language.annotations import ENTRIES
+    from rosorin_compile.language.schema import sections
 
     return section not in sections() or sections()[section].merge == ENTRIES
 

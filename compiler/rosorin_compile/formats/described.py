@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from numbers import Integral, Real
 from typing import Any
 
-from rosorin_compile.language.schema import Steps, subject, unit_at
+from rosorin_compile.language.annotations import Steps
+from rosorin_compile.language.schema import subject, unit_at
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.load import MAX_DEPTH
 from rosorin_compile.source.tree import Map, Seq

@@ -16,7 +16,8 @@ from rosorin_compile.source.rule_registry import OF_PLUGINS, OUTPUTS, PHYSICS, S
 from rosorin_compile.source.tree import Map, Path, Seq, locate
 from rosorin_compile.source.wording import and_more, first_of
 
-from .annotations import Node, sections, texts
+from .annotations import Node, texts
+from .schema import sections
 
 RULES = (
     Rule(
@@ -196,9 +197,9 @@ def _meant(tree: Map, name: str) -> str:
     """Return 'did you mean "x"?' for what is nearly a name of the description; empty for one that is, or is far."""
     from rosorin_compile.source.diagnostics import did_you_mean
 
-    from .expand.naming import THINGS, names_of
+    from .symbols import THINGS, SymbolTable
 
-    names = names_of(tree).among(THINGS)
+    names = SymbolTable(tree).names().among(THINGS)
     guess = "" if name in names else did_you_mean(name, sorted(names))
     return guess if guess.startswith("did") else ""
 

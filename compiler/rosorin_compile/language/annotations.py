@@ -1,4 +1,4 @@
-"""Annotations: what the schema of descriptions says of a value beside its form, for whoever walks a description.
+"""The schemas that ship with the tool, and the annotations of values in them.
 
 | annotation | where | meaning |
 |---|---|---|
@@ -39,12 +39,40 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from typing import Any, Literal, NamedTuple
 
-from .schema import schema
+from rosorin_compile.source import files
+from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.project import data_folder
+from rosorin_compile.source.units import UNITS, parse_unit
+
+Steps = list[str | int]
+
+
+@cache
+def own_schema(name: str = "description") -> dict[str, Any]:
+    """Return one of the schemas that ship with the tool, without sections of plug-ins."""
+    made: dict[str, Any] = json.loads(files.read_text(data_folder("schemas") / f"{name}.schema.json"))
+    return made
+
+
+def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
+    """Return a path in words, such as ``joint "joint1" limit lower``; ``whole`` is the schema of descriptions."""
+    if not path:
+        return "the description"
+    words: str = str(path[0])
+    rest = path[1:]
+    called = whole["properties"].get(path[0], {}).get("x-called")
+    if called and rest:
+        words, rest = f'{called} "{rest[0]}"', rest[1:]
+    for step in rest:
+        words += f"[{step}]" if isinstance(step, int) else f" {step}"
+    return words
+
 
 # What else has a name where one of a kind is asked for: a frame is a site of the MJCF too, an actuator is called as its
 # joint and a camera as its sensor where they have no name of their own, and shapes are LINK_collision_1.
@@ -55,6 +83,19 @@ ALSO: Mapping[str, tuple[str, ...]] = {
     "shape": ("link",),
     "sensor": ("hardware sensor",),
     "link or joint": ("link", "joint"),
+}
+# The ways to mirror a mapping (x-mirror), each with the keys that it changes, of which a schema has one at least; the
+# sides of wheels are keys themselves.
+MIRRORED_KEYS: Mapping[str, tuple[str, ...]] = {
+    "pose": ("xyz", "rpy"),
+    "axis": ("axis",),
+    "direction": ("direction",),
+    "dir": ("dir",),
+    "at": ("at",),
+    "grid": ("origin", "heights", "bottom"),
+    "inertia": ("ixy", "ixz", "iyz"),
+    "bounds": ("min", "max"),
+    "scale": ("scale",),
 }
 MIRROR, GIVES, INSIDE, SPELT = "x-mirror", "x-gives", "x-names-in", "x-spelt"
 ROBOT, WORLD = "robot", "world"
@@ -147,79 +188,34 @@ def texts(entry: Mapping[str, Any]) -> dict[str, str]:
     return {key: value for key, value in entry.items() if isinstance(value, str)}
 
 
-@cache
-def sections() -> Mapping[str, Node]:
-    """Return what the schema says of each section of a description of which it says something."""
-    found = {key: _node(one) for key, one in schema()["properties"].items()}
-    return {key: node for key, node in found.items() if node is not None}
+def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
+    """Return the annotations of each section of a schema of descriptions that has any."""
+    definitions: dict[str, Node | None] = {}
 
+    def node_of(fragment: Any) -> Node | None:
+        if not isinstance(fragment, Mapping):
+            return None
+        base = None
+        if "$ref" in fragment:
+            name = fragment["$ref"].rsplit("/", 1)[1]
+            if name not in definitions:
+                definitions[name] = node_of(whole["$defs"][name])
+            base = definitions[name]
+        found: dict[str, Any] = {WORDS[word]: value for word, value in fragment.items() if word in WORDS}
+        for word, of in (("propertyNames", "keys"), ("additionalProperties", "others"), ("items", "items")):
+            if (node := node_of(fragment.get(word))) is not None:
+                found[of] = node
+        properties = {key: node_of(one) for key, one in fragment.get("properties", {}).items()}
+        if any(properties.values()):
+            found["properties"] = properties
+        if not found:
+            return base
+        made = (base or Node())._replace(**found)
+        below = (made.keys, made.others, made.items, *made.properties.values())
+        return made._replace(of=frozenset(_own(made)).union(*(one.of for one in below if one is not None)))
 
-@cache
-def merged(*how: str, in_parts: bool = False) -> tuple[str, ...]:
-    """Return the sections that are joined in one of some ways; with ``in_parts`` those that may stand in a part."""
-    return tuple(key for key, node in sections().items() if node.merge in how and (node.in_parts or not in_parts))
-
-
-@cache
-def named_as(kind: str) -> tuple[str, ...]:
-    """Return the sections whose keys are the names of things of a kind."""
-    return tuple(key for key, node in sections().items() if node.keys is not None and node.keys.gives == kind)
-
-
-@cache
-def of_topic(topic: str) -> tuple[str, ...]:
-    """Return the sections of a topic."""
-    return tuple(key for key, node in sections().items() if node.topic == topic)
-
-
-@cache
-def of_parts() -> tuple[str, ...]:
-    """Return the sections that may stand in a part."""
-    return tuple(key for key, node in sections().items() if node.in_parts)
-
-
-@cache
-def of_types() -> tuple[str, ...]:
-    """Return the keys of a sensor that a type of sensors may say, in the order of the schema."""
-    entries = [node.others for node in sections().values() if node.others is not None]
-    return tuple(
-        key for entry in entries for key, node in entry.properties.items() if node is not None and node.in_types
-    )
-
-
-def is_one_entry(section: str) -> bool:
-    """Say whether a section of a part is one entry, not many by name or in a list."""
-    node = sections().get(section)
-    return node is not None and node.in_parts and node.merge in ("", WITHIN)
-
-
-def holds_many(section: str) -> bool:
-    """Say whether a section is one entry with entries by name in it, which several parts and files may add to."""
-    return section in merged(WITHIN)
-
-
-def _node(said: Any) -> Node | None:
-    """Return what a schema, or what it refers to, says of values; ``None`` if it says nothing."""
-    if not isinstance(said, Mapping):
-        return None
-    base = _definition(said["$ref"].rsplit("/", 1)[1]) if "$ref" in said else None
-    found: dict[str, Any] = {WORDS[word]: value for word, value in said.items() if word in WORDS}
-    for word, of in (("propertyNames", "keys"), ("additionalProperties", "others"), ("items", "items")):
-        if (node := _node(said.get(word))) is not None:
-            found[of] = node
-    properties = {key: _node(one) for key, one in said.get("properties", {}).items()}
-    if any(properties.values()):
-        found["properties"] = properties
-    if not found:
-        return base
-    made = (base or Node())._replace(**found)
-    below = (made.keys, made.others, made.items, *made.properties.values())
-    return made._replace(of=frozenset(_own(made)).union(*(one.of for one in below if one is not None)))
-
-
-@cache
-def _definition(name: str) -> Node | None:
-    return _node(schema()["$defs"][name])
+    nodes = {key: node_of(fragment) for key, fragment in whole["properties"].items()}
+    return {key: node for key, node in nodes.items() if node is not None}
 
 
 def _own(node: Node) -> Iterator[str]:
@@ -238,17 +234,9 @@ def _own(node: Node) -> Iterator[str]:
 
 
 def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
-    """Raise ValueError where a piece of the schema has an annotation that says nothing: no such word, key or unit.
-
-    ``own`` is the schema of the core.
-    """
-    from rosorin_compile.source.diagnostics import did_you_mean
-    from rosorin_compile.source.units import UNITS, parse_unit
-
-    from .expand.mirroring import MIRRORED
-
-    words = {word for word, _ in _said(own)} | ANNOTATIONS
-    for word, value in _said(piece):
+    """Raise ValueError for an unknown annotation, key or unit in a piece of the schema; ``own`` is ours."""
+    words = {word for word, _ in _annotations(own)} | ANNOTATIONS
+    for word, value in _annotations(piece):
         if word not in words:
             raise ValueError(f"the schema has no annotation {word}; {did_you_mean(word, sorted(words))}")
         for unit in (value if isinstance(value, list) else [value]) if word == "x-unit" else ():
@@ -257,24 +245,24 @@ def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
     for part in _mappings(piece):
         keys = part.get("properties", {})
         for way in part.get(MIRROR, ()):
-            if way not in MIRRORED:
-                raise ValueError(f'{MIRROR} is "{way}" in its schema; {did_you_mean(way, sorted(MIRRORED))}')
-            if not any(key in keys for key in MIRRORED[way].keys):
-                raise ValueError(f"{MIRROR} is {way} in its schema, beside no {' and no '.join(MIRRORED[way].keys)}")
-        beside = (key for one in keys.values() if isinstance(one, Mapping) for key in one.get("x-attached", ()))
-        for key in beside:
+            if way not in MIRRORED_KEYS:
+                raise ValueError(f'{MIRROR} is "{way}" in its schema; {did_you_mean(way, sorted(MIRRORED_KEYS))}')
+            if not any(key in keys for key in MIRRORED_KEYS[way]):
+                raise ValueError(f"{MIRROR} is {way} in its schema, beside no {' and no '.join(MIRRORED_KEYS[way])}")
+        attached = (key for one in keys.values() if isinstance(one, Mapping) for key in one.get("x-attached", ()))
+        for key in attached:
             if key not in keys:
                 raise ValueError(f'x-attached names "{key}" in its schema; {did_you_mean(key, sorted(keys))}')
 
 
 def kinds_given(piece: Any) -> set[str]:
     """Return the kinds of things that get their names in a piece of the schema."""
-    return {value for word, value in _said(piece) if word == "x-gives"}
+    return {value for word, value in _annotations(piece) if word == "x-gives"}
 
 
 def kinds_named(piece: Any) -> set[str]:
     """Return the kinds of things that are named in a piece of the schema."""
-    return {value for word, value in _said(piece) if word == "x-names"}
+    return {value for word, value in _annotations(piece) if word == "x-names"}
 
 
 def _mappings(piece: Any) -> Iterator[Mapping[str, Any]]:
@@ -285,7 +273,7 @@ def _mappings(piece: Any) -> Iterator[Mapping[str, Any]]:
         yield from _mappings(inner)
 
 
-def _said(piece: Any) -> Iterator[tuple[str, Any]]:
+def _annotations(piece: Any) -> Iterator[tuple[str, Any]]:
     """Yield each annotation of a piece of the schema, with its value."""
     for part in _mappings(piece):
         yield from ((word, value) for word, value in part.items() if word.startswith("x-"))

@@ -138,7 +138,7 @@ class Complaint:
         expected = self.part
         unit = expected.get("x-unit")
         if unit:
-            wanted += f" ({unit if isinstance(unit, str) else ' or '.join(unit)})"
+            wanted += f" ({unit if isinstance(unit, str) else ' or '.join(filter(None, unit))})"
         fallen = fallen_out(self.tree, self.path, expected)
         if self._is_told_as_list(types) or (fallen and not (fallen.is_first and "null" in types)):
             return []

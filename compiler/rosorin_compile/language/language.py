@@ -8,8 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source import rule_registry as registry
 from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.units import DIMENSIONS, UNITS, describe, parse_unit
 
 from .accepting import STAYS
+from .annotations import ANNOTATIONS
+from .authoring import for_editors
+from .authoring.added import added_definitions, added_sections, definitions
+from .expand.mirroring import AXES
+from .expression import CONSTANTS
+from .expression.functions import BUILT_IN
+from .schema import of_parts, of_types, with_formats
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -45,14 +53,6 @@ class Language:
     @classmethod
     def of(cls, formats: Iterable[Format]) -> Language:
         """Return the language with some formats."""
-        from rosorin_compile.source.units import DIMENSIONS, UNITS, describe
-
-        from .annotations import ANNOTATIONS, of_parts, of_types
-        from .expand.mirroring import AXES
-        from .expression import CONSTANTS
-        from .expression.functions import BUILT_IN
-        from .schema import with_formats
-
         return cls(
             schema=with_formats(formats),
             annotations=ANNOTATIONS,
@@ -68,28 +68,20 @@ class Language:
 
     def authoring(self) -> dict[str, Any]:
         """Return the schema of descriptions as people write them, for editors."""
-        from .authoring import for_editors
-
         return for_editors(self)
 
     def added(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the sections and the definitions of files that descriptions have no more: parts, uses, ..."""
-        from .authoring.added import added_definitions, added_sections, definitions
-
         sections = self.schema["properties"]
         inner = added_definitions(self, sections, self.schema["$defs"]["arg"])
         return added_sections(sections), {**definitions(self), **inner}
 
     def is_unit(self, unit: str) -> bool:
         """Say whether a text is a unit, a simple or a compound one."""
-        from rosorin_compile.source.units import parse_unit
-
         return parse_unit(unit) is not None
 
     def units_for(self, unit: str) -> list[str]:
         """Return the units in which a quantity of a unit may be written, by their dimension: for m also mm."""
-        from rosorin_compile.source.units import UNITS, parse_unit
-
         parsed = parse_unit(unit)
         return [name for name, (_, dimension) in UNITS.items() if parsed is not None and dimension == parsed[1]]
 

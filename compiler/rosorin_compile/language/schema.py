@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source import files
-from rosorin_compile.source.project import data_folder
+from .annotations import WITHIN, Node, Steps, annotated_sections, describe_path, own_schema
+from .section_registry import piece, plugged_sections
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -17,8 +17,6 @@ TEMPLATE = "template"
 
 # The sections that stand at the end of a description, behind those of plug-ins.
 LAST = ("accept", "outputs")
-
-Steps = list[str | int]
 
 
 def keys_of(section: str) -> Collection[str]:
@@ -47,8 +45,6 @@ def schema(name: str = "description") -> dict[str, Any]:
     own = own_schema(name)
     if name != "description":
         return own
-    from .section_registry import piece, plugged_sections
-
     brought = {name: piece(section) for name, section in plugged_sections().items()}
     last = {name: own["properties"][name] for name in LAST}
     rest = {name: said for name, said in own["properties"].items() if name not in last}
@@ -56,12 +52,53 @@ def schema(name: str = "description") -> dict[str, Any]:
 
 
 @cache
-def own_schema(name: str = "description") -> dict[str, Any]:
-    """Return one of the schemas that ship with the tool."""
-    import json
+def sections() -> Mapping[str, Node]:
+    """Return what the schema says of each section of a description of which it says something."""
+    return annotated_sections(schema())
 
-    made: dict[str, Any] = json.loads(files.read_text(data_folder("schemas") / f"{name}.schema.json"))
-    return made
+
+@cache
+def merged(*how: str, in_parts: bool = False) -> tuple[str, ...]:
+    """Return the sections that are joined in one of some ways; with ``in_parts`` those that may stand in a part."""
+    return tuple(key for key, node in sections().items() if node.merge in how and (node.in_parts or not in_parts))
+
+
+@cache
+def named_as(kind: str) -> tuple[str, ...]:
+    """Return the sections whose keys are the names of things of a kind."""
+    return tuple(key for key, node in sections().items() if node.keys is not None and node.keys.gives == kind)
+
+
+@cache
+def of_topic(topic: str) -> tuple[str, ...]:
+    """Return the sections of a topic."""
+    return tuple(key for key, node in sections().items() if node.topic == topic)
+
+
+@cache
+def of_parts() -> tuple[str, ...]:
+    """Return the sections that may stand in a part."""
+    return tuple(key for key, node in sections().items() if node.in_parts)
+
+
+@cache
+def of_types() -> tuple[str, ...]:
+    """Return the keys of a sensor that a type of sensors may say, in the order of the schema."""
+    entries = [node.others for node in sections().values() if node.others is not None]
+    return tuple(
+        key for entry in entries for key, node in entry.properties.items() if node is not None and node.in_types
+    )
+
+
+def is_one_entry(section: str) -> bool:
+    """Say whether a section of a part is one entry, not many by name or in a list."""
+    node = sections().get(section)
+    return node is not None and node.in_parts and node.merge in ("", WITHIN)
+
+
+def holds_many(section: str) -> bool:
+    """Say whether a section is one entry with entries by name in it, which several parts and files may add to."""
+    return section in merged(WITHIN)
 
 
 def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
@@ -114,16 +151,7 @@ def subject(path: Steps) -> str:
     >>> subject(["joints", "joint1", "xyz", 2])
     'joint "joint1" xyz[2]'
     """
-    if not path:
-        return "the description"
-    words: str = str(path[0])
-    rest = path[1:]
-    called = schema()["properties"].get(path[0], {}).get("x-called")
-    if called and rest:
-        words, rest = f'{called} "{rest[0]}"', rest[1:]
-    for step in rest:
-        words += f"[{step}]" if isinstance(step, int) else f" {step}"
-    return words
+    return describe_path(path, schema())
 
 
 def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
@@ -152,6 +180,20 @@ def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
         return None
     unit: str | list[str] = node.get("x-unit", "")
     return unit
+
+
+def joint_unit(path: Sequence[str | int], slides: bool, leader_slides: bool | None = None) -> str | None:
+    """Return the unit of a number that belongs to a joint, where the schema leaves it to the type of the joint.
+
+    ``slides`` is true for a prismatic joint; ``leader_slides`` is the same for the joint that it follows.
+    """
+    units = unit_at(path)
+    if units is None or isinstance(units, str):
+        return units
+    if tuple(path[-2:]) != ("mimic", "multiplier"):
+        return units[-1 if slides else 0]
+    plain, per_angle, per_length = units  # the unit of the follower over that of its leader
+    return plain if leader_slides in (None, slides) else per_angle if slides else per_length
 
 
 def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:

@@ -14,7 +14,8 @@ from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, broken, load
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, check_texts, find
 
-from .annotations import DESCRIPTION, check_annotations, kinds_given, kinds_named
+from .annotations import DESCRIPTION, check_annotations, kinds_given, kinds_named, own_schema
+from .validator import check_schema
 
 Loaded = tuple[tuple[Plugin, Section[Any]], ...]
 
@@ -39,8 +40,6 @@ def plugged() -> Plugged:
 
 def _of_known_kinds(loaded: Loaded) -> tuple[Loaded, tuple[Diagnostic, ...]]:
     """Return the sections that name kinds of things that there are, also those of each other, and what is wrong."""
-    from .schema import own_schema
-
     known = {kind for _, section in loaded for kind in kinds_given(section.schema)}
     known |= kinds_given(own_schema()) | kinds_named(own_schema())
     unknown = [(plugin, kinds_named(section.schema) - known) for plugin, section in loaded]
@@ -91,8 +90,6 @@ def _looked_up(part: Any) -> Any:
 
 
 def _is_taken(name: str) -> bool:
-    from .schema import own_schema
-
     return name in own_schema()["properties"] or name in _APART or ("-" in name and bool(find([name])))
 
 
@@ -105,9 +102,6 @@ def _marks(section: Section[Any]) -> Collection[str]:
 
     Raises ValueError or TypeError for a record that is none.
     """
-    from .schema import own_schema
-    from .validator import check_schema
-
     section.check()
     if not all(isinstance(check, Check) for check in section.checks):
         raise TypeError("its checks are functions under @rule")

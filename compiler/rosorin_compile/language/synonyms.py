@@ -14,8 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any
 
-from .annotations import of_parts
-from .schema import resolve, schema
+from .schema import of_parts, resolve, schema
 
 _XYZ_RPY = "xyz and rpy stand in the entry itself, without anything around them"
 _NAME = "the key of an entry is its name"

@@ -12,9 +12,8 @@ from rosorin_compile.source.rule_registry import SHAPE, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
 
-from .annotations import sections
 from .expand.tracing import problem_at
-from .schema import Steps, backend_of, has_entries, subject, unit_at, with_outputs
+from .schema import Steps, backend_of, has_entries, sections, subject, unit_at, with_outputs
 from .validator import misfits_of, validator_of
 
 if TYPE_CHECKING:

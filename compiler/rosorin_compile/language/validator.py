@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.source.diagnostics import did_you_mean
 from rosorin_compile.source.wording import counted
 
-from .schema import Steps, schema, subject
+from .annotations import Steps, describe_path, own_schema
 
 # The order in which kinds are named, whatever order a schema has.
 _KINDS = ("null", "boolean", "integer", "number", "string", "array", "object")
@@ -56,7 +56,7 @@ def validator_of(schema: Mapping[str, Any]) -> Any:
 @cache
 def validator(name: str) -> Any:
     """Return the validator of one of the schemas that ship with the tool."""
-    return validator_of(schema(name))
+    return validator_of(own_schema(name))
 
 
 def inlined(whole: Mapping[str, Any]) -> dict[str, Any]:
@@ -154,7 +154,7 @@ class _Places:
 
 def misfits(name: str, value: Any) -> list[str]:
     """Return what of a JSON value does not fit one of the schemas that ship with the tool, a sentence each."""
-    return [f"{subject(one.path)}: {words(one)}" for one in misfits_of(validator(name), value)]
+    return [f"{describe_path(one.path, own_schema())}: {words(one)}" for one in misfits_of(validator(name), value)]
 
 
 _LIMITS = {

@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.lower.entries import Problem
+    from rosorin_compile.language.lower.records import Problem
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.numbers import NumberFormat
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Adds = Callable[["Robot", Any], "Robot"]
+Lower = Callable[[Mapping[str, Any], "Problem"], Any]
 
 # The module of each section of the tool that is not defined in the core; the record has its name in capitals. A value
 # is the field of ``Robot`` with the name of the section.
@@ -40,18 +41,19 @@ ENTRIES, ITEMS, ONE = "entries", "items", "one"
 
 @dataclass(frozen=True, eq=False)
 class Section(Generic[T]):
-    """A section of descriptions. A plug-in makes one with ``by_name``, ``listed`` or ``single``.
+    """A section of descriptions: its schema, the dataclass of its entries, its rules and its conversion.
 
-    Of a plug-in: ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is
-    that of an entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is the piece of
-    the schema of descriptions: JSON Schema of draft 7, which may refer to the definitions of ours, with the annotations
-    of docs/extend.md. ``adds`` returns the robot with what the section means for it: a mass, shapes, links that are
-    fixed, elements; it gets the robot and the value.
+    The tool and plug-ins define sections in the same way; a plug-in calls ``by_name``, ``listed`` or ``single``.
 
-    ``checks`` are functions under ``@rule``.
+    ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
+    entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is the piece of the schema of
+    descriptions: JSON Schema of draft 7, which may refer to the definitions of ours, with the annotations of
+    docs/extend.md; the sections of the tool are in ``schemas/description.schema.json``. ``checks`` are functions under
+    ``@rule``. ``lower`` converts the whole tree to the value of the section where the fields of the dataclass are not
+    enough; it gets the tree and ``problem(rule, message, path, help)``. ``adds`` returns the robot with what the
+    section means for it: a mass, shapes, links that are fixed, elements; it gets the robot and the value.
 
-    Of the tool itself, whose schema is part of ``schemas/description.schema.json``: ``lower`` converts the tree to the
-    value; ``urdf`` returns elements for a URDF whose output has an option with the name of the section, and
+    Only of the tool: ``urdf`` returns elements for a URDF whose output has an option with the name of the section, and
     ``check_urdf`` validates them.
     """
 
@@ -61,7 +63,7 @@ class Section(Generic[T]):
     form: str = ENTRIES
     adds: Adds | None = None
     checks: tuple[Check, ...] = ()
-    lower: Callable[[Mapping[str, Any], Problem], T] | None = None
+    lower: Lower | None = None
     urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
@@ -74,9 +76,10 @@ class Section(Generic[T]):
         *,
         adds: Callable[[Robot, Mapping[str, Entry]], Robot] | None = None,
         checks: tuple[Check, ...] = (),
+        lower: Lower | None = None,
     ) -> Section[Mapping[str, Entry]]:
         """Return a section of many entries by name."""
-        return Section(name, entry, schema, ENTRIES, adds, checks)
+        return Section(name, entry, schema, ENTRIES, adds, checks, lower)
 
     @classmethod
     def listed(
@@ -87,9 +90,10 @@ class Section(Generic[T]):
         *,
         adds: Callable[[Robot, tuple[Entry, ...]], Robot] | None = None,
         checks: tuple[Check, ...] = (),
+        lower: Lower | None = None,
     ) -> Section[tuple[Entry, ...]]:
         """Return a section that is a list of entries."""
-        return Section(name, entry, schema, ITEMS, adds, checks)
+        return Section(name, entry, schema, ITEMS, adds, checks, lower)
 
     @classmethod
     def single(
@@ -100,9 +104,10 @@ class Section(Generic[T]):
         *,
         adds: Callable[[Robot, Entry], Robot] | None = None,
         checks: tuple[Check, ...] = (),
+        lower: Lower | None = None,
     ) -> Section[Entry | None]:
         """Return a section that is one entry; None is the value where a robot does not have it."""
-        return Section(name, entry, schema, ONE, adds, checks)
+        return Section(name, entry, schema, ONE, adds, checks, lower)
 
     def empty(self) -> Any:
         """Return the value of a section that is not there."""
@@ -116,9 +121,10 @@ class Section(Generic[T]):
             raise TypeError(f"the entry of section {self.name} is {str(self.entry)[:60]!r}, not a dataclass")
         if not isinstance(self.schema, Mapping) or not isinstance(self.checks, tuple):
             raise TypeError(f"the schema of section {self.name} is a mapping, its checks are a tuple")
-        if self.adds is not None and not callable(self.adds):
-            raise TypeError(f"adds of section {self.name} is a function")
-        for key in ("lower", "urdf", "check_urdf"):
+        for key in ("adds", "lower"):
+            if getattr(self, key) is not None and not callable(getattr(self, key)):
+                raise TypeError(f"{key} of section {self.name} is a function")
+        for key in ("urdf", "check_urdf"):
             if getattr(self, key) is not None:
                 raise TypeError(f"section {self.name} has {key}, which only sections of the tool itself have")
         form = _form_of(self.schema)

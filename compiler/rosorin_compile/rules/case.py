@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.language.accepting import names_at
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.expand.tracing import mistake_place
-from rosorin_compile.language.mentions import Mention, mentions
 from rosorin_compile.language.misnamed import name_meant
 from rosorin_compile.language.schema import TEMPLATE
+from rosorin_compile.language.symbols import Reference, SymbolTable
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span, or_else
 from rosorin_compile.source.tree import Map, Path, at, exists, follow
@@ -43,10 +44,15 @@ class Case:
         """Return the outputs that publishers of a kind read, by their format."""
         return feeding(self.robot, publisher, self.formats)
 
-    def mentions(self, *kinds: str) -> Iterator[Mention]:
+    @cached_property
+    def symbols(self) -> SymbolTable:
+        """The names that the description defines and refers to."""
+        return SymbolTable(self.tree)
+
+    def mentions(self, *kinds: str) -> Iterator[Reference]:
         """Yield what names something of some kinds, but for what a section has for itself (``own_names``)."""
         own = {"moveit": self.robot.moveit.own_names} if self.robot.moveit else {}
-        for one in mentions(self.tree, kinds):
+        for one in self.symbols.references(kinds):
             if one.name not in own.get(str(one.path[0]), {}).get(one.kind, ()):
                 yield one
 

@@ -182,7 +182,7 @@ def check(
         diagnostics += one(case)
     diagnostics += [diagnostic for plugin, one in plugged().checks for diagnostic in _guarded(plugin, one, case)]
     for plugin, section in sections_of_plugins().sections:
-        if section in robot.sections and is_resolved(robot, tree, section.name):
+        if section in robot.sections and is_resolved(robot, case.symbols, section.name):
             diagnostics += [found for one in section.checks for found in _guarded(plugin, one, case)]
     return _causes(tree, _joined(tree, diagnostics))
 

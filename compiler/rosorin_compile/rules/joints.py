@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from rosorin_compile.language.schema import subject, unit_at
+from rosorin_compile.language.schema import joint_unit, subject
 from rosorin_compile.model import Joint, Limit
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
@@ -208,22 +208,16 @@ def _units(case: Case, joint: Joint) -> Iterator[Diagnostic]:
 
 def _unit(case: Case, joint: Joint, path: Path) -> Iterator[Diagnostic]:
     value = at(case.tree, path)
-    wanted = unit_of(joint, path) if isinstance(value, Quantity) else None
-    unit = parse_unit(wanted) if wanted else None
-    if unit is None or unit[1] == value.dimension:
+    leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None
+    wanted = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader is not None else None)
+    unit = parse_unit(wanted) if wanted is not None else None
+    if not isinstance(value, Quantity) or unit is None or unit[1] == value.dimension:
         return
-    text = value.text or number(value)
-    message = f"{subject(list(path))} is {describe(unit[1])} for a {joint.type} joint, but {text} is "
-    message += describe(value.dimension)
-    yield case.problem("wrong-unit", message, path, f"write it in {wanted}, or correct the type of the joint")
-
-
-def unit_of(joint: Joint, path: Path) -> str | None:
-    """Return the unit of a number that belongs to a joint, where the schema leaves it to the type of the joint."""
-    unit = unit_at(list(path))
-    if isinstance(unit, list):
-        return unit[1 if joint.type == "prismatic" else 0]
-    return unit
+    follows = "" if path[-1] != "multiplier" or leader is None else f" that follows a {leader.type} one"
+    message = f"{subject(list(path))} is {describe(unit[1])} for a {joint.type} joint{follows}, but "
+    message += f"{value.text or number(value)} is {describe(value.dimension)}"
+    way = f"write it in {wanted}" if wanted else "write the number alone"
+    yield case.problem("wrong-unit", message, path, f"{way}, or correct the type of the joint")
 
 
 @rule(

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import count
 
-from rosorin_compile.language.expand.naming import MOUNT
 from rosorin_compile.language.lower import owner_of_frame
-from rosorin_compile.language.mentions import Mention
+from rosorin_compile.language.symbols import MOUNT, Reference
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, nearest
 from rosorin_compile.source.rule_registry import JOINTS, rule
@@ -36,7 +35,7 @@ def known_joints(case: Case) -> Iterator[Diagnostic]:
     yield from _unknown(case, "joint", set(case.robot.joint))
 
 
-def _mentions(case: Case, kind: str) -> Iterator[Mention]:
+def _mentions(case: Case, kind: str) -> Iterator[Reference]:
     """Yield what names links or joints in the description, and in the options of its outputs."""
     named = [one for one in case.mentions(kind) if one.among == ""]
     yield from sorted(named, key=lambda one: one.path[0] == "moveit")  # what planners are told comes after the robot
@@ -45,14 +44,14 @@ def _mentions(case: Case, kind: str) -> Iterator[Mention]:
         for index, name in enumerate(output.options.get(option, ())):
             path: Path = ("outputs", output.name, option)
             if kind == "link":
-                yield Mention(kind, name, (*path, name), True, f'renamed in output "{output.name}"', "")
+                yield Reference(kind, name, (*path, name), True, f'renamed in output "{output.name}"', "")
             else:
-                yield Mention(kind, name, (*path, index), False, f'asked for by output "{output.name}"', "")
+                yield Reference(kind, name, (*path, index), False, f'asked for by output "{output.name}"', "")
 
 
 def _unknown(case: Case, kind: str, known: set[str]) -> Iterator[Diagnostic]:
     """Yield one problem for each unknown name, however often it is used."""
-    by_name: dict[str, list[Mention]] = {}
+    by_name: dict[str, list[Reference]] = {}
     for one in _mentions(case, kind):
         if one.name not in known:
             by_name.setdefault(one.name, []).append(one)

@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.language.annotations import Node, sections
+from rosorin_compile.language.annotations import Node
+from rosorin_compile.language.schema import sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
 from rosorin_compile.source.misspelt import UNNAMED, Offer, offer, placed, told_once, written
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, exists, locate, nearer

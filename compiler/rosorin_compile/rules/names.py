@@ -7,8 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from rosorin_compile.language.annotations import sections
-from rosorin_compile.language.mentions import spelt
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
 from rosorin_compile.source.letters import difference, foreign, in_words, look, unseen
@@ -133,7 +132,7 @@ def _further(case: Case) -> Iterator[Name]:
     for name, entry in (case.tree.get("outputs") or {}).items():
         if isinstance(entry, Map):
             yield from _texts(entry, ("outputs", name))
-    yield from (Name(name, called, path, is_key) for called, name, path, is_key in spelt(case.tree))
+    yield from (Name(name, called, path, is_key) for called, name, path, is_key in case.symbols.spelt())
     for joint in case.robot.joints:
         if joint.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
             path = (*case.publisher(joint), STATIC_TRANSFORM_PUBLISHER)

@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from rosorin_compile.language.annotations import Node, sections
+from rosorin_compile.language.annotations import Node
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Joint, Limit
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, POSES, rule

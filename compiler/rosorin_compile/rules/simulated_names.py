@@ -10,9 +10,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
-from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION, of_topic
-from rosorin_compile.language.expand.naming import ENDS, KINDS, names_of
-from rosorin_compile.language.mentions import Mention, givers, mentions
+from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION
+from rosorin_compile.language.schema import of_topic
+from rosorin_compile.language.symbols import ENDS, KINDS, Reference, SymbolTable
 from rosorin_compile.model import Robot
 from rosorin_compile.model.simulation import AT_ORIGIN, BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -156,9 +156,9 @@ class Names:
 
     def _of_sections(self) -> Iterator[Named]:
         for section in of_topic("simulation"):
-            for kind, name, path in givers(self.case.tree, section):
-                if kind in _GIVEN:
-                    yield Named(_GIVEN[kind], name, path, key=len(path) == 2)
+            for one in self.case.symbols.definitions(section):
+                if one.kind in _GIVEN:
+                    yield Named(_GIVEN[one.kind], one.name, one.path, key=len(one.path) == 2)
         for pose in self.robot.poses:
             yield Named(KEY, pose.name, ("poses", pose.name))
 
@@ -188,13 +188,13 @@ def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
 )
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """Names in the sections for a simulation; each name that there is not once, however often it is used."""
-    said = [one for one in mentions(case.tree) if one.among]
+    said = [one for one in case.symbols.references() if one.among]
     yield from _unknown(case, [one for one in said if one.among == DESCRIPTION])
     named = [one for one in said if one.among == SIMULATION]
     if not named:
         return
     names = Names(case)
-    wrong: dict[tuple[str, str], list[Mention]] = {}
+    wrong: dict[tuple[str, str], list[Reference]] = {}
     for one in named:
         kind = _KINDS.get(one.kind, one.kind)
         several = kind == GEOM and names.shapes.get(one.name, 0) > 1
@@ -207,11 +207,11 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             yield case.problem(id, message, path, help, related=related, key=first.key)
 
 
-def _unknown(case: Case, named: Sequence[Mention]) -> Iterator[Diagnostic]:
+def _unknown(case: Case, named: Sequence[Reference]) -> Iterator[Diagnostic]:
     """Yield what names no entry of the description, where the schema says that it names one."""
     if not named:
         return
-    names = names_of(case.tree)
+    names = SymbolTable(case.tree).names()
     for one in named:
         if not names.gives(one.kind, one.name):
             message = f'there is no {one.kind} "{one.name}", {one.what}'

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.language.annotations import named_as
+from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest

@@ -34,10 +34,24 @@ class Instance(NamedTuple):
         here: Instance | None = self
         while here is not None:
             steps.append((Use if here.made else Related)(here.message, here.span))
-            here = here.parent
+            here = _including(here.parent, here.span)
         if len(steps) > 12:
             steps[6:-5] = [Related(and_more(len(steps) - 11).strip(), None)]
         yield from steps
+
+
+class Include(Instance):
+    """An include of a file; ``included`` has the include of each file of the description, by its name.
+
+    Entries of several files may be in one section, which knows the include of one of them.
+    """
+
+    included: dict[str, Include]
+
+
+def _including(via: Instance | None, span: Span) -> Instance | None:
+    """Return the include of the file that a place is in, where ``via`` is the include of another file."""
+    return via.included.get(span.source.path) if isinstance(via, Include) else via
 
 
 class Map(dict[str, "Any"]):
@@ -144,11 +158,10 @@ class Place(NamedTuple):
     via: Instance | None
 
     def stack(self) -> tuple[Related, ...]:
-        """Return the includes and parts passed through, innermost first.
-
-        What stands in a file was not included by it, though it stands in a section that began in an included one.
-        """
+        """Return the includes and parts passed through, innermost first."""
         via = self.via
+        if via is not None and via.span != self.span:
+            via = _including(via, self.span)
         while via is not None and not via.made and via.span != self.span and via.span.source == self.span.source:
             via = via.parent
         return tuple(via.stack()) if via else ()

@@ -91,6 +91,8 @@ _NAMES: dict[Dimension, str] = {
     (2, 0, 0, 0): "an area (m^2)",
     (3, 0, 0, 0): "a volume (m^3)",
     (-3, 1, 0, 0): "a density (kg/m^3)",
+    (1, 0, 0, -1): "a length per angle (m/rad)",
+    (-1, 0, 0, 1): "an angle per length (rad/m)",
 }
 
 # No quantity is longer: a text of megabytes is none.

@@ -188,7 +188,8 @@ def test_frames_of_other_nodes() -> None:
 def test_names_of_all_kinds() -> None:
     assert [e.name for e in found("eye", "shelf_joint", "shelf", "eye_link")] == ["eye_link", "shelf"]
     with pytest.raises(
-        NotThere, match=r'there is no frame, link, joint, sensor, use or number "shelv"; did you mean "shelf"'
+        NotThere,
+        match=r'there is no frame, link, joint, sensor, use, value or number "shelv"; did you mean "shelf"',
     ):
         found("shelv")
     with pytest.raises(NotThere, match=r'there is no pose "opn"; did you mean "open"'):

@@ -99,9 +99,12 @@ def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["shlf"], 'handy: there is no frame, link, joint, sensor, use or number "shlf"; did you mean "shelf"?'),
+        (
+            ["shlf"],
+            'handy: there is no frame, link, joint, sensor, use, value or number "shlf"; did you mean "shelf"?',
+        ),
         (["shelf", "--pose", "x"], 'handy: there is no pose "x"; known: open'),
-        (["nobody", "shelf"], 'there is no frame, link, joint, sensor, use or number "nobody"'),
+        (["nobody", "shelf"], 'there is no frame, link, joint, sensor, use, value or number "nobody"'),
     ],
 )
 def test_unknown_names(capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
@@ -133,3 +136,34 @@ def test_a_description_with_errors(project: Path, capsys: pytest.CaptureFixture[
     assert "error[expression]" in shown.err
     assert "a description with errors has no meaning to explain" in shown.err
     assert shown.out == ""
+
+
+def test_arguments_and_named_values_are_explained_with_what_uses_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "robot.yaml").write_text(
+        "robot: r\n"
+        "include: [more.yaml]\n"
+        "args: {length: {type: length, default: 300 mm}, spare: 1}\n"
+        'let: {half: "${length / 2}"}\n'
+        "links: {base_link: {}, a: {}}\n"
+        'joints: {j: {type: fixed, parent: base_link, child: a, xyz: [0, 0, "${half}"]}}\n',
+        "utf-8",
+    )
+    (tmp_path / "more.yaml").write_text('links: {b: {if: "${length > 1 m}"}}\n', "utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["explain", "robot.yaml", "half", "length", "spare", "-a", "length=0.5"]) == 0
+    assert capsys.readouterr().out == (
+        'half = 0.25 m: named value  robot.yaml:4:7  "${length / 2}"\n'
+        "  length = 0.5 m: argument, set on the command line\n"
+        "  used by:\n"
+        '    robot.yaml:6:68  "${half}"\n'
+        "length = 0.5 m: argument, set on the command line\n"
+        "  used by:\n"
+        '    more.yaml:1:17  "${length > 1 m}"\n'
+        '    robot.yaml:4:13  "${length / 2}"\n'
+        "spare = 1: argument, its default  robot.yaml:3:56  1\n"
+        "  nothing uses it\n"
+    )
+    assert main(["explain", "robot.yaml", "lenght"]) == 2
+    assert 'did you mean "length"?' in capsys.readouterr().err

@@ -12,7 +12,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.language.annotations import sections
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Box, Ellipsoid, Joint, Link, Robot, Shape
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.shape import Material, plain

@@ -108,7 +108,7 @@ class _Authoring:
         quantities = self._quantities(units) if "number" in types else []
         made["pattern"] = "|".join([WHOLE, *quantities])
         what = (
-            f"a number in {' or '.join(units)}, one with a unit, "
+            f"a number in {' or '.join(filter(None, units))}, one with a unit, "
             if quantities
             else f"{_WORDS.get(types[0], types[0])} "
         )

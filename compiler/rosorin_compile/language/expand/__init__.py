@@ -27,14 +27,17 @@ from rosorin_compile.source.diagnostics import (
     swaps,
 )
 from rosorin_compile.source.load import plain_scalar
+from rosorin_compile.source.misspelt import offer, placed, told_once
 from rosorin_compile.source.project import Resolved, data_folder
 from rosorin_compile.source.tree import Map, Place, Seq
 
-from ..annotations import ENTRIES, merged, of_parts
-from ..schema import keys_of_xml, schema
-from .declared import check_names, unused
+from ..annotations import ENTRIES
+from ..schema import keys_of_xml, merged, of_parts, schema
+from ..validate import validate
+from ..values import ValueTable, check_names
 from .files import Kept, Reader, package_finder, table_loader
 from .forms import check_controls
+from .included_robots import Robots
 from .ledger import Failed, Ledger
 from .parameters import declare
 from .parts import Parts, copy
@@ -61,7 +64,7 @@ class Expanded(NamedTuple):
 
     ``scope`` has the arguments and the named values of the description, None if its first file could not be read.
     ``resolved`` says where the names of packages led.
-    ``unused`` is what is declared in vain: worth saying once nothing is wrong.
+    ``unused`` is what is declared in vain: worth saying once nothing is wrong. ``values`` has the uses of named values.
     """
 
     tree: Map | None
@@ -70,6 +73,7 @@ class Expanded(NamedTuple):
     scope: Scope | None = None
     resolved: tuple[Resolved, ...] = ()
     unused: tuple[Diagnostic, ...] = ()
+    values: ValueTable | None = None
 
 
 def expand(
@@ -101,8 +105,6 @@ def expand(
     _declare_arguments(root, arguments, reader, scope)
     included: list[Map | None] = []
     if robots and reader.robots:
-        from .included_robots import Robots
-
         foreign = Robots(reader, robots, scope, tell, packages or {})
         included += foreign.fragments()
     tree = _evaluate(root, scope, reader, included)
@@ -113,18 +115,17 @@ def expand(
             scope.lookup(name)
     check_names(root, scope)
     led = tuple(dict.fromkeys(reader.resolved))
-    idle = unused(root, reader, scope) if tree is not None else []
+    values = ValueTable(root, reader, scope)
+    idle = values.unused() if tree is not None else []
     told = ledger.diagnostics if tree is not None else _without_misnamed(root, ledger.diagnostics)
     if reader.unread:  # what a file would have defined is not missed
         told = [one for one in told if not _is_missing(one)]
     told = [*told, *_of_sources(reader)]
-    return Expanded(tree, reader.diagnostics + _once(told), tuple(reader.files), scope, led, tuple(idle))
+    return Expanded(tree, reader.diagnostics + _once(told), tuple(reader.files), scope, led, tuple(idle), values)
 
 
 def _of_sources(reader: Reader) -> Iterator[Diagnostic]:
     """Yield what is wrong with the sources of included files, which no entry may take over."""
-    from ..validate import validate
-
     for source, key, span in reader.described:
         if isinstance(source, Map) and all(_is_plain(value) for value in source.values()):
             top = Map(span)
@@ -144,7 +145,6 @@ def _once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return what is wrong, with every name that there is not told once, where it was written."""
     if not has_errors(diagnostics):
         return diagnostics
-    from rosorin_compile.source.misspelt import offer, placed, told_once
 
     offers = [offer(one) for one in diagnostics]
     return told_once(placed(one, of) if of else one for one, of in zip(diagnostics, offers, strict=True))
@@ -152,8 +152,6 @@ def _once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return what is wrong; of a section with another name than it should have that, not all that is missing by it."""
-    from ..validate import validate
-
     known = {*schema("description")["properties"], *_TAKEN_APART}
     sections = Map(root.span)
     for key, value in root.items():

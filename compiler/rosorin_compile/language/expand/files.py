@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy as copy_of
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,6 +17,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span
 from rosorin_compile.source.files import Version, is_file, record, recording, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.memo import forget
+from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
     ENDINGS,
@@ -29,11 +31,12 @@ from rosorin_compile.source.project import (
     shown,
 )
 from rosorin_compile.source.rule_registry import FILES, Rule
-from rosorin_compile.source.tree import Instance, Map, Place, Seq, locate
+from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq, locate
 
-from ..annotations import ENTRIES, ITEMS, WITHIN, holds_many, merged, sections
+from ..annotations import ENTRIES, ITEMS, WITHIN
 from ..expression.functions import ExpressionError
-from ..schema import keys_of
+from ..misnamed import word_meant
+from ..schema import holds_many, keys_of, merged, sections
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
 from .parts import copy, join_within, sourced
 
@@ -153,6 +156,7 @@ class Reader:
         self.found: set[str] = set()
         self.shares: dict[Path, str] = {}
         self.files: list[Path] = []
+        self.includes: dict[str, Include] = {}
         self.sources: list[tuple[Path, Source]] = []
         self.tables: dict[str, tuple[Path, Source, Any]] = {}
         self.resolved: list[Resolved] = []
@@ -181,8 +185,6 @@ class Reader:
 
     def renewed(self) -> Reader:
         """Return a reader that has read the same, for another expansion; what both have loaded they share."""
-        from copy import copy as copy_of
-
         made = copy_of(self)
         made.files, made.resolved, made.diagnostics = list(self.files), list(self.resolved), list(self.diagnostics)
         made.found, made.shares = set(self.found), dict(self.shares)
@@ -262,7 +264,10 @@ class Reader:
             self._error("include-too-many", f"more than {MAX_FILES} files are included", place, "include fewer files")
             return None
         before = len(self.diagnostics)
-        made = self.read(target, shown(target), place.span, Instance("included here", place.span, place.via), within)
+        via = Include("included here", place.span, place.via)
+        via.included = self.includes
+        self.includes.setdefault(shown(target), via)
+        made = self.read(target, shown(target), place.span, via, within)
         if made is None:
             self.diagnostics[before:] = [corrected(one, name, target) for one in self.diagnostics[before:]]
         return made
@@ -307,8 +312,6 @@ class Reader:
 
     def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
         """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
-        from rosorin_compile.source.packages import Packages
-
         folder = Packages(packages, os.environ, by).find(name)
         self.found |= {name} if folder else set()
         if name not in packages:
@@ -424,8 +427,6 @@ class Reader:
 
     def _unknown_key(self, section: str, key: str, entry: Map) -> None:
         """Report a key of one entry that two files say something under, and that nobody knows."""
-        from ..misnamed import word_meant
-
         place = locate(entry, (key,), key=True)
         self._error("unknown-key", f'{section} has no key "{key}"', place, word_meant(key, keys_of(section)))
 

@@ -14,10 +14,11 @@ from rosorin_compile.source.letters import in_words, unseen
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Dimension, Quantity, describe
 
-from ..annotations import ENTRIES, ITEMS, merged, of_parts, of_types
+from ..annotations import ENTRIES, ITEMS
 from ..expression import pieces
 from ..expression.functions import kind_of
-from ..schema import resolve, schema
+from ..misnamed import goes_on, text_meant_by, word_meant
+from ..schema import merged, of_parts, of_types, resolve, schema
 from .ledger import Failed
 from .scope import Scope
 
@@ -162,8 +163,6 @@ def _check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool) -> boo
 def _check_keys(owner: str, tree: Map, known: Sequence[str], scope: Scope, kind: str = "") -> bool:
     unknown = [key for key in tree if key not in known]
     for key in unknown:
-        from ..misnamed import goes_on, text_meant_by, word_meant
-
         if goes_on(key, tree, unknown):
             continue
         place = Place(tree.key_spans[key], scope.via or tree.via)

@@ -23,14 +23,14 @@ from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place
 from rosorin_compile.source.wording import first_of
 
-from ..annotations import sections
 from ..expression.functions import FUNCTIONS, kind_of
-from ..schema import backend_of
+from ..schema import backend_of, sections
 from .files import Asked
 from .forms import hides_letters
 from .ledger import Failed
 from .nearby import ADDRESS, address, corrected, outside, package_missing
 from .parts import sourced
+from .prefixing import from_one_folder, moved, prefixed, relative_files, with_files_named
 from .scope import Scope
 
 if TYPE_CHECKING:
@@ -146,8 +146,6 @@ class Robots:
 
     def _fragment(self, entry: Map, scope: Scope, include: Asked) -> Map:
         """Return the sections of a robot, prefixed and attached. Raises Failed after reporting."""
-        from .prefixing import prefixed
-
         check_include(entry, scope)
         via = Instance("included here", include.place.span, scope.via or include.place.via)
         tree = self._read(entry, scope, include, via)
@@ -212,8 +210,6 @@ class Robots:
 
     def _meshes(self, made: Map, entry: Map, via: Instance) -> Map:
         """Return a robot whose meshes are named as its artifacts find them; say where they do not."""
-        from .prefixing import from_one_folder, moved, relative_files, with_files_named
-
         files = relative_files(made)
         folder = entry.get("meshes")
         if folder is not None:

@@ -18,8 +18,8 @@ from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more
 
 from ..expression import pieces
+from ..symbols import SymbolTable
 from .ledger import Failed, LeftOut
-from .naming import names_of
 from .parts import prefix_of
 from .scope import Scope
 
@@ -187,7 +187,7 @@ def _of_part(find: Any, name: Any, depth: int) -> Iterator[str]:
 
 def _names(sections: Map) -> set[str]:
     """Return all names that sections give, also those of entries with a loop or a condition."""
-    given = names_of(sections).of
+    given = SymbolTable(sections).names().of
     names = {name for kind, some in given.items() if kind != "robot" for name in some}
     for value in sections.values():
         names.update(value if isinstance(value, Map) else ())

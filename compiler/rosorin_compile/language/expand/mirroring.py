@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.units import Dimension, Quantity
@@ -109,24 +109,17 @@ def _scale(mesh: Map, axis: int) -> dict[str, Any]:
     return {"scale": listed(scale, mesh.get("scale", mesh))}
 
 
-class Way(NamedTuple):
-    """A way to mirror a mapping: what turns it, and the keys that it turns, of which there is one at least."""
-
-    turned: Callable[[Map, int], dict[str, Any]]
-    keys: tuple[str, ...]
-
-
-# By the annotation; the sides of wheels are keys themselves (``side``).
-MIRRORED: Mapping[str, Way] = {
-    "pose": Way(_pose, ("xyz", "rpy")),
-    "axis": Way(_axis, ("axis",)),
-    "direction": Way(_vector_at("direction"), ("direction",)),
-    "dir": Way(_vector_at("dir"), ("dir",)),
-    "at": Way(_vector_at("at"), ("at",)),
-    "grid": Way(_grid, ("origin", "heights", "bottom")),
-    "inertia": Way(_inertia, ("ixy", "ixz", "iyz")),
-    "bounds": Way(_bounds, ("min", "max")),
-    "scale": Way(_scale, ("scale",)),
+# By the annotation ``x-mirror``, whose keys are ``annotations.MIRRORED_KEYS``.
+MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
+    "pose": _pose,
+    "axis": _axis,
+    "direction": _vector_at("direction"),
+    "dir": _vector_at("dir"),
+    "at": _vector_at("at"),
+    "grid": _grid,
+    "inertia": _inertia,
+    "bounds": _bounds,
+    "scale": _scale,
 }
 
 

@@ -16,6 +16,8 @@ from rosorin_compile.source.units import DIMENSIONS, NUMBER, Quantity, in_si
 from rosorin_compile.source.wording import quoted
 
 from ..expression.functions import kind_of
+from ..misnamed import goes_on, text_meant_by, word_meant
+from ..suggestions import flag_meant, number_meant
 from .ledger import Failed
 from .scope import Scope
 
@@ -158,8 +160,6 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
         return Parameter(name, "", True, entry, None, "", Place(declared.value_spans[name], declared.via))
     unknown = [key for key in entry if key not in (*KEYS, *BOUNDS)]
     for key in unknown:
-        from ..misnamed import goes_on, text_meant_by, word_meant
-
         if not goes_on(key, entry, unknown):
             help = text_meant_by(key, entry) or word_meant(key, KEYS, "arg")
             scope.report(
@@ -182,8 +182,6 @@ def _type(scope: Scope, name: str, entry: Map) -> str:
     if not isinstance(wanted, str):
         scope.report("wrong-type", f'argument "{name}" type is text, not {kind_of(wanted)}', place, "such as length")
         return ""
-    from ..misnamed import word_meant
-
     help = word_meant(wanted, [*TYPES, *DIMENSIONS], "arg type")
     scope.report("wrong-value", f'argument "{name}" type cannot be "{wanted}"', place, help)
     return ""
@@ -242,8 +240,6 @@ def _of_type(value: Any, wanted: str) -> Any:
 
 def _way_out(value: Any, wanted: str) -> str:
     """Return the way out for a value of another type than its parameter has."""
-    from ..suggestions import flag_meant, number_meant
-
     if wanted == "boolean":
         return flag_meant(value) or "write true or false"
     if isinstance(value, str) and (wanted in DIMENSIONS or wanted in ("number", "integer")):

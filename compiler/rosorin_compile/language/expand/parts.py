@@ -21,14 +21,14 @@ from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
 from rosorin_compile.source.units import Quantity
 
-from ..annotations import holds_many, is_one_entry, of_parts
 from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT
-from ..schema import keys_of, keys_of_xml
+from ..schema import holds_many, is_one_entry, keys_of, keys_of_xml, of_parts
+from ..symbols import MOUNT, Names, SymbolTable
+from ..validate import validate
 from .forms import check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
 from .mirroring import AXES
-from .naming import MOUNT, Names, names_of
 from .parameters import declare
 from .placing import placed
 from .scope import Scope
@@ -131,7 +131,9 @@ class Parts:
             join(fragment, content, of_parts(), inner)
         evaluate_rest(inner)
         given = entry.get("with")
-        return _Made(fragment, names_of(fragment), inner, self.ledger.nodes - nodes, self.ledger.work - work, given)
+        return _Made(
+            fragment, SymbolTable(fragment).names(), inner, self.ledger.nodes - nodes, self.ledger.work - work, given
+        )
 
     def _key(self, definition: Definition, name: str, prefix: str, entry: Map) -> Hashable:
         """Return all that the sections of a part depend on; None where they have to be evaluated anew each time."""
@@ -493,8 +495,6 @@ def _join_one(section: str, tree: Map, more: Map, scope: Scope) -> bool:
 
 def _misshapen(section: str, tree: Map) -> list[Diagnostic]:
     """Return what is wrong with the shape of one section."""
-    from ..validate import validate
-
     alone = Map(tree.span, tree.via)
     alone.put("robot", "robot", tree.span, tree.span)
     alone.put(section, tree[section], tree.key_spans[section], tree.value_spans[section])

@@ -16,11 +16,11 @@ from rosorin_compile.source.units import ANGLE, LENGTH
 from rosorin_compile.source.xml.mujoco import with_names
 from rosorin_compile.source.xml.references import renamed
 
-from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node, holds_many, is_one_entry, sections
-from ..schema import keys_of_xml
+from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node
+from ..schema import holds_many, is_one_entry, keys_of_xml, sections
+from ..symbols import MOUNT, Names, SymbolTable
 from .forms import KEPT
 from .mirroring import AXES, MIRRORED, is_vector, listed, side
-from .naming import MOUNT, Names, names_of
 
 Rename = Callable[[str], str]
 
@@ -42,7 +42,7 @@ def placed(
     known already.
     """
     axis = None if mirror is None else AXES[mirror]
-    placer = _Placer(names or names_of(fragment), prefix, parent, (xyz, rpy), axis, kept, fragment.via)
+    placer = _Placer(names or SymbolTable(fragment).names(), prefix, parent, (xyz, rpy), axis, kept, fragment.via)
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         node = sections().get(section)
@@ -209,7 +209,7 @@ class _Placer:
         changes: dict[str, Any] = {}
         if self.mirror is not None:
             for how in node.mirror:
-                changes |= MIRRORED[how].turned(entry, self.mirror) if how in MIRRORED else {}
+                changes |= MIRRORED[how](entry, self.mirror) if how in MIRRORED else {}
         for key, value in entry.items():
             below = node.at(key)
             if below is not None and not self.active.isdisjoint(below.of):

@@ -17,9 +17,9 @@ from rosorin_compile.source.tree import Instance, Map, Seq, Text
 from rosorin_compile.source.xml.markup import TEXT, Attribute, Element, MarkupError, Remark, parse
 from rosorin_compile.source.xml.mujoco import files_in, with_files
 
-from ..annotations import sections
+from ..schema import sections
+from ..symbols import THINGS, SymbolTable
 from .forms import OF_MJCF
-from .naming import THINGS, names_of
 from .placing import placed
 
 # Elements that have a name of their own, by the element around: two arms must not have the same ones.
@@ -44,7 +44,7 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
     for key, value in tree.items():
         if key not in sections() or not sections()[key].whole:
             fragment.put(key, value, tree.key_spans[key], tree.value_spans[key])
-    names, materials = names_of(fragment).among(THINGS), frozenset(fragment.get("materials") or ())
+    names, materials = SymbolTable(fragment).names().among(THINGS), frozenset(fragment.get("materials") or ())
     fragment = placed(fragment, prefix, None, None, None, None, kept=False)
     changed: Counter[str] = Counter()
     if not prefix:

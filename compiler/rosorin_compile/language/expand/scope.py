@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from rosorin_compile.source.diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, nearest
 from rosorin_compile.source.progress import Progress
@@ -32,10 +32,9 @@ from ..expression.functions import (
 )
 from ..expression.syntax import weight
 from ..schema import keys_of_xml
+from ..suggestions import flag_meant, number_meant, unit_meant
 from .ledger import Failed, Ledger, LeftOut
-
-if TYPE_CHECKING:
-    from .tracing import Traced
+from .tracing import OF_KINDS, Traced, given, given_at, is_like_a_number
 
 RULES = (
     Rule(
@@ -150,8 +149,6 @@ class Scope:
 
         ``of_kinds`` says whether it is a mistake of kinds, where the rule does not.
         """
-        from .tracing import OF_KINDS, given_at
-
         kinds = rule in OF_KINDS if of_kinds is None else of_kinds
         trace = None if rule in _OF_ENTRIES else given_at(self, place.span, kinds)
         self.report_traced(rule, message, place, help, related, trace)
@@ -355,8 +352,6 @@ class Scope:
         if isinstance(resolved, bool):
             return resolved
         what = f'"{resolved}"' if isinstance(resolved, (str, int, float)) else kind_of(resolved)
-        from ..suggestions import flag_meant
-        from .tracing import given_at
 
         help = flag_meant(resolved) or "compare it: ${n > 0}"
         elsewhere = isinstance(value, str) and "$" in value and given_at(self, place.span, of_kinds=True) is None
@@ -424,8 +419,6 @@ class Scope:
                 return
             empty = [name for name, value in values.items() if value is None]
             help = f'"{empty[0]}" has no value: write one behind its name, or ask: != none' if empty else ""
-        from .tracing import given
-
         of_kinds = isinstance(problem, KindError)
         trace = given(self, names, of_kinds) if _is_allowed(piece.text) else None
         told = (trace.span, *trace.others) if trace else ()
@@ -456,9 +449,6 @@ class Scope:
 
     def _tell_text(self, name: str, text: str, used: Place) -> None:
         """Report a name that stands for a text which was to be a number, at its own place."""
-        from ..suggestions import number_meant
-        from .tracing import Traced, given
-
         trace = given(self, [name]) or Traced(self.place_of(name) or used.span)
         message = f'"{name}" is the text "{text}", and a number is calculated with it'
         self.report_traced("expression", message, used, number_meant(text, []), (), trace)
@@ -554,7 +544,9 @@ def _bind(scope: Scope, names: str, value: Any, place: Place) -> None:
 def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, known: set[str]) -> tuple[Place, str]:
     """Return where in the text at ``place`` an expression is wrong, and the way out; ``known`` are names in scope."""
     help = problem.help
-    if problem.unknown.endswith("()"):
+    if problem.unit is not None and (meant := unit_meant(problem.unit[1], [])):
+        help = f"write {problem.unit[0]} {meant}"
+    elif problem.unknown.endswith("()"):
         help = did_you_mean(problem.unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
     elif problem.unknown in ("math", "np", "numpy", "xacro", "self"):
         help = "functions and constants stand by themselves: pi, sin(x), load('file.yaml')"
@@ -576,11 +568,6 @@ def _is_allowed(text: str) -> bool:
     except ExpressionError:
         return False
     return True
-
-
-def is_like_a_number(value: Any) -> bool:
-    """Say whether a value is a text that begins like a number: 15 rda/s."""
-    return isinstance(value, str) and bool(re.match(r"[-+~]?\.?\d", value))
 
 
 def short(value: Any) -> str:

@@ -14,7 +14,8 @@ from rosorin_compile.source.load import LoadError, load_own
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
 
-from ..annotations import of_types
+from ..misnamed import word_meant
+from ..schema import of_types
 from .forms import KEPT, check_sensor_type
 from .ledger import Failed
 from .parameters import declare
@@ -64,8 +65,6 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
             definition, home = shared.get(kind), Scope(scope.ledger)
         place = Place(sensor.value_spans["type"], sensor.via)
         if not isinstance(definition, Map):
-            from ..misnamed import word_meant
-
             help = word_meant(kind, [*types, *(shared or {})], "sensor type")
             scope.report("unknown-sensor-type", f'sensor "{name}": unknown sensor type "{kind}"', place, help)
             continue

@@ -11,14 +11,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from types import NoneType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Span, error
 from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, at, exists, has, locate, maker, written
 
 from ..expression import names_in, pieces
-from .naming import MOUNT
-from .scope import Scope, is_like_a_number
+from ..symbols import MOUNT
+
+if TYPE_CHECKING:
+    from .scope import Scope
 
 # A name alone, or an entry of a table or a list: ${m}, ${wheel.mass}, ${sizes[0]}.
 _ONE = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
@@ -214,6 +216,11 @@ def _one_of(arguments: Iterable[tuple[Span, Any]]) -> Traced | None:
     found = dict(arguments)
     spans = sorted(found, key=lambda span: isinstance(found[span], (int, float)) and found[span] > 0)
     return Traced(spans[0], tuple(spans[1:])) if spans else None
+
+
+def is_like_a_number(value: Any) -> bool:
+    """Say whether a value is a text that begins like a number: 15 rda/s."""
+    return isinstance(value, str) and bool(re.match(r"[-+~]?\.?\d", value))
 
 
 def text_at(span: Span) -> str:

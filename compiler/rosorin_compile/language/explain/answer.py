@@ -10,9 +10,9 @@ from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, neares
 
 from ..expand import Expanded
 from ..lower import Lowered
-from ..mentions import explained
+from ..schema import sections
 from .chains import Frames, of_entry, of_joint, of_mass, of_shapes
-from .explanation import Answer, Explanation, Number
+from .explanation import Answer, Explanation, NamedValue, Number
 from .origins import Origins
 
 __all__ = ["Answer", "Explanation", "NotThere", "explain"]
@@ -27,8 +27,8 @@ class NotThere(UnknownName):
 
 def explain(
     expanded: Expanded, lowered: Lowered, given: Mapping[str, Any], names: Sequence[str], pose: str = ""
-) -> list[Explanation | Answer]:
-    """Return what is known of each frame, link, joint, sensor or use, of a description without errors.
+) -> list[Explanation | Answer | NamedValue]:
+    """Return what is known of each frame, link, joint, sensor, use, argument or named value of a sound description.
 
     Names of numbers ("z", "mass", "upper") among the names ask for these alone. ``given`` are the arguments of the run,
     ``pose`` is a named pose to show the frames in beside all joints at zero. Raises NotThere.
@@ -39,7 +39,12 @@ def explain(
     frames = Frames(lowered.robot, lowered.places, origins)
     if pose and all(known.name != pose for known in lowered.robot.poses):
         raise NotThere(_missing("pose", pose, [known.name for known in lowered.robot.poses]))
-    without_frames = list(explained(expanded.tree))
+    without_frames = [
+        (section, name)
+        for section, node in sections().items()
+        if node.explained is True
+        for name in expanded.tree.get(section) or ()
+    ]
     targets: dict[str, None] = {}
     others: list[str] = []
     simulated: list[Answer] = []
@@ -54,15 +59,24 @@ def explain(
     explanations = [_explanation(frames, target, pose) for target in targets]
     answered: list[Explanation | Answer] = [*explanations, *simulated]
     numbers = {number.name for one in answered for number in _numbers(one)}
-    for name in others:
-        if not any(_is_called(number, name) for number in numbers):
+    values: list[NamedValue] = []
+    for name in list(others):
+        if any(_is_called(number, name) for number in numbers):
+            continue
+        meaning = origins.meanings.named(name)
+        if meaning is not None and expanded.values is not None:
+            uses = tuple(origins.where(place.span) for place in expanded.values.uses(name))
+            values.append(NamedValue(name, meaning, uses))
+            others.remove(name)
+        else:
             known = {*frames.names(), *(sensor.name for sensor in frames.robot.sensors), *frames.robot.joint}
             known |= {str(path[1]) for path in without_frames}
             known |= {use for frame in frames.names() for use in frames.uses(frame)}
-            raise NotThere(
-                _missing("frame, link, joint, sensor, use or number", name, [*sorted(known), *sorted(numbers)])
-            )
-    return [_answer(one, others, frames.robot) for one in answered] if others else answered
+            known |= expanded.scope.places.keys()
+            what = "frame, link, joint, sensor, use, value or number"
+            raise NotThere(_missing(what, name, [*sorted(known), *sorted(numbers)]))
+    shown = [_answer(one, others, frames.robot) for one in answered] if others else answered
+    return [*shown, *values]
 
 
 def _numbers(one: Explanation | Answer) -> Sequence[Number]:

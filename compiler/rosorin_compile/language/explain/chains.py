@@ -30,9 +30,8 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path
 
-from ..annotations import sections
-from ..mentions import mentions
-from ..schema import fragment_at, unit_at
+from ..schema import fragment_at, joint_unit, sections
+from ..symbols import SymbolTable
 from .explanation import Edge, Number, Placed, Shape, Transform
 from .origins import Origins
 
@@ -153,16 +152,17 @@ class Frames:
     def added(self, kind: str, name: str) -> Iterator[Number]:
         """Yield the numbers of the entries of sections of plug-ins that name something."""
         for section in self.robot.sections.said:
-            named = [one.path for one in mentions(self.origins.tree, (kind,), section) if one.name == name]
+            named = [
+                one.path for one in SymbolTable(self.origins.tree).references((kind,), section) if one.name == name
+            ]
             for path in dict.fromkeys(path[:-1] for path in named):
                 for number in self.numbers(path):
                     yield number._replace(name=f"{' '.join(map(str, path[:-1]))} {number.name}".strip())
 
-    def numbers(self, path: Path, second_unit: bool = False) -> Iterator[Number]:
-        """Yield every number in a piece of the tree, named by the keys that lead to it.
-
-        ``second_unit``: where the unit depends on the joint, that of one that slides.
-        """
+    def numbers(self, path: Path, joint: Joint | None = None) -> Iterator[Number]:
+        """Yield every number in a piece of the tree, named by the keys that lead to it; ``joint`` decides on units."""
+        leader = self.robot.joint.get(joint.mimic.joint) if joint is not None and joint.mimic is not None else None
+        slides, leads = (one is not None and one.type in ("prismatic", "planar") for one in (joint, leader))
         waiting: list[tuple[Path, object]] = [(path, _at(self.origins, path))]
         while waiting:
             here, value = waiting.pop(0)
@@ -171,8 +171,7 @@ class Frames:
             elif isinstance(value, list):
                 waiting = [((*here, index), item) for index, item in enumerate(value)] + waiting
             elif isinstance(value, (int, float)) and not isinstance(value, bool):
-                units = unit_at(list(here)) or ""
-                unit = units if isinstance(units, str) else units[-1 if second_unit else 0]
+                unit = joint_unit(here, slides, leads if leader is not None else None) or ""
                 yield Number(_words(here[len(path) - 1 :]), float(value), unit, self.origins.of(here))
 
 
@@ -233,7 +232,7 @@ def of_joint(frames: Frames, joint: Joint) -> Iterator[Number]:
     """Yield the limits of a joint, whom it follows, what a simulation knows of it, and what sections say of it."""
     path = frames.places["joint", joint.name]
     for key in () if path[0] in frames.robot.sections.said else _OF_JOINT:  # which has keys of its own
-        yield from frames.numbers((*path, key), joint.type in ("prismatic", "planar"))
+        yield from frames.numbers((*path, key), joint)
     for section, node in sections().items():
         if isinstance(node.explained, str):
             yield from _naming(frames, joint, section, node.explained)
@@ -241,7 +240,11 @@ def of_joint(frames: Frames, joint: Joint) -> Iterator[Number]:
 
 def _naming(frames: Frames, joint: Joint, section: str, word: str) -> Iterator[Number]:
     """Yield the numbers of the entries of a section that name a joint, each behind a word."""
-    named = {one.path[1] for one in mentions(frames.origins.tree, ("joint",), section) if one.name == joint.name}
+    named = {
+        one.path[1]
+        for one in SymbolTable(frames.origins.tree).references(("joint",), section)
+        if one.name == joint.name
+    }
     for name in sorted(map(str, named)):
         for key in fragment_at((section, "*"))["properties"]:
             for number in frames.numbers((section, name, key)):

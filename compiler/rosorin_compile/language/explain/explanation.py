@@ -139,6 +139,14 @@ class Answer(NamedTuple):
     numbers: tuple[Number, ...]
 
 
+class NamedValue(NamedTuple):
+    """An argument or a named value: what it stands for, and the expressions that use it."""
+
+    name: str
+    meaning: Meaning
+    used_by: tuple[Where, ...]
+
+
 def as_json(value: object) -> object:
     """Return a value of this module as plain JSON, its fields by name."""
     fields = getattr(value, "_asdict", None)

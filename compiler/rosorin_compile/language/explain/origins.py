@@ -17,9 +17,9 @@ from rosorin_compile.source.units import NUMBER, Quantity, describe
 from rosorin_compile.source.written import Piece, Written
 
 from ..expand.ledger import Failed
-from ..expand.naming import MOUNT
 from ..expand.scope import Scope
 from ..expression import ExpressionError, evaluate, parsed, pieces
+from ..symbols import MOUNT
 from .explanation import Meaning, Origin, Step, Where
 
 _POSE = ("xyz", "rpy")
@@ -148,6 +148,11 @@ class Meanings:
             return ()
         scope = self._scope(holder, via, piece.span)
         return tuple(self._names(piece.value, scope, 0))
+
+    def named(self, name: str) -> Meaning | None:
+        """Return what an argument or a named value of the description stands for; None if there is none."""
+        place = self.root.places.get(name)
+        return None if place is None else self._meaning(name, place, self.root, self.root, 0)
 
     def _scope(self, holder: Instance | None, via: Instance | None, span: Span) -> Scope:
         """Return the scope in which a value was evaluated."""

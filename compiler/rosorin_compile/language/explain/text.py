@@ -10,6 +10,7 @@ from rosorin_compile.language.explain.explanation import (
     Edge,
     Explanation,
     Meaning,
+    NamedValue,
     Number,
     Step,
     Transform,
@@ -20,8 +21,13 @@ from rosorin_compile.source.numbers import exact, fixed
 _DIGITS = 9  # of a quaternion and of an angle in degrees: enough to recognise it
 
 
-def lines(found: Explanation | Answer) -> Iterator[str]:
+def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
     """Yield the lines of an explanation, or of the numbers that were asked for."""
+    if isinstance(found, NamedValue):
+        yield from _meanings([found.meaning], 0)
+        yield "  used by:" if found.used_by else "  nothing uses it"
+        yield from (f"    {_place(where)}  {where.text}" for where in found.used_by)
+        return
     if isinstance(found, Answer):
         yield found.name
         yield from _numbers(found.numbers, ()) if found.numbers else ("    has none of these numbers",)

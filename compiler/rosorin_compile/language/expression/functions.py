@@ -25,7 +25,8 @@ MAX_ITEMS = 100_000
 class ExpressionError(Exception):
     """An expression that has no value; ``column`` counts from 0 within the expression, -1 where it is not known.
 
-    ``unknown`` is a name that there is not, ``near`` the place of what may be meant instead.
+    ``unknown`` is a name that is not defined, ``near`` the place of what may be meant instead; ``unit`` is a number and
+    the unknown unit after it.
     """
 
     def __init__(
@@ -37,6 +38,7 @@ class ExpressionError(Exception):
         self.help = help
         self.unknown = unknown
         self.near = near
+        self.unit: tuple[str, str] | None = None
 
 
 class KindError(ExpressionError):

@@ -114,11 +114,10 @@ def mistake(text: str, problem: SyntaxError) -> ExpressionError:
     for match in re.finditer(_NO_UNIT, plain):
         word = match[2]
         if word not in _WORDS and word not in UNITS and word not in CONSTANTS:
-            from ..suggestions import unit_meant
-
-            meant = unit_meant(word, [])
-            help = f"write {match[1]} {meant}" if meant else "a unit such as mm, kg, deg or N*m; or * for a product"
-            return ExpressionError(f'there is no unit "{word}"', match.start(2), help)
+            help = "a unit such as mm, kg, deg or N*m; or * for a product"
+            unknown_unit = ExpressionError(f'there is no unit "{word}"', match.start(2), help)
+            unknown_unit.unit = (match[1], word)
+            return unknown_unit
     for pattern, help in _FOREIGN:
         found = re.search(pattern, plain)
         if found:

@@ -1,82 +1,57 @@
-"""Lower: the model made from a plain tree that has the right shape.
+"""Lower: the model made from a tree of the right shape.
 
-A tree may still mean nothing sensible (a link nobody attached, an axis of zero); that is for the rules to say. Lowering
-reports only what keeps a value from being made at all.
-
-``_Builder`` goes through the sections of the tree, with the help of ``entries`` (what becomes one value) and ``shapes``
-(geometries and inertias). Below it stand the two things that take more than that: who publishes a joint, always or in
-turns (``publishing``), and what a simulation has of a sensor (``lower_elements``).
+Each section is lowered by its record (``sections``): those of plug-ins, those of the folders for ROS and MuJoCo, and
+those in ``CORE`` here. A tree may still make no sense (a link that nothing is attached to): that is for the rules to
+report. Lowering reports only what keeps a value from being made.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
-from rosorin_compile.model import (
-    STATIC_TRANSFORM_PUBLISHER,
-    Edge,
-    Joint,
-    Link,
-    Output,
-    Pose,
-    Publisher,
-    Robot,
-    Sensor,
-)
-from rosorin_compile.model.geometry import pose_of
-from rosorin_compile.model.joint import UNPUBLISHED
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Link, Output, Publisher, Robot, Sensor
+from rosorin_compile.model.drive import ROLES, Drive
+from rosorin_compile.model.joint import NODE, UNPUBLISHED, Limit, SafetyController
 from rosorin_compile.model.link import Source
-from rosorin_compile.model.simulation import (
-    BODY_ELEMENT,
-    SENSOR_ELEMENT,
-    TEMPLATE_ELEMENT,
-    GazeboSensor,
-    Replicas,
-    Simulated,
-)
+from rosorin_compile.model.robot import JointPose
+from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section
+from rosorin_compile.model.servos import ServoGroup
+from rosorin_compile.model.shape import Material
+from rosorin_compile.model.simulation import Marked, Root
 from rosorin_compile.source.diagnostics import Diagnostic, Related, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.rule_registry import FILES, FRAMES, Rule
+from rosorin_compile.source.rule_registry import FILES, FRAMES, JOINTS, POSES, Rule
 from rosorin_compile.source.tree import Map, Path, locate
 from rosorin_compile.source.wording import listed
 
 from ..accepting import accepted, names_at
 from ..expand.scope import Scope
 from ..expand.tracing import problem_at
+from ..misnamed import name_meant
 from ..schema import backend_of
-from .drive import drive_of
-from .entries import (
-    actuator_of,
-    attribute_of,
-    calibration_of,
-    dynamics_of,
+from .publishing import Publishing, node, publishing
+from .records import (
+    Problem,
     entries_of,
-    limit_of,
-    material_of,
-    mimic_of,
-    node_of,
-    safety_of,
+    other_values,
+    pose_of_entry,
+    record_of,
+    renamed_values,
     source_of,
-    texts_of,
     values_of,
+    vector_of,
 )
-from .in_place import sensor_in_place
-from .plainly import pose_of_entry, vector_of
-from .publishing import Publishing, node, optical_pose, publishing
-from .sdf import Frames, around_shapes, lower_gazebo, moved
-from .sections import lower_own_sections, lower_sections, with_sections
-from .servos import pose_of_joints, servos_of
+from .sections import lower_sections, with_sections
+from .sensors import frames_of_sensors, lower_sensor
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
-from .simulation import marked_of, root_of
 
-if TYPE_CHECKING:
-    T = TypeVar("T")
+T = TypeVar("T")
 
 RULES = (
     Rule(
@@ -86,6 +61,19 @@ RULES = (
         FILES,
     ),
     Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
+    Rule(
+        "drive-kind",
+        "A drive says no kind of base, or several.",
+        "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
+        JOINTS,
+    ),
+    Rule(
+        "unknown-servo",
+        "No servo group has this joint, or there is no such group.",
+        "Correct the name, or add it to a group.",
+        POSES,
+    ),
+    Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
 
 # The problems of lowering that a description may accept.
@@ -109,14 +97,17 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
 
     ``scope`` is what the names in its expressions stood for; None if nobody knows.
     """
-    lowering = _Lowering(tree, scope)
+    lowering = Lowering(tree, scope)
     robot = lowering.robot()
     refused = [problem for problem in lowering.diagnostics if not accepted(tree, problem, _ACCEPTABLE)]
     return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
 
 
-class _Lowering:
-    """Reads one tree; collects what is wrong."""
+class Lowering:
+    """The lowering of one tree: the links, joints and edges made so far, their places, and problems.
+
+    Called, it reports a problem.
+    """
 
     def __init__(self, tree: Map, scope: Scope | None) -> None:
         self.tree = tree
@@ -126,140 +117,102 @@ class _Lowering:
         self.diagnostics: list[Diagnostic] = []
         # What was made of a piece of the tree, which many links and joints may share.
         self.made: dict[Hashable, Any] = {}
-        self.links: dict[str, Link] = {}
-        self.nodes = {name: node_of(name, entry) for name, entry in entries_of(tree, "publishers")}
-        self.edges = [self.edge(index, entry) for index, entry in enumerate(tree.get("edges") or ())]
+        self.nodes: dict[str, Publisher] = {}
+        self.edges: list[Edge] = []
+        self.links: list[Link] = []
+        self.joints: list[Joint] = []
+        self.servos: tuple[ServoGroup, ...] = ()
 
-    def section(self, name: str) -> dict[str, Any]:
-        """Return a section of the tree, empty if it is left out."""
-        return self.tree.get(name) or {}
-
-    def problem(
+    def __call__(
         self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = (), key: bool = False
     ) -> None:
+        """Report a problem at a path of the tree, or at the last key of the path."""
         diagnostic = problem_at(self.scope, self.tree, path, rule, message, help, related, key)
         self.diagnostics.append(replace(diagnostic, of=names_at(self.tree, path)))
 
     def misfit(self, problem: ShapeProblem, path: Path, where: str = "") -> None:
-        self.problem(problem.rule, problem.message + where, (*path, *problem.path), problem.help)
+        self(problem.rule, problem.message + where, (*path, *problem.path), problem.help)
 
     def place(self, kind: str, name: str, path: Path) -> None:
-        """Remember where a name was given; a name that is taken is a problem."""
+        """Remember where a name is defined; a second definition is a problem."""
         taken = self.places.get((kind, name))
         if taken is None:
             self.places[kind, name] = path
             return
         related = (Related("first defined here", locate(self.tree, taken, key=True).span),)
-        self.problem("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
+        self("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
 
-    def place_joint(self, name: str, path: Path, frame: str, said: Path) -> None:
-        """Remember where a joint and its child frame were written; tell it if that frame was written before."""
-        taken = self.frames.setdefault(name, (frame, said))
-        if taken == (frame, said) or taken[0] != frame:
+    def place_joint(self, name: str, path: Path, frame: str, frame_path: Path) -> None:
+        """Remember where a joint and its child frame are defined; report a frame that has a joint already."""
+        taken = self.frames.setdefault(name, (frame, frame_path))
+        if taken == (frame, frame_path) or taken[0] != frame:
             self.place("joint", name, path)
             return
         first = taken[1]
         related = (Related("first said here", locate(self.tree, first).span),)
-        message = f'frame "{frame}" is defined twice: by {owner_of_frame(first)} and by {owner_of_frame(said)}'
+        message = f'frame "{frame}" is defined twice: by {owner_of_frame(first)} and by {owner_of_frame(frame_path)}'
         help = "give each a frame of its own"
         if first[0] == "joints":
             help = f'a sensor brings the joint to its frame along: remove joint "{name}", or name another frame'
-        self.problem("duplicate-name", message, said, help, related)
+        self("duplicate-name", message, frame_path, help, related)
 
     def broken(self, diagnostic: Diagnostic, section: str) -> None:
-        """Tell what is wrong with the plug-in of a section, where the description has that."""
+        """Report a problem of the plug-in of a section, where the description has that section."""
         place = locate(self.tree, (section,), key=True)
         self.diagnostics.append(replace(diagnostic, span=place.span, related=place.stack()))
 
     def robot(self) -> Robot:
-        """Return the robot with what sections of packages add to it."""
-        robot = self.described()
-        return with_sections(robot, self.tree, self.broken, self.place) if robot.sections.values else robot
+        """Return the robot with what sections of plug-ins add to it."""
+        values, sections = lower_sections(CORE, self.tree, self, self.broken)
+        values |= {"name": self.tree["robot"], "urdf_elements": self.urdf_elements(), "sections": sections}
+        values |= {"links": tuple(self.links), "joints": tuple(self.joints), "edges": tuple(self.edges)}
+        if "root" in values:
+            values["root_in_world"] = values.pop("root")
+        robot = Robot(**{name: value for name, value in values.items() if value is not None})
+        return with_sections(robot, self.tree, self.broken, self.place) if sections.values else robot
 
-    def described(self) -> Robot:
-        """Return the robot as it is said."""
-        tree = self.tree
-        links = [self.link(name, entry or {}) for name, entry in entries_of(tree, "links")]
-        self.links = {link.name: link for link in links}
-        joints = [self.joint(name, entry) for name, entry in entries_of(tree, "joints")]
-        sensors: list[Sensor] = []
-        for name, entry in entries_of(tree, "sensors"):
-            sensor, mounts = self.sensor(name, entry)
-            sensors.append(sensor)
-            joints += mounts
-        links += self.frames_of_sensors(sensors)
-        servos = servos_of(tree, self.problem)
-        drive = drive_of(tree, self.problem) if tree.get("drive") is not None else None
-        own = lower_own_sections(tree, self.problem)
-        source = source_of(tree.get("source"))
-        # Simulators begin at the first one.
-        entries = self.section("poses").items() if source.status == "imported" else entries_of(tree, "poses")
-        poses = [pose_of_joints(name, entry, servos, tree, self.problem) for name, entry in entries]
-        return Robot(
-            name=tree["robot"],
-            links=tuple(links),
-            joints=tuple(joints),
-            sensors=tuple(sensors),
-            edges=tuple(self.edges),
-            publishers=tuple(self.nodes.values()),
-            poses=tuple(poses),
-            outputs=tuple(self.output(name, entry) for name, entry in entries_of(tree, "outputs")),
-            modes=tuple(name for name, _ in entries_of(tree, "modes")),
-            source=source,
-            materials=tuple(material_of(name, entry) for name, entry in entries_of(tree, "materials")),
-            urdf_elements=self.top_elements(),
-            root_in_world=root_of(tree.get("root") or {}),
-            servos=servos,
-            drive=drive,
-            disabled_contacts=tuple(
-                (pair["links"][0], pair["links"][1]) for pair in tree.get("disabled_contacts") or ()
-            ),
-            mjcf_elements=tuple(tree.get("mjcf_elements") or ()),
-            sections=lower_sections(tree, self.broken),
-            **own,
-        )
-
-    def top_elements(self) -> tuple[str, ...]:
-        """Return the elements of XML at the top of the robot, those of its sensors behind its own."""
-        texts = list(texts_of(self.tree))
-        for name, entry in self.section("sensors").items():
-            for index, text in enumerate(texts_of(entry)):
+    def urdf_elements(self) -> tuple[str, ...]:
+        """Return the elements of XML at the top of the robot, those of its sensors after its own."""
+        texts = list(self.tree.get("urdf_elements") or ())
+        for name, entry in (self.tree.get("sensors") or {}).items():
+            for index, text in enumerate(entry.get("urdf_elements") or ()):
                 self.places["urdf_element", str(len(texts))] = ("sensors", name, "urdf_elements", index)
                 texts.append(text)
         return tuple(texts)
 
+    def once(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return what is made of a piece of the tree, named by its identity, once for all that share it."""
+        if key not in self.made:
+            self.made[key] = make()
+        known: T = self.made[key]
+        return known
+
     def link(self, name: str, entry: dict[str, Any]) -> Link:
+        """Return a link; keys that are called as a field of ``Link`` need nothing here."""
         path: Path = ("links", name)
         self.place("link", name, path)
+        if not entry:
+            return Link(name)
         source = source_of(entry.get("source"))
         visual = self.shapes(entry.get("visual") or (), (*path, "visual"), source)
         collision = self.shapes(entry.get("collision") or (), (*path, "collision"), source)
         inertial = None
         if "inertial" in entry:
-            key = (id(entry["inertial"]), id(visual), id(collision))
+            own = {"visual": visual, "collision": collision}
             try:
                 inertial = self.once(
-                    key,
-                    lambda: lower_inertial(
-                        entry["inertial"],
-                        {"visual": visual, "collision": collision},
-                        lambda file: self.mesh_file(file, path),
-                    ),
+                    (id(entry["inertial"]), id(visual), id(collision)),
+                    lambda: lower_inertial(entry["inertial"], own, lambda file: self.mesh_file(file, path)),
                 )
             except ShapeProblem as problem:
                 self.misfit(problem, (*path, "inertial"), f' (link "{name}" inertial)')
-        simulated = marked_of(entry) if entry else ()
-        return Link(
-            name,
-            inertial,
-            visual,
-            collision,
-            source,
-            texts_of(entry),
-            float(entry.get("gravity_compensation", 0)),
-            simulated,
-            values_of(entry.get("mjcf")),
-            tuple(entry.get("mjcf_elements") or ()),
+        marked = tuple(
+            Marked(tag, one, pose_of_entry(mark or {}), other_values(mark or {}, ("xyz", "rpy", "source")))
+            for key, tag in (("sites", "site"), ("cameras", "camera"), ("lights", "light"))
+            for one, mark in (entry.get(key) or {}).items()
+        )
+        return record_of(
+            Link, entry, name=name, inertial=inertial, visual=visual, collision=collision, source=source, marked=marked
         )
 
     def mesh_file(self, name: str, path: Path) -> FilePath | None:
@@ -273,13 +226,6 @@ class _Lowering:
         found = (Packages({}, os.environ, places[0]).resolve(name, folder) for folder in folders)
         return next((file for file in found if file is not None and is_file(file)), None)
 
-    def once(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what is made of a piece of the tree, named by its identity, once for all that share it."""
-        if key not in self.made:
-            self.made[key] = make()
-        known: T = self.made[key]
-        return known
-
     def shapes(self, entries: Any, path: Path, source: Source) -> tuple[Any, ...]:
         """Return the shapes of a list; of one that several links share the same ones, unless something is wrong."""
         if not entries:
@@ -288,27 +234,23 @@ class _Lowering:
         known: tuple[Any, ...] | None = self.made.get(key)
         if known is not None:
             return known
-        before = len(self.diagnostics)
-        made = tuple(self.shapes_of(entries, path, source))
+        before, shapes = len(self.diagnostics), []
+        for index, entry in enumerate(entries):
+            own = source_of(entry["source"]) if "source" in entry else source
+            stand_in = own.note if own.status == "stand_in" else ""
+            try:
+                shapes.append(lower_shape(entry, pose_of_entry(entry), stand_in, self.accepts((*path, index))))
+            except ShapeProblem as problem:
+                self.misfit(problem, (*path, index))
+        made = tuple(shapes)
         if len(self.diagnostics) == before:
             self.made[key] = made
         else:
             self.made[id(made), "kept"] = made  # no other list gets its identity
         return made
 
-    def shapes_of(self, entries: Any, path: Path, source: Source) -> list[Any]:
-        made = []
-        for index, entry in enumerate(entries):
-            own = source_of(entry["source"]) if "source" in entry else source
-            stand_in = own.note if own.status == "stand_in" else ""
-            try:
-                made.append(lower_shape(entry, pose_of_entry(entry), stand_in, self.taken((*path, index))))
-            except ShapeProblem as problem:
-                self.misfit(problem, (*path, index))
-        return made
-
-    def taken(self, path: Path) -> Callable[[ShapeProblem], bool]:
-        """Return what says whether the description accepts a problem of the shape at a path; it is taken down then."""
+    def accepts(self, path: Path) -> Callable[[ShapeProblem], bool]:
+        """Return a function that returns True, and records the problem, if the description accepts it at a path."""
 
         def accept(problem: ShapeProblem) -> bool:
             refused = replace(error(problem.rule, "", None), of=names_at(self.tree, path))
@@ -320,28 +262,17 @@ class _Lowering:
         return accept
 
     def joint(self, name: str, entry: dict[str, Any]) -> Joint:
+        """Return a joint; keys that are called as a field of ``Joint`` need nothing here."""
         path: Path = ("joints", name)
         self.place_joint(name, path, entry["child"], (*path, "child"))
         axis, limit = entry.get("axis"), entry.get("limit")
-        by = publishing(entry, path, self.nodes, self.problem)
-        joint = Joint(
-            name=name,
-            type=entry["type"],
-            parent=entry["parent"],
-            child=entry["child"],
-            origin=pose_of_entry(entry),
-            axis=self.once(id(axis), lambda: vector_of(axis, (1.0, 0.0, 0.0))),
-            limit=self.once(id(limit), lambda: limit_of(limit)) if limit is not None else None,
-            mimic=mimic_of(entry.get("mimic")),
-            dynamics=dynamics_of(entry.get("dynamics")),
-            actuator=actuator_of(entry.get("actuator")),
-            publisher=by.always,
-            source=source_of(entry.get("source")),
-            calibration=calibration_of(entry.get("calibration")),
-            safety=safety_of(entry.get("safety_controller")),
-            urdf_elements=texts_of(entry),
-            mjcf=values_of(entry.get("mjcf")),
-        )
+        by = publishing(entry, path, self.nodes, self)
+        given: dict[str, Any] = {"axis": self.once(id(axis), lambda: vector_of(axis, (1.0, 0.0, 0.0)))}
+        if limit is not None:
+            given["limit"] = self.once(id(limit), lambda: record_of(Limit, limit))
+        if "safety_controller" in entry:
+            given["safety"] = record_of(SafetyController, entry["safety_controller"])
+        joint = record_of(Joint, entry, name=name, publisher=by.always, **given)
         self.take_turns(joint, by)
         return joint
 
@@ -353,158 +284,167 @@ class _Lowering:
             turned = Edge(joint.parent, joint.child, turn.publisher, moving, turn.when, joint.origin)
             self.edges.append(replace(turned, source=joint.source, joint=joint.name))
 
-    def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
-        """Return a sensor and the fixed joints of its frame and its optical frame, those that are not there already."""
-        if "parent" not in entry:
-            return sensor_in_place(self, name, entry)
-        path: Path = ("sensors", name)
-        frame, source = entry["frame"], source_of(entry.get("source"))
-        joint = entry.get("joint", f"{frame}_joint")
-        self.place_joint(joint, path, frame, (*path, "frame"))
-        by = publishing(entry, path, self.nodes, self.problem)
-        mount = pose_of_entry(entry)
-        mounts = [Joint(joint, "fixed", entry["parent"], frame, mount, publisher=by.always, source=source)]
-        self.take_turns(mounts[0], by)
-        optical = entry.get("optical") or None
-        pose = optical_pose(optical)
-        named, turned = optical["frame"] if optical else "", entry.get("optical") is False
-        frames = Frames(frame, mount, entry["parent"], named, joint, pose, turned)
-        own = [] if by.always.simulated else [frame, frames.optical] if optical else [frame]
-        stamps = tuple(entry.get("stamps", own))
-        simulated = self.elements(name, entry, frames)
-        gazebo = self.gazebo(name, entry, frames)
-        made = Sensor(name, entry["type"], frame, joint, frames.optical, source, simulated, stamps, gazebo)
-        return made, [*mounts, self.to_optical(made, optical, pose, by)] if optical else mounts
-
-    def to_optical(self, sensor: Sensor, optical: dict[str, Any], pose: Pose, by: Publishing) -> Joint:
-        """Return the fixed joint from the frame of a sensor, which ``by`` publishes, to its optical frame."""
-        path: Path = ("sensors", sensor.name, "optical")
-        joint = optical.get("joint", f"{optical['frame']}_joint")
-        self.place_joint(joint, path, optical["frame"], (*path, "frame"))
-        by = publishing(optical, path, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
-        made = Joint(joint, "fixed", sensor.frame, optical["frame"], pose, publisher=by.always, source=sensor.source)
-        self.take_turns(made, by)
-        return made
-
-    def elements(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[Simulated, ...]:
-        """Return what a simulation has of a sensor; two elements of a kind with one name are a problem."""
-        path: Path = ("sensors", name, "mjcf")
-        made: list[Simulated] = []
-        try:
-            for unmoved in lower_elements(name, entry.get("mjcf") or (), frames):
-                element = around_shapes(moved(unmoved, entry.get("gazebo"), frames), self.links)
-                if element.kind != TEMPLATE_ELEMENT:
-                    self.place(f"MuJoCo {element.element}", element.name, (*path, len(made)))
-                if element.kind == SENSOR_ELEMENT and element.pose is not None:
-                    self.place("MuJoCo site", element.site, (*path, len(made)))
-                made.append(element)
-        except ShapeProblem as problem:
-            self.misfit(problem, path, f' (sensor "{name}")')
-        return tuple(made)
-
-    def gazebo(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[GazeboSensor, ...]:
-        """Return what Gazebo has of a sensor; two with one name are a problem."""
-        path: Path = ("sensors", name, "gazebo")
-        made: list[GazeboSensor] = []
-        try:
-            for one in lower_gazebo(name, entry.get("gazebo") or (), frames):
-                self.place("Gazebo sensor", one.name, (*path, len(made)))
-                made.append(one)
-        except ShapeProblem as problem:
-            self.misfit(problem, path, f' (sensor "{name}")')
-        return tuple(made)
-
-    def frames_of_sensors(self, sensors: list[Sensor]) -> list[Link]:
-        """Return a link for each sensor frame that ``links`` does not mention."""
-        made = []
-        for sensor in sensors:
-            for frame, key in ((sensor.frame, ("frame",)), (sensor.optical_frame, ("optical", "frame"))):
-                if frame and ("link", frame) not in self.places:
-                    self.place("link", frame, ("sensors", sensor.name, *key))
-                    made.append(Link(frame, source=sensor.source))
-        return made
-
-    def edge(self, index: int, entry: dict[str, Any]) -> Edge:
-        path: Path = ("edges", index)
-        publisher = Publisher(UNPUBLISHED)
-        if "publisher" in entry:
-            publisher = node(entry["publisher"], (*path, "publisher"), self.nodes, self.problem)
-        pose = pose_of_entry(entry) if "xyz" in entry or "rpy" in entry else None
-        moving, when = entry.get("moving", True), entry.get("when", "")
-        return Edge(entry["parent"], entry["child"], publisher, moving, when, pose, source_of(entry.get("source")))
-
-    def output(self, name: str, entry: dict[str, Any]) -> Output:
-        backend = entry.get("backend", backend_of(name, entry))
-        options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
-        return Output(name, backend, entry["file"], options)
-
 
 def owner_of_frame(path: Path) -> str:
-    """Return in words what says a frame: the path of the name in a joint, a sensor, or the optical frame of one."""
+    """Return in words what defines a frame, given the path of its name: a joint, or (an optical frame of) a sensor."""
     what = "joint" if path[0] == "joints" else "sensor"
     return f'{"the optical frame of " if "optical" in path[2:] else ""}{what} "{path[1]}"'
 
 
-# What a simulation can still do with.
-MAX_COPIES = 100_000
-
-_KINDS = (SENSOR_ELEMENT, BODY_ELEMENT, TEMPLATE_ELEMENT)
+# Sections of the core. Each function takes the tree and the lowering; sections that refer to others come after them.
 
 
-def lower_elements(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Frames) -> Iterator[Simulated]:
-    """Yield the elements of a sensor. Raises ShapeProblem, whose path leads to the culprit within the entries."""
-    for index, entry in enumerate(entries):
-        try:
-            yield _element(sensor, entry, frames)
-        except ShapeProblem as problem:
-            raise ShapeProblem(problem.rule, problem.message, (index, *problem.path), problem.help) from None
+def _publishers(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Publisher, ...]:
+    for name, entry in entries_of(tree, "publishers"):
+        lowering.nodes[name] = record_of(Publisher, entry, kind=NODE, name=(entry or {}).get("node", name))
+    return tuple(lowering.nodes.values())
 
 
-def _element(sensor: str, entry: Mapping[str, Any], frames: Frames) -> Simulated:
-    kinds = [kind for kind in _KINDS if kind in entry]
+def _edges(tree: Mapping[str, Any], lowering: Lowering) -> None:
+    for index, entry in enumerate(tree["edges"]):
+        publisher = Publisher(UNPUBLISHED)
+        if "publisher" in entry:
+            publisher = node(entry["publisher"], ("edges", index, "publisher"), lowering.nodes, lowering)
+        pose = pose_of_entry(entry) if "xyz" in entry or "rpy" in entry else None
+        moving = entry.get("moving", True)
+        lowering.edges.append(record_of(Edge, entry, publisher=publisher, moving=moving, pose=pose, joint=""))
+
+
+def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
+    lowering.links += [lowering.link(name, entry or {}) for name, entry in entries_of(tree, "links")]
+
+
+def _joints(tree: Mapping[str, Any], lowering: Lowering) -> None:
+    lowering.joints += [lowering.joint(name, entry) for name, entry in entries_of(tree, "joints")]
+
+
+def _sensors(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Sensor, ...]:
+    sensors = []
+    for name, entry in entries_of(tree, "sensors"):
+        sensor, joints = lower_sensor(lowering, name, entry)
+        sensors.append(sensor)
+        lowering.joints += joints
+    lowering.links += frames_of_sensors(lowering, sensors)
+    return tuple(sensors)
+
+
+def _servos(tree: Mapping[str, Any], lowering: Lowering) -> tuple[ServoGroup, ...]:
+    for name, entry in entries_of(tree, "servos"):
+        low, high = entry["pulse_range"]
+        if not low < high:
+            message = f"the pulse range goes from {low} to {high}"
+            lowering("pulse-range", message, ("servos", name, "pulse_range"), "give the smaller pulse first")
+        elif not low <= entry["zero_pulse"] <= high:
+            message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
+            lowering("pulse-range", message, ("servos", name, "zero_pulse"), "correct one of the two")
+        if float(entry["rad_per_pulse"]) == 0:
+            message = "a pulse of no angle moves nothing"
+            lowering("pulse-range", message, ("servos", name, "rad_per_pulse"), "give the angle of one pulse")
+        group = record_of(ServoGroup, entry, name=name, flipped=entry.get("flipped", False))
+        lowering.servos = (*lowering.servos, group)
+    return lowering.servos
+
+
+def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
+    entry = tree["drive"]
+    kinds = [kind for kind in ROLES if kind in entry]
     if len(kinds) != 1:
-        message = f"an element of mjcf has one of {', '.join(_KINDS)}; this one has {listed(kinds) or 'none'}"
-        raise ShapeProblem("missing-key", message, (), "write one entry an element")
-    if "section" in entry and kinds[0] != TEMPLATE_ELEMENT:
-        raise ShapeProblem("ignored-key", "only a template has a section", ("section",), "remove it")
-    link, pose = _place(entry, frames)
-    suffix = entry.get("name")
-    return Simulated(
-        kind=kinds[0],
-        element=entry[kinds[0]],
-        name=sensor if suffix is None else f"{sensor}_{suffix}",
-        link=link,
-        pose=pose,
-        attributes={name: attribute_of(value) for name, value in sorted(entry.get("attributes", {}).items())},
-        replicas=_replicas(entry["replicate"]) if "replicate" in entry else None,
-        section=entry.get("section", ""),
+        message = f"drive has one of {', '.join(ROLES)}; this one has {listed(kinds) or 'none'}"
+        problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
+        return None
+    wheels = entry[kinds[0]]
+    joints = {
+        role: (str(wheels[role]),) if isinstance(wheels[role], str) else tuple(map(str, wheels[role]))
+        for role in ROLES[kinds[0]]
+        if role in wheels
+    }
+    return record_of(Drive, entry, kind=kinds[0], joints=joints)
+
+
+def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]:
+    # Simulators begin at the first one, which an import keeps.
+    imported = source_of(tree.get("source")).status == "imported"
+    entries = tree["poses"].items() if imported else entries_of(tree, "poses")
+    return tuple(_pose(name, entry, lowering) for name, entry in entries)
+
+
+def _pose(name: str, entry: Mapping[str, Any], lowering: Lowering) -> JointPose:
+    positions = {joint: float(value) for joint, value in sorted(entry.get("positions", {}).items())}
+    pulses = dict(sorted(entry.get("pulses", {}).items()))
+    for joint, position in _positions_of(name, pulses, lowering).items() if pulses else ():
+        if joint in positions:
+            path: Path = ("poses", name, "pulses", joint)
+            lowering("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
+        positions[joint] = position
+    base = pose_of_entry(entry["base"]) if "base" in entry else None
+    controls = {actuator: float(value) for actuator, value in sorted(entry.get("controls", {}).items())}
+    return record_of(JointPose, entry, name=name, positions=positions, pulses=pulses, base=base, controls=controls)
+
+
+def _positions_of(pose: str, pulses: Mapping[str, int], lowering: Lowering) -> dict[str, float]:
+    """Return the positions (rad or m) of the pulses of a pose, by joint."""
+    positions: dict[str, float] = {}
+    for joint, pulse in pulses.items():
+        path: Path = ("poses", pose, "pulses", joint)
+        group = next((group for group in lowering.servos if joint in group.joints), None)
+        if group is None:
+            known = [joint for group in lowering.servos for joint in group.joints]
+            joints = lowering.tree.get("joints") or {}
+            if joint in joints and not {*known} <= joints.keys():
+                continue  # a servo group misspells its name, which is reported
+            help = name_meant(lowering.tree, path, joint, known)
+            lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
+            continue
+        low, high = group.pulse_range
+        if not low <= pulse <= high:
+            lowering("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
+        positions[joint] = group.radians(pulse)
+    return positions
+
+
+def _outputs(tree: Mapping[str, Any], _: Problem) -> tuple[Output, ...]:
+    return tuple(
+        Output(
+            name,
+            entry.get("backend", backend_of(name, entry)),
+            entry["file"],
+            {key: value for key, value in entry.items() if key not in ("file", "backend")},
+        )
+        for name, entry in entries_of(tree, "outputs")
     )
 
 
-def _place(entry: Mapping[str, Any], frames: Frames) -> tuple[str, Pose | None]:
-    """Return the link of an element, and where it sits in it; None is at the frame of the link."""
-    own = pose_of_entry(entry) if any(key in entry for key in ("xyz", "rpy", "replicate")) else None
-    frame = entry.get("frame", "sensor")
-    if frame == "sensor":
-        return frames.sensor, own
-    if frame == "parent":
-        mount = frames.mount.transform()
-        return frames.parent, frames.mount if own is None else pose_of(mount.then(own.transform()))
-    if not frames.optical and frames.turned:
-        turn = frames.optical_pose.transform()
-        return frames.sensor, pose_of(turn if own is None else turn.then(own.transform()))
-    if not frames.optical:
-        raise ShapeProblem("missing-key", "the sensor has no optical frame", ("frame",), "give it one: optical")
-    return frames.optical, own
+def _root(tree: Mapping[str, Any], _: Problem) -> Root:
+    entry = tree["root"]
+    words = {"damping": "damping", "friction": "frictionloss", "armature": "armature"}
+    values = values_of(entry.get("mjcf")) | renamed_values(entry, words)
+    return record_of(Root, entry, values=values, placed="xyz" in entry or "rpy" in entry)
 
 
-def _replicas(entry: Mapping[str, Any]) -> Replicas:
-    if not 1 <= entry["count"] <= MAX_COPIES:
-        message = f"a count is 1 to {MAX_COPIES:,}, not {entry['count']}"
-        raise ShapeProblem("wrong-value", message, ("replicate", "count"), "correct it")
-    step = pose_of_entry(entry)
-    if sum(angle != 0 for angle in step.rpy) > 1:
-        # MuJoCo multiplies the angles by the number of the copy, which is no steady turn where there are several.
-        message = "copies turn about one axis: one of roll, pitch, yaw"
-        raise ShapeProblem("wrong-value", message, ("replicate", "rpy"), "turn the element itself with its own rpy")
-    return Replicas(entry["count"], step)
+CORE: tuple[Section[Any], ...] = (
+    Section("publishers", Publisher, lower=_publishers),
+    Section("edges", Edge, form=ITEMS, lower=_edges),
+    Section("links", Link, lower=_links),
+    Section("joints", Joint, lower=_joints),
+    Section("sensors", Sensor, lower=_sensors),
+    Section("servos", ServoGroup, lower=_servos),
+    Section("drive", Drive, form=ONE, lower=_drive),
+    Section("poses", JointPose, lower=_poses),
+    Section("outputs", Output, lower=_outputs),
+    Section("modes", form=ENTRIES, lower=lambda tree, _: tuple(name for name, _ in entries_of(tree, "modes"))),
+    Section("source", Source, form=ONE, lower=lambda tree, _: source_of(tree["source"])),
+    Section(
+        "materials",
+        Material,
+        lower=lambda tree, _: tuple(
+            record_of(Material, entry, name=name) for name, entry in entries_of(tree, "materials")
+        ),
+    ),
+    Section("root", Root, form=ONE, lower=_root),
+    Section(
+        "disabled_contacts",
+        form=ITEMS,
+        lower=lambda tree, _: tuple((pair["links"][0], pair["links"][1]) for pair in tree["disabled_contacts"]),
+    ),
+    Section("mjcf_elements", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf_elements"])),
+)

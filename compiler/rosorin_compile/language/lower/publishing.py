@@ -17,8 +17,7 @@ from rosorin_compile.model.joint import (
 from rosorin_compile.source.diagnostics import did_you_mean
 from rosorin_compile.source.tree import Path
 
-from .entries import Problem
-from .plainly import vector_of
+from .records import Problem, vector_of
 
 # REP 103, "Suffix Frames": from a body frame to its image frame.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)

@@ -1,110 +1,148 @@
-"""Sections that packages bring: their values, made of the tree by the schema and the fields of their records."""
+"""Lower sections by their records: sections of the tool and of plug-ins are converted in the same way.
+
+A section is converted by the fields of its dataclass; one whose record has ``lower`` by that function.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
-from functools import cache
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, SECTIONS, Section, Sections, section_named
+from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, ONE, Section, Sections, own_sections
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
-from rosorin_compile.source.plugins import aside, failed
+from rosorin_compile.source.plugins import Plugin, aside, failed
 from rosorin_compile.source.tree import Map, Path
 
-from ..annotations import sections
-from ..mentions import givers, mentions
 from ..schema import fragment_at, resolve, schema
 from ..section_registry import plugged
-from .entries import Problem
-from .plainly import named_records, plain, record_of
+from ..symbols import SymbolTable
+from .records import Problem, named_records, plain, record_of
 
-Tell = Callable[[Diagnostic, str], None]
+Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
 
 
-def lower_own_sections(tree: Mapping[str, Any], problem: Problem) -> dict[str, Any]:
-    """Return the values of the sections in ``model.sections.SECTIONS`` that a description has, by name."""
-    made = {}
-    for name in SECTIONS:
-        lower = section_named(name).lower if tree.get(name) is not None else None
-        if lower is not None and (value := lower(tree, problem)):
-            made[name] = value
-    return made
+def lower_sections(
+    core: Iterable[Section[Any]], tree: Mapping[str, Any], problem: Problem, report: Report
+) -> tuple[dict[str, Any], Sections]:
+    """Return the values of the sections of the tool by name, and those of plug-ins.
 
-
-def lower_sections(tree: Mapping[str, Any], tell: Tell) -> Sections:
-    """Return the contents and the values of the sections of plug-ins.
-
-    ``tell`` takes what is wrong with the plug-in of a section, and the name of that; it has no value then.
+    ``report`` takes a problem of a plug-in and the name of its section, which has no value then.
     """
-    there = [name for name in _without_fields() if tree.get(name) is not None]
-    if not there:
-        return NO_SECTIONS
-    values: dict[str, Any] = {}
-    said = {name: completed(schema()["properties"][name], plain(tree[name])) for name in there}
+    own = {
+        section.name: _value(section, tree, problem)
+        for section in (*core, *own_sections())
+        if tree.get(section.name) is not None
+    }
+    contents, values = {}, {}
     for plugin, section in plugged().sections:
-        if section.name in said:
-            try:
-                with aside(plugin):
-                    values[section.name] = _value(section, said[section.name])
-            except (Exception, SystemExit) as fault:
-                tell(failed(plugin, fault), section.name)
-    return Sections(values, said)
+        if tree.get(section.name) is not None:
+            contents[section.name] = _contents(section, tree)
+            with _guarded(plugin, section.name, report):
+                values[section.name] = _value(section, tree, problem)
+    return own, Sections(values, contents) if contents else NO_SECTIONS
 
 
-@cache
-def _without_fields() -> tuple[str, ...]:
-    """Return the sections of packages: the model has no value of them, and the schema says that they are compared."""
-    known = {field.name for field in fields(Robot)}
-    return tuple(name for name, node in sections().items() if node.compared and name not in known)
+def _value(section: Section[Any], tree: Mapping[str, Any], problem: Problem) -> Any:
+    if section.lower is not None:
+        return section.lower(tree, problem)
+    entries = _contents(section, tree)
+    if section.form == ENTRIES:
+        return named_records(section.entry, entries)
+    if section.form == ITEMS:
+        return tuple(record_of(section.entry, entry) for entry in entries)
+    return record_of(section.entry, entries)
 
 
-def with_sections(robot: Robot, tree: Map, tell: Tell, place: Place) -> Robot:
-    """Return a robot with what its sections add to it; ``tell`` as in ``lower_sections``.
+def _contents(section: Section[Any], tree: Mapping[str, Any]) -> Any:
+    return completed(schema()["properties"][section.name], plain(tree[section.name]))
 
-    ``place`` takes the kind and the name of each link and joint that is added, and where it is said. A section that
-    names a link or a joint that is not there adds nothing: the rules tell that.
+
+@contextmanager
+def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
+    """Report whatever the code of a plug-in raises."""
+    try:
+        with aside(plugin):
+            yield
+    except (Exception, SystemExit) as fault:
+        report(failed(plugin, fault), section)
+
+
+def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robot:
+    """Return a robot with the links, joints and masses that its sections add.
+
+    An entry may refer to what another entry or section adds, if there is no circle: what is referred to is added first.
+    ``place`` takes the kind, name and path of each link and joint that is added. A section that refers to a link or a
+    joint that does not exist adds nothing: the rules report that.
     """
-    made = robot
-    for plugin, section in plugged().sections:
-        if section.adds is not None and section in robot.sections and is_resolved(made, tree, section.name):
-            before = made
-            try:
-                with aside(plugin):
-                    made = _sound(section.adds(made, robot.sections[section]), made)
-            except (Exception, SystemExit) as fault:
-                tell(failed(plugin, fault), section.name)
-            _place(before, made, tree, section.name, place)
+    made, symbols = robot, SymbolTable(tree)
+    waiting = [one for one in plugged().sections if one[1].adds is not None and one[1] in robot.sections]
+    while ready := [one for one in waiting if _in_order(made, symbols, one[1].name) is not None]:
+        plugin, section = ready[0]
+        waiting.remove(ready[0])
+        before, value = made, robot.sections[section]
+        order = _in_order(made, symbols, section.name)
+        if order and section.form != ONE:
+            value = {name: value[name] for name in order} if section.form == ENTRIES else tuple(value[i] for i in order)
+        with _guarded(plugin, section.name, report):
+            made = _checked(section.adds(made, value), made)
+        _place_added(before, made, symbols, section.name, place)
     return made if made is robot else replace(made, sections=replace(robot.sections, without=robot))
 
 
-def _place(before: Robot, made: Robot, tree: Map, section: str, place: Place) -> None:
-    """Say where the links and joints are said that a section has added; a joint with the link that it leads to."""
-    said = {(kind, name): path for kind, name, path in givers(tree, section)}
+def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
+    """Return the entries of a section, each after those that define what it refers to.
+
+    None for a circle, or a reference to a link or a joint that neither the robot nor the section has.
+    """
+    existing = {"link": robot.link, "joint": robot.joint}
+    defined = {(one.kind, one.name): one.path[1] for one in symbols.definitions(section) if len(one.path) > 1}
+    needs: dict[Any, set[Any]] = {}
+    for one in symbols.references(existing, section):
+        if one.name not in existing[one.kind]:
+            if (one.kind, one.name) not in defined:
+                return None
+            if len(one.path) > 1:
+                needs.setdefault(one.path[1], set()).add(defined[one.kind, one.name])
+    entries = symbols.tree[section]
+    waiting = list(entries if isinstance(entries, Map) else range(len(entries)))
+    order: list[Any] = []
+    while waiting:
+        free = next((entry for entry in waiting if not needs.get(entry, set()) - {entry} - set(order)), None)
+        if free is None:
+            return None
+        order.append(free)
+        waiting.remove(free)
+    return order
+
+
+def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str, place: Place) -> None:
+    """Record where added links and joints are defined; a joint without a name of its own is where its link is."""
+    defined = {(one.kind, one.name): one.path for one in symbols.definitions(section)}
     links = Counter(link.name for link in made.links) - Counter(link.name for link in before.links)
     for name in links.elements():
-        place("link", name, said.get(("link", name), (section,)))
+        place("link", name, defined.get(("link", name), (section,)))
     twice = {name for name, count in Counter(link.name for link in made.links).items() if count > 1}
     joints = Counter(joint.name for joint in made.joints) - Counter(joint.name for joint in before.joints)
     for joint in reversed(made.joints):
-        if joints[joint.name] > 0 and joint.child not in twice:  # which is told already
+        if joints[joint.name] > 0 and joint.child not in twice:  # a duplicate link is reported already
             joints[joint.name] -= 1
-            path = said.get(("joint", joint.name)) or said.get(("link", joint.child)) or (section,)
+            path = defined.get(("joint", joint.name)) or defined.get(("link", joint.child)) or (section,)
             place("joint", joint.name, path)
 
 
-def is_resolved(robot: Robot, tree: Map, section: str) -> bool:
-    """Say whether all links and joints that a section names are there."""
-    there = {"link": robot.link, "joint": robot.joint}
-    named = mentions(tree, there.keys(), section)
-    return all(one.name in there[one.kind] for one in named)
+def is_resolved(robot: Robot, symbols: SymbolTable, section: str) -> bool:
+    """Return True if all links and joints that a section refers to exist."""
+    existing = {"link": robot.link, "joint": robot.joint}
+    return all(one.name in existing[one.kind] for one in symbols.references(existing, section))
 
 
-def _sound(made: object, before: Robot) -> Robot:
-    """Return what a section has made of a robot. Raises TypeError or ValueError for what is none."""
+def _checked(made: object, before: Robot) -> Robot:
+    """Return the robot that a section has made. Raises TypeError or ValueError for anything else."""
     if not isinstance(made, Robot):
         raise TypeError(f"what a section adds to is a Robot again, not {str(made)[:60]!r}")
     types = fragment_at(("joints", "*", "type"))["enum"]
@@ -118,21 +156,12 @@ def _sound(made: object, before: Robot) -> Robot:
     return made
 
 
-def _value(section: Section[Any], said: Any) -> Any:
-    """Return the value of a section of what is said in it."""
-    if section.form == ENTRIES:
-        return named_records(section.entry, said)
-    if section.form == ITEMS:
-        return tuple(record_of(section.entry, entry) for entry in said)
-    return record_of(section.entry, said)
-
-
 def completed(fragment: Mapping[str, Any], value: Any) -> Any:
-    """Return a plain value with what the schema says by default; an entry that is left empty is a mapping."""
-    said = resolve(dict(fragment))
+    """Return a plain value with the defaults of the schema; an entry that is left empty is a mapping."""
+    resolved = resolve(dict(fragment))
     if isinstance(value, tuple):
-        return tuple(completed(said.get("items", {}), one) for one in value)
-    properties, others = said.get("properties", {}), said.get("additionalProperties")
+        return tuple(completed(resolved.get("items", {}), one) for one in value)
+    properties, others = resolved.get("properties", {}), resolved.get("additionalProperties")
     if value is None and (properties or isinstance(others, Mapping)):
         value = {}
     if not isinstance(value, Mapping):

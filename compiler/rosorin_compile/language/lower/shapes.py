@@ -26,12 +26,11 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.model.mass import inertial_of, together
+from rosorin_compile.model.simulation import Contact
 from rosorin_compile.source.rule_registry import NUMBERS, Rule
 from rosorin_compile.source.wording import listed
 
-from .entries import rgba_of, texts_of, values_of
-from .plainly import pose_of_entry
-from .simulation import contact_of
+from .records import other_values, pose_of_entry, record_of, values_of
 
 RULES = (
     Rule(
@@ -85,17 +84,16 @@ def lower_shape(
     for problem in _sizes(kind, entry[kind]):
         if not accept(problem):
             raise problem
-    return Shape(
-        geometry,
-        pose,
-        name=entry.get("name", ""),
-        rgba=rgba_of(entry),
-        material=entry.get("material", ""),
+    contact = entry.get("contact")
+    return record_of(
+        Shape,
+        entry,
+        geometry=geometry,
+        pose=pose,
         stand_in=stand_in,
-        texture=entry.get("texture", ""),
-        urdf_elements=texts_of(entry),
-        contact=contact_of(entry.get("contact")),
-        mjcf=values_of(entry.get("mjcf")),
+        contact=None
+        if contact is None
+        else record_of(Contact, contact, values=other_values(contact, ("layers", "touches", "source"))),
     )
 
 

@@ -10,9 +10,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.language.lower.entries import Problem, actuator_of, entries_of, values_of
-from rosorin_compile.language.lower.plainly import pose_of_entry
-from rosorin_compile.language.lower.simulation import others, reworded
+from rosorin_compile.language.lower.records import (
+    Problem,
+    actuator_of,
+    entries_of,
+    other_values,
+    pose_of_entry,
+    renamed_values,
+    values_of,
+)
 from rosorin_compile.model import Pose
 from rosorin_compile.model.simulation import Actuator, Attribute, Entry
 from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Stop, Tendon
@@ -80,7 +86,7 @@ _OF_TENDON = {
 
 
 def _tendon(name: str, entry: Mapping[str, Any]) -> Tendon:
-    values = reworded(entry, _OF_TENDON) | values_of(entry.get("mjcf"))
+    values = renamed_values(entry, _OF_TENDON) | values_of(entry.get("mjcf"))
     joints = {joint: float(factor) for joint, factor in (entry.get("joints") or {}).items()}
     return Tendon(name, joints, tuple(_stop(stop) for stop in entry.get("path") or ()), values)
 
@@ -89,8 +95,8 @@ def _stop(entry: Mapping[str, Any]) -> Stop:
     if "pulley" in entry:
         return Stop("pulley", {"divisor": float(entry["pulley"])})
     if "shape" in entry:
-        return Stop("geom", reworded(entry, {"shape": "geom", "side_site": "sidesite"}))
-    return Stop("site", reworded(entry, {"site": "site"}))
+        return Stop("geom", renamed_values(entry, {"shape": "geom", "side_site": "sidesite"}))
+    return Stop("site", renamed_values(entry, {"site": "site"}))
 
 
 _OF_CONSTRAINT = {
@@ -110,11 +116,11 @@ def _constraint(name: str, entry: Mapping[str, Any]) -> Entry:
     if "xyz" in entry or "rpy" in entry:
         pose: Pose = pose_of_entry(entry)
         values["relpose"] = (*pose.xyz, *pose.transform().quaternion())
-    return Entry(entry["type"], name, values | reworded(entry, _OF_CONSTRAINT))
+    return Entry(entry["type"], name, values | renamed_values(entry, _OF_CONSTRAINT))
 
 
 def _contact_pair(entry: Mapping[str, Any]) -> ContactPair:
-    values = others(entry, ("name", "links", "shapes", "source"))
+    values = other_values(entry, ("name", "links", "shapes", "source"))
     links, shapes = ((entry[key][0], entry[key][1]) if key in entry else None for key in ("links", "shapes"))
     return ContactPair(entry.get("name", ""), links, shapes, values)
 
@@ -138,8 +144,8 @@ _OF_SENSOR = (*MEASURED, "kind", "object", "reference", "source")
 
 
 def _sensor(name: str, entry: Mapping[str, Any]) -> Entry:
-    values = reworded(entry, MEASURED)
+    values = renamed_values(entry, MEASURED)
     for key, kind, word in (("object", "objtype", "objname"), ("reference", "reftype", "refname")):
         for what, one in (entry.get(key) or {}).items():
             values |= {kind: _OBJECTS[what], word: one}
-    return Entry(entry["kind"], name, values | others(entry, _OF_SENSOR))
+    return Entry(entry["kind"], name, values | other_values(entry, _OF_SENSOR))

@@ -1,0 +1,41 @@
+"""The worked example of docs/architecture.md is a patch: it applies to this checkout, and its test passes there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from support.paths import DOCS
+
+ROOT = DOCS.parent
+WORDS = 900
+
+
+def test_the_page_is_short() -> None:
+    assert len((DOCS / "architecture.md").read_text("utf-8").split()) <= WORDS
+
+
+def test_the_worked_example_applies_and_runs(tmp_path: Path) -> None:
+    found = re.search(r"```diff\n(.*?)```", (DOCS / "architecture.md").read_text("utf-8"), re.DOTALL)
+    assert found is not None
+    patch = tmp_path / "example.patch"
+    patch.write_text(found[1], "utf-8")
+    checkout = tmp_path / "checkout"
+    for folder in ("compiler", "schemas", "templates", "parts"):
+        shutil.copytree(ROOT / folder, checkout / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", checkout)
+    subprocess.run(["git", "apply", "-C1", str(patch)], cwd=checkout, check=True)
+    (added,) = checkout.glob("tests/**/test_*.py")
+    ran = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-c", os.devnull, "-p", "no:cacheprovider", str(added)],
+        cwd=checkout,
+        env={**os.environ, "PYTHONPATH": str(checkout / "compiler"), "PYTHONDONTWRITEBYTECODE": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stdout + ran.stderr

@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
-from .annotations import WITHIN, Node, Steps, annotated_sections, describe_path, own_schema
+from .annotations import WITHIN, Node, annotated_sections, describe_path, own_schema
+from .annotations import Steps as Steps
 from .section_registry import piece, plugged_sections
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.lower.records import Problem
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.numbers import NumberFormat
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Adds = Callable[["Robot", Any], "Robot"]
-Lower = Callable[[Mapping[str, Any], "Problem"], Any]
+Lower = Callable[[Mapping[str, Any], Any], Any]  # of the tree, and of what reports a problem (``Problem``)
 
 # The module of each section of the tool that is not defined in the core; the record has its name in capitals. A value
 # is the field of ``Robot`` with the name of the section.

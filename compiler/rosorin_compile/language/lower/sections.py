@@ -88,8 +88,10 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
         order = _in_order(made, symbols, section.name)
         if order and section.form != ONE:
             value = {name: value[name] for name in order} if section.form == ENTRIES else tuple(value[i] for i in order)
+        adds = section.adds
+        assert adds is not None  # noqa: S101 - those that wait have it
         with _guarded(plugin, section.name, report):
-            made = _checked(section.adds(made, value), made)
+            made = _checked(adds(made, value), made)
         _place_added(before, made, symbols, section.name, place)
     return made if made is robot else replace(made, sections=replace(robot.sections, without=robot))
 

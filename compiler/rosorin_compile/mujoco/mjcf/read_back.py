@@ -32,6 +32,7 @@ from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, is_free
 from .height_fields import colliding
 from .masses import LEAST
 from .omissions import position_range
+from .servos import is_clamped
 from .write_joints import base_name
 
 if TYPE_CHECKING:
@@ -100,7 +101,9 @@ def _joint_view(joint: Joint, robot: Robot) -> Joint:
     kind = "continuous" if joint.type == "revolute" and reach is None else joint.type
     effort = joint.limit.known("effort") if joint.limit is not None else None
     lower, upper = reach or (None, None)
-    limit = Limit(lower, upper, effort if effort is not None and effort > 0 else None)
+    if effort is not None and (effort <= 0 or is_clamped(robot, joint, effort)):
+        effort = None  # the actuators say it
+    limit = Limit(lower, upper, effort)
     mimic = joint.mimic
     if mimic is not None and not robot.joint[mimic.joint].moves:  # it is held at an angle
         mimic = Mimic("", 0.0, mimic.offset)

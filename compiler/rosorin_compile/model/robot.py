@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
@@ -13,7 +13,7 @@ from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Join
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
 from .sections import NO_SECTIONS, Sections
-from .shape import ROWS, Material, Rgba, Shape
+from .shape import Material, Rgba, Shape
 from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 
 if TYPE_CHECKING:
@@ -477,77 +477,6 @@ class Robot:
         from .drive import driving_of
 
         return driving_of(self)
-
-    # The robot where only some links are frames of an output (``carried``).
-
-    @of_robot
-    def carriers(self, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
-        """Return for each link the carried link that it belongs to, and its pose in that.
-
-        A link belongs to the next carried link above it, or to the topmost one if there is none. Joints between are at
-        zero, and mimic joints follow their leaders.
-        """
-
-        def at_zero(joint: Joint) -> Transform:
-            return joint.transform(self.position(joint, {}) if joint.moves else 0.0)
-
-        top = next(link.name for link in self.walk() if link.name in carried)
-        found, here = {top: (top, Transform())}, Transform()
-        for joint in reversed(self.chain(top)):
-            here = here.then(at_zero(joint).inverse())
-            found[joint.parent] = (top, here)
-        for link in self.walk():
-            above = self.joint_to.get(link.name)
-            if link.name in carried:
-                found[link.name] = (link.name, Transform())
-            elif link.name not in found and above is not None:
-                carrier, transform = found[above.parent]
-                found[link.name] = (carrier, transform.then(at_zero(above)))
-        return found
-
-    def shapes_at(self, link: str, carried: Set[str], purpose: str, form: str = ROWS) -> tuple[list[Shape], set[str]]:
-        """Return the solids of a link, with those of links that are fixed to it and not carried, and these links.
-
-        ``purpose`` is visual or collision, ``form`` that of the boxes of height maps. The shapes of other links come
-        first: those mounted on the link, then those of the links that it is mounted on.
-        """
-        moved: list[Shape] = []
-        visited = {link}
-        waiting = [(link, Transform())]
-        own: list[Shape] = []
-        while waiting:
-            name, transform = waiting.pop()
-            solids = [solid for shape in getattr(self.link[name], purpose) for solid in shape.solids(form)]
-            if name == link:
-                own = solids
-            else:
-                moved += [self._moved(solid, transform) for solid in solids]
-            neighbours = self.fixed_neighbours(name)
-            steps = [(n, transform.then(t)) for n, t in neighbours if n not in carried and n not in visited]
-            visited.update(n for n, _ in steps)
-            waiting += reversed(steps)
-        return [*moved, *own], visited - {link}
-
-    def _moved(self, solid: Shape, transform: Transform) -> Shape:
-        """Return a solid of a link in the frame of another one, cached: several formats and their proofs use it."""
-        key = ("moved", id(solid), transform)
-        moved: tuple[Shape, Shape] | None = self.worked_out.get(key)
-        if moved is None or moved[1] is not solid:  # as in a copy that was pickled
-            moved = self.worked_out[key] = (solid.moved(transform), solid)
-        return moved[0]
-
-    def inertials_at(self, carried: Set[str]) -> Mapping[str, Inertial]:
-        """Return the inertials of the links that are ``carried``, with those of the links that belong to each.
-
-        Raises ValueError where a sum overflows.
-        """
-        parts: dict[str, list[tuple[Inertial, Transform]]] = {}
-        for name, (carrier, transform) in self.carriers(frozenset(carried)).items():
-            inertial = self.link[name].inertial
-            if inertial is not None:
-                parts.setdefault(carrier, []).append((inertial, transform))
-        own = {name: self.link[name].inertial for name in parts}
-        return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
 
     def with_masses(self, more: Mapping[str, Sequence[Inertial]]) -> Robot:
         """Return the robot with more masses in links, by the name of the link, for ``adds`` of plug-ins.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence, Set
 
+from rosorin_compile.formats.carriers import carriers, shapes_at
 from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Transform, Vector
 from rosorin_compile.model.bounds import along
 from rosorin_compile.model.cached import of_robot
@@ -38,7 +39,7 @@ def collisions(robot: Robot, link: str, carried: Set[str], boxes: str) -> list[S
 
     A link that turns, and whose parts that turn on it are not carried, is one cylinder around it and them.
     """
-    own = robot.shapes_at(link, carried, "collision", boxes)[0]
+    own = shapes_at(robot, link, carried, "collision", boxes)
     joint = robot.joint_to.get(link)
     if joint is None or joint.type != "continuous":  # no wheel: two sets of all frames are not held against each other
         return own
@@ -67,7 +68,7 @@ def _lost_of(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tup
 def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[Shape, Transform]]]:
     """Return the shapes, no meshes, of what is not carried and turns on a wheel that is, by wheel, placed in it."""
     found: dict[str, list[tuple[Shape, Transform]]] = {}
-    for name, (carrier, place) in robot.carriers(frozenset(carried)).items():
+    for name, (carrier, place) in carriers(robot, carried).items():
         solids = robot.link[name].collision if name not in carried else ()
         joint = robot.joint_to.get(carrier)
         if solids and joint is not None and joint.type == "continuous" and robot.moves_between(name, carrier):

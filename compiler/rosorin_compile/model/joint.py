@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from .geometry import IDENTITY, Pose, Transform, Vector, norm, plus, rotation_about
+from .geometry import IDENTITY, Pose, Transform, Vector, norm, plane_axes, plus, rotation_about
 from .link import NO_SOURCE, Source
 from .simulation import Actuator, Values
 
@@ -56,21 +55,6 @@ def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transf
     *xyz, qx, qy, qz, qw = numbers
     x, y, z = xyz or (0.0, 0.0, 0.0)
     return Transform.of_quaternion((x, y, z), (qw, qx, qy, qz))
-
-
-def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
-    """Return the axes x and y of the plane of a planar joint, of unit length, in the frame of the joint.
-
-    They are those of the frame, turned the shortest way that brings z to the normal, like in MuJoCo's reader of URDF.
-    Raises ValueError for a zero normal.
-    """
-    x, y, z = _along(normal, 1.0)
-    across = math.hypot(x, y)
-    if across == 0.0:
-        return (1.0, 0.0, 0.0), (0.0, math.copysign(1.0, z), 0.0)
-    rotation = rotation_about((-y / across, x / across, 0.0), math.atan2(across, z))
-    (a, d, _), (b, e, _), (c, f, _) = rotation
-    return (a + 0.0, b + 0.0, c + 0.0), (d + 0.0, e + 0.0, f + 0.0)
 
 
 def _along(axis: Vector, distance: float) -> Vector:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence, Set
 
 from rosorin_compile.formats.carriers import carriers, shapes_at
 from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Transform, Vector
-from rosorin_compile.model.bounds import along
+from rosorin_compile.model.bounds import along, radius_about
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.geometry import dot, norm, pose_of
-from rosorin_compile.model.joint import plane_axes
+from rosorin_compile.model.geometry import norm, plane_axes, pose_of
 from rosorin_compile.model.shape import ROWS, plain
 
 _LAST = ("what the last set of frames leaves out",)
-_DIRECTIONS = 360  # around an axle, beside that of the middle of a shape: 40 um are missing at 1 m
 
 
 def boxes_of(output: Output) -> str:
@@ -50,7 +47,7 @@ def collisions(robot: Robot, link: str, carried: Set[str], boxes: str) -> list[S
     length = norm((x, y, z))
     axis = (x / length, y / length, z / length)
     bare = [(solid, Transform()) for solid in own if not isinstance(solid.geometry, Mesh)]
-    if _radius(lost, axis) <= _radius(bare, axis):
+    if radius_about(lost, axis) <= radius_about(bare, axis):
         return own
     return [_around([*bare, *lost], axis), *(solid for solid in own if isinstance(solid.geometry, Mesh))]
 
@@ -77,21 +74,6 @@ def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[
     return found
 
 
-def _radius(placed: Sequence[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return how far shapes reach from an axis through the origin (m)."""
-    u, v = plane_axes(axis)
-    turns = [2 * math.pi * step / _DIRECTIONS for step in range(_DIRECTIONS)]
-    farthest = 0.0
-    for solid, place in placed:
-        middle = place.then(solid.pose.transform()).xyz
-        reach = along(solid, place)
-        for turn in (math.atan2(dot(middle, v), dot(middle, u)), *turns):
-            across, up = math.cos(turn), math.sin(turn)
-            x, y, z = (across * one + up * other for one, other in zip(u, v, strict=True))
-            farthest = max(farthest, reach((x, y, z)))
-    return farthest
-
-
 def _around(placed: Sequence[tuple[Shape, Transform]], axis: Vector) -> Shape:
     """Return the cylinder around shapes, about an axis through the origin."""
     x, y, z = axis
@@ -100,4 +82,4 @@ def _around(placed: Sequence[tuple[Shape, Transform]], axis: Vector) -> Shape:
     middle = (ends[0] + ends[1]) / 2
     (a, b, c), (d, e, f) = plane_axes(axis)
     turned = Transform(((a, d, x), (b, e, y), (c, f, z)), (x * middle, y * middle, z * middle))
-    return Shape(Cylinder(_radius(placed, axis), ends[0] - ends[1]), pose_of(turned))
+    return Shape(Cylinder(radius_about(placed, axis), ends[0] - ends[1]), pose_of(turned))

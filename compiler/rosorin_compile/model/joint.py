@@ -67,9 +67,9 @@ def _along(axis: Vector, distance: float) -> Vector:
 
 @dataclass(frozen=True)
 class Limit:
-    """Limits of a joint: radians or metres, N*m or N, rad/s or m/s; None is not given.
+    """Limits of a joint: radians or metres, N*m or N, rad/s or m/s, or None.
 
-    ``stand_ins`` are those that nobody knows: they are for formats whose readers ask for them.
+    ``stand_ins`` are the names of limits that are unknown, for formats that require them.
     """
 
     lower: float | None = None
@@ -79,7 +79,7 @@ class Limit:
     stand_ins: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def known(self, key: str) -> float | None:
-        """Return a limit by its name; None if it is not given, or stands in for one that nobody knows."""
+        """Return a limit by its name, or None if it is not given or a stand-in."""
         value: float | None = None if key in self.stand_ins else getattr(self, key)
         return value
 
@@ -88,8 +88,8 @@ class Limit:
 class Mimic:
     """A joint that follows another: position = multiplier * leader + offset.
 
-    ``solref`` and ``solimp`` are what MuJoCo's solver is told of the coupling; empty: its own. ``name`` is what MuJoCo
-    calls it; empty: as the joint.
+    ``solref`` and ``solimp`` are parameters of MuJoCo's solver for the coupling, or empty for the defaults. ``name`` is
+    the name of the coupling in MuJoCo, or empty for that of the joint.
     """
 
     joint: str

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class ByName(dict[str, "Named"]):
-    """A mapping by name; ``kind`` is the word for what it holds. What is not there raises a KeyError with a way out."""
+    """A mapping by name; an unknown name raises a KeyError with a suggestion. ``kind`` is the word for its values."""
 
     __slots__ = ("kind",)
 
@@ -49,7 +49,7 @@ class ByName(dict[str, "Named"]):
 
 
 def unknown(kind: str, name: object, known: Iterable[str], more: str = "") -> KeyError:
-    """Return the KeyError about a name that is not there; ``more`` says what it is instead."""
+    """Return the KeyError for an unknown name; ``more`` replaces the suggestion."""
     from rosorin_compile.source.diagnostics import did_you_mean
 
     way_out = more or did_you_mean(str(name), known) or "the robot has none"
@@ -76,9 +76,9 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Edge:
-    """A transform that another node owns. ``pose`` is None where only that node knows the numbers.
+    """A transform that another node publishes; ``pose`` is None if only that node has the numbers.
 
-    ``joint`` is the name of the joint whose publishers take turns by mode: the edge is one of these turns.
+    ``joint`` is the name of the joint that the edge publishes in some modes, or empty.
     """
 
     parent: str
@@ -95,7 +95,7 @@ class Edge:
 class JointPose:
     """A named pose: positions in radians or metres by joint name; joints not named are at zero.
 
-    In simulation ``base`` is where a free base is in the world, ``controls`` what actuators are asked for, by name.
+    In simulation ``base`` is the pose of a free base in the world, and ``controls`` are commands of actuators by name.
     """
 
     name: str
@@ -111,8 +111,8 @@ class JointPose:
 class Controller:
     """A controller: ``type`` as the description has it, ``params`` by their full keys (``a.b.c``).
 
-    ``hardware`` is the block whose joints it moves, ``sensor`` the one that it speaks for; empty if not said.
-    ``inactive``: it is configured when the robot starts, and somebody switches to it later.
+    ``hardware`` is the block whose joints it moves, ``sensor`` the one that it broadcasts, or empty.
+    ``inactive``: it is configured when the robot starts, and activated later.
     """
 
     name: str
@@ -126,7 +126,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class Output:
-    """One artifact to make: the format (``backend`` in the language), its file in the outputs folder, its options."""
+    """An artifact: the format (``backend`` in the language), its file in the outputs folder, its options."""
 
     name: str
     backend: str
@@ -232,15 +232,15 @@ class Robot:
 
     def colour(self, visual: Shape) -> Rgba | None:
         """Return the colour of a visual, or that of its material, or None."""
-        if visual.rgba is not None or visual.texture or visual.material not in self.material:
-            return visual.rgba
-        return self.material[visual.material].rgba
+        return self._look(visual).rgba
 
     def texture(self, visual: Shape) -> str:
         """Return the image of a visual, or that of its material, or an empty text."""
-        if visual.rgba is not None or visual.texture or visual.material not in self.material:
-            return visual.texture
-        return self.material[visual.material].texture
+        return self._look(visual).texture
+
+    def _look(self, visual: Shape) -> Shape | Material:
+        has_own = visual.rgba is not None or visual.texture or visual.material not in self.material
+        return visual if has_own else self.material[visual.material]
 
     def look_of(self, link: Link) -> Rgba | None:
         """Return the first colour of the visuals of a link, or None."""

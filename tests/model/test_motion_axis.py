@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.model.joint import motion, plane_axes
+from rosorin_compile.model.geometry import plane_axes
+from rosorin_compile.model.joint import motion
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from rosorin_compile.formats.carriers import carriers, inertials_at
 from rosorin_compile.model.looks import shows_collision
 
 from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, YAML, Difference, Item, Side
@@ -90,12 +91,12 @@ def _carrying(side: Side, other: Side) -> Side:
     if side.format is not YAML or leaves_out is None or not carried or len(carried) == len(robot.links):
         return side
     gone = [
-        name for name, (carrier, _) in robot.carriers(frozenset(carried)).items() if robot.moves_between(name, carrier)
+        name for name, (carrier, _) in carriers(robot, frozenset(carried)).items() if robot.moves_between(name, carrier)
     ]
     if not gone or not all(leaves_out(robot, name) for name in gone):
         return side
     try:
-        masses = robot.inertials_at(robot.link.keys() - set(gone))
+        masses = inertials_at(robot, robot.link.keys() - set(gone))
     except ValueError:
         return side
     links = tuple(replace(link, inertial=masses.get(link.name)) for link in robot.links)

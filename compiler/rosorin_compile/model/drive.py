@@ -21,14 +21,15 @@ right (differential), of the axle that is not steered (tricycle, ackermann). The
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
+from .bounds import radius_about
 from .cached import of_robot
-from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
+from .geometry import Transform, Vector, dot, unit
 from .link import NO_SOURCE, Source
-from .shape import Capsule, Cylinder, Shape, Sphere
+from .shape import Capsule, Cylinder, Sphere
 
 if TYPE_CHECKING:
     from .robot import Robot
@@ -49,8 +50,6 @@ SLIDING = (MECANUM, OMNI)  # drives that move sideways
 # The grip of a mecanum wheel along x and y, in the X layout: from above, the axes of the upper rollers point at the
 # middle, so those on the ground are across.
 _GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
-_POINTS = 360  # on the edge of a cylinder that is not along its axle
-_ALONG = 1e-9  # rad, of one that is
 _SINGULAR = 1e-9
 
 
@@ -325,32 +324,8 @@ def rolling_radius(robot: Robot, name: str) -> float | None:
             if next_joint.moves or next_joint.is_fixed:
                 below.append((next_joint.child, place.then(next_joint.transform())))
     for purpose in ("collision", "visual"):
-        shapes = ((shape, place) for link, place in below for shape in getattr(robot.link[link], purpose))
-        radii = [radius for shape, place in shapes for radius in _radius(shape, place, unit(joint.axis))]
-        if radii:
-            return max(radii)
+        shapes = [(shape, place) for link, place in below for shape in getattr(robot.link[link], purpose)]
+        round_ones = [one for one in shapes if isinstance(one[0].geometry, (Sphere, Capsule, Cylinder))]
+        if round_ones and any(joint.axis):
+            return radius_about(round_ones, joint.axis)
     return None
-
-
-def _radius(shape: Shape, where: Transform, axis: Vector) -> Iterator[float]:
-    """Yield how far a round shape reaches from an axis through the origin (m); nothing for one that is not round."""
-
-    def distance(point: Vector) -> float:
-        along = dot(point, axis)
-        return norm(minus(point, (along * axis[0], along * axis[1], along * axis[2])))
-
-    geometry, place = shape.geometry, where.then(shape.pose.transform())
-    if isinstance(geometry, Sphere):
-        yield distance(place.xyz) + geometry.radius
-    elif isinstance(geometry, Capsule):
-        yield max(distance(place.apply((0.0, 0.0, side * geometry.length / 2))) for side in (-1, 1)) + geometry.radius
-    elif isinstance(geometry, Cylinder):
-        if abs(math.sin(angle_between(place.rotate((0.0, 0.0, 1.0)), axis))) < _ALONG:
-            yield distance(place.xyz) + geometry.radius
-            return
-        edge = (
-            (geometry.radius * math.cos(angle), geometry.radius * math.sin(angle), side * geometry.length / 2)
-            for angle in (math.tau * step / _POINTS for step in range(_POINTS))
-            for side in (-1, 1)
-        )
-        yield max(distance(place.apply(point)) for point in edge)

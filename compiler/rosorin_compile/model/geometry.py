@@ -100,6 +100,24 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
     )
 
 
+def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
+    """Return the axes x and y of the plane of a planar joint, of unit length, in the frame of the joint.
+
+    They are those of the frame, turned the shortest way that brings z to the normal, like in MuJoCo's reader of URDF.
+    Raises ValueError for a zero normal.
+    """
+    length = norm(normal)
+    if length == 0:
+        raise ValueError("a motion needs an axis that is not zero")
+    x, y, z = (component / length for component in normal)
+    across = math.hypot(x, y)
+    if across == 0.0:
+        return (1.0, 0.0, 0.0), (0.0, math.copysign(1.0, z), 0.0)
+    rotation = rotation_about((-y / across, x / across, 0.0), math.atan2(across, z))
+    (a, d, _), (b, e, _), (c, f, _) = rotation
+    return (a + 0.0, b + 0.0, c + 0.0), (d + 0.0, e + 0.0, f + 0.0)
+
+
 # Several rules and formats ask, and many links of a large robot weigh the same.
 @remembered
 def eigenvalues(rows: Rows) -> Vector:

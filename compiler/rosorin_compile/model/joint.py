@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from .geometry import IDENTITY, Pose, Transform, Vector, norm, plus, rotation_about
+from .geometry import IDENTITY, Pose, Transform, Vector, norm, plane_axes, plus, rotation_about
 from .link import NO_SOURCE, Source
 from .simulation import Actuator, Values
 
@@ -58,21 +57,6 @@ def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transf
     return Transform.of_quaternion((x, y, z), (qw, qx, qy, qz))
 
 
-def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
-    """Return the axes x and y of the plane of a planar joint, of unit length, in the frame of the joint.
-
-    They are those of the frame, turned the shortest way that brings z to the normal, like in MuJoCo's reader of URDF.
-    Raises ValueError for a zero normal.
-    """
-    x, y, z = _along(normal, 1.0)
-    across = math.hypot(x, y)
-    if across == 0.0:
-        return (1.0, 0.0, 0.0), (0.0, math.copysign(1.0, z), 0.0)
-    rotation = rotation_about((-y / across, x / across, 0.0), math.atan2(across, z))
-    (a, d, _), (b, e, _), (c, f, _) = rotation
-    return (a + 0.0, b + 0.0, c + 0.0), (d + 0.0, e + 0.0, f + 0.0)
-
-
 def _along(axis: Vector, distance: float) -> Vector:
     length = norm(axis)
     if length == 0:
@@ -83,9 +67,9 @@ def _along(axis: Vector, distance: float) -> Vector:
 
 @dataclass(frozen=True)
 class Limit:
-    """Limits of a joint: radians or metres, N*m or N, rad/s or m/s; None is not given.
+    """Limits of a joint: radians or metres, N*m or N, rad/s or m/s, or None.
 
-    ``stand_ins`` are those that nobody knows: they are for formats whose readers ask for them.
+    ``stand_ins`` are the names of limits that are unknown, for formats that require them.
     """
 
     lower: float | None = None
@@ -95,7 +79,7 @@ class Limit:
     stand_ins: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def known(self, key: str) -> float | None:
-        """Return a limit by its name; None if it is not given, or stands in for one that nobody knows."""
+        """Return a limit by its name, or None if it is not given or a stand-in."""
         value: float | None = None if key in self.stand_ins else getattr(self, key)
         return value
 
@@ -104,8 +88,8 @@ class Limit:
 class Mimic:
     """A joint that follows another: position = multiplier * leader + offset.
 
-    ``solref`` and ``solimp`` are what MuJoCo's solver is told of the coupling; empty: its own. ``name`` is what MuJoCo
-    calls it; empty: as the joint.
+    ``solref`` and ``solimp`` are parameters of MuJoCo's solver for the coupling, or empty for the defaults. ``name`` is
+    the name of the coupling in MuJoCo, or empty for that of the joint.
     """
 
     joint: str

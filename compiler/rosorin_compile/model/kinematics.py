@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from .geometry import Pose, Transform, unit
-from .joint import UNPUBLISHED, Joint, Publisher, plane_axes
+from .geometry import Pose, Transform, plane_axes, unit
+from .joint import UNPUBLISHED, Joint, Publisher
 
 if TYPE_CHECKING:
     import numpy as np

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
@@ -13,7 +13,7 @@ from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Join
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
 from .sections import NO_SECTIONS, Sections
-from .shape import ROWS, Material, Rgba, Shape
+from .shape import Material, Rgba, Shape
 from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class ByName(dict[str, "Named"]):
-    """A mapping by name; ``kind`` is the word for what it holds. What is not there raises a KeyError with a way out."""
+    """A mapping by name; an unknown name raises a KeyError with a suggestion. ``kind`` is the word for its values."""
 
     __slots__ = ("kind",)
 
@@ -49,7 +49,7 @@ class ByName(dict[str, "Named"]):
 
 
 def unknown(kind: str, name: object, known: Iterable[str], more: str = "") -> KeyError:
-    """Return the KeyError about a name that is not there; ``more`` says what it is instead."""
+    """Return the KeyError for an unknown name; ``more`` replaces the suggestion."""
     from rosorin_compile.source.diagnostics import did_you_mean
 
     way_out = more or did_you_mean(str(name), known) or "the robot has none"
@@ -76,9 +76,9 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Edge:
-    """A transform that another node owns. ``pose`` is None where only that node knows the numbers.
+    """A transform that another node publishes; ``pose`` is None if only that node has the numbers.
 
-    ``joint`` is the name of the joint whose publishers take turns by mode: the edge is one of these turns.
+    ``joint`` is the name of the joint that the edge publishes in some modes, or empty.
     """
 
     parent: str
@@ -95,7 +95,7 @@ class Edge:
 class JointPose:
     """A named pose: positions in radians or metres by joint name; joints not named are at zero.
 
-    In simulation ``base`` is where a free base is in the world, ``controls`` what actuators are asked for, by name.
+    In simulation ``base`` is the pose of a free base in the world, and ``controls`` are commands of actuators by name.
     """
 
     name: str
@@ -111,8 +111,8 @@ class JointPose:
 class Controller:
     """A controller: ``type`` as the description has it, ``params`` by their full keys (``a.b.c``).
 
-    ``hardware`` is the block whose joints it moves, ``sensor`` the one that it speaks for; empty if not said.
-    ``inactive``: it is configured when the robot starts, and somebody switches to it later.
+    ``hardware`` is the block whose joints it moves, ``sensor`` the one that it broadcasts, or empty.
+    ``inactive``: it is configured when the robot starts, and activated later.
     """
 
     name: str
@@ -126,7 +126,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class Output:
-    """One artifact to make: the format (``backend`` in the language), its file in the outputs folder, its options."""
+    """An artifact: the format (``backend`` in the language), its file in the outputs folder, its options."""
 
     name: str
     backend: str
@@ -232,15 +232,15 @@ class Robot:
 
     def colour(self, visual: Shape) -> Rgba | None:
         """Return the colour of a visual, or that of its material, or None."""
-        if visual.rgba is not None or visual.texture or visual.material not in self.material:
-            return visual.rgba
-        return self.material[visual.material].rgba
+        return self._look(visual).rgba
 
     def texture(self, visual: Shape) -> str:
         """Return the image of a visual, or that of its material, or an empty text."""
-        if visual.rgba is not None or visual.texture or visual.material not in self.material:
-            return visual.texture
-        return self.material[visual.material].texture
+        return self._look(visual).texture
+
+    def _look(self, visual: Shape) -> Shape | Material:
+        has_own = visual.rgba is not None or visual.texture or visual.material not in self.material
+        return visual if has_own else self.material[visual.material]
 
     def look_of(self, link: Link) -> Rgba | None:
         """Return the first colour of the visuals of a link, or None."""
@@ -477,77 +477,6 @@ class Robot:
         from .drive import driving_of
 
         return driving_of(self)
-
-    # The robot where only some links are frames of an output (``carried``).
-
-    @of_robot
-    def carriers(self, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
-        """Return for each link the carried link that it belongs to, and its pose in that.
-
-        A link belongs to the next carried link above it, or to the topmost one if there is none. Joints between are at
-        zero, and mimic joints follow their leaders.
-        """
-
-        def at_zero(joint: Joint) -> Transform:
-            return joint.transform(self.position(joint, {}) if joint.moves else 0.0)
-
-        top = next(link.name for link in self.walk() if link.name in carried)
-        found, here = {top: (top, Transform())}, Transform()
-        for joint in reversed(self.chain(top)):
-            here = here.then(at_zero(joint).inverse())
-            found[joint.parent] = (top, here)
-        for link in self.walk():
-            above = self.joint_to.get(link.name)
-            if link.name in carried:
-                found[link.name] = (link.name, Transform())
-            elif link.name not in found and above is not None:
-                carrier, transform = found[above.parent]
-                found[link.name] = (carrier, transform.then(at_zero(above)))
-        return found
-
-    def shapes_at(self, link: str, carried: Set[str], purpose: str, form: str = ROWS) -> tuple[list[Shape], set[str]]:
-        """Return the solids of a link, with those of links that are fixed to it and not carried, and these links.
-
-        ``purpose`` is visual or collision, ``form`` that of the boxes of height maps. The shapes of other links come
-        first: those mounted on the link, then those of the links that it is mounted on.
-        """
-        moved: list[Shape] = []
-        visited = {link}
-        waiting = [(link, Transform())]
-        own: list[Shape] = []
-        while waiting:
-            name, transform = waiting.pop()
-            solids = [solid for shape in getattr(self.link[name], purpose) for solid in shape.solids(form)]
-            if name == link:
-                own = solids
-            else:
-                moved += [self._moved(solid, transform) for solid in solids]
-            neighbours = self.fixed_neighbours(name)
-            steps = [(n, transform.then(t)) for n, t in neighbours if n not in carried and n not in visited]
-            visited.update(n for n, _ in steps)
-            waiting += reversed(steps)
-        return [*moved, *own], visited - {link}
-
-    def _moved(self, solid: Shape, transform: Transform) -> Shape:
-        """Return a solid of a link in the frame of another one, cached: several formats and their proofs use it."""
-        key = ("moved", id(solid), transform)
-        moved: tuple[Shape, Shape] | None = self.worked_out.get(key)
-        if moved is None or moved[1] is not solid:  # as in a copy that was pickled
-            moved = self.worked_out[key] = (solid.moved(transform), solid)
-        return moved[0]
-
-    def inertials_at(self, carried: Set[str]) -> Mapping[str, Inertial]:
-        """Return the inertials of the links that are ``carried``, with those of the links that belong to each.
-
-        Raises ValueError where a sum overflows.
-        """
-        parts: dict[str, list[tuple[Inertial, Transform]]] = {}
-        for name, (carrier, transform) in self.carriers(frozenset(carried)).items():
-            inertial = self.link[name].inertial
-            if inertial is not None:
-                parts.setdefault(carrier, []).append((inertial, transform))
-        own = {name: self.link[name].inertial for name in parts}
-        return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
 
     def with_masses(self, more: Mapping[str, Sequence[Inertial]]) -> Robot:
         """Return the robot with more masses in links, by the name of the link, for ``adds`` of plug-ins.

@@ -27,7 +27,8 @@ from rosorin_compile.model import (
     Transform,
     Vector,
 )
-from rosorin_compile.model.joint import UNPUBLISHED, plane_axes
+from rosorin_compile.model.geometry import plane_axes
+from rosorin_compile.model.joint import UNPUBLISHED
 from support.machines import BOX, LIMIT
 from support.urdf_robots import emit, link, numbers, parsed
 

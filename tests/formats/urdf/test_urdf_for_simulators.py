@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import rosorin_compile
 from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.formats.carriers import inertials_at
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.model import (
@@ -184,10 +185,10 @@ def test_rollers_of_wheels_weigh_in_the_urdf(tmp_path: Path) -> None:
 def test_a_mass_that_stays_where_it_is_stays_as_it_is_written() -> None:
     inertial = Inertial(0.1 + 0.2, Pose((0.1, 0.2, 0.3), (0.4, 0.5, 0.6)), 1.0, 1.1, 1.2, 0.01)
     robot = Model("r", (Link("a", inertial), Link("b")), (Joint("j", "fixed", "a", "b", publisher=NOBODY),))
-    assert robot.inertials_at({"a"}) == {"a": inertial}
+    assert inertials_at(robot, {"a"}) == {"a": inertial}
     mount = Pose((1.0, 0.0, 0.0), (0.0, 0.0, 0.5))
     turned = Model("r", (Link("a"), Link("b", inertial)), (Joint("j", "fixed", "a", "b", mount, publisher=NOBODY),))
-    moved = turned.inertials_at({"a"})["a"]
+    moved = inertials_at(turned, {"a"})["a"]
     assert (moved.mass, moved.ixx, moved.ixy) == (inertial.mass, 1.0, 0.01)
 
 
@@ -408,7 +409,7 @@ def test_what_it_carries_is_no_difference(tmp_path: Path, file: str) -> None:
 
 
 def of(robot: Model) -> Mapping[str, float]:
-    return {name: one.mass for name, one in robot.inertials_at({robot.root}).items()}
+    return {name: one.mass for name, one in inertials_at(robot, {robot.root}).items()}
 
 
 def test_a_joint_that_simulators_miss_is_told(tmp_path: Path) -> None:
@@ -427,5 +428,5 @@ def test_masses_above_the_urdf_are_carried_by_its_root() -> None:
         Joint("c", "fixed", "floor", "dock", publisher=NOBODY),
     )
     robot = Model("r", tuple(Link(name, weight) for name in ("floor", "base", "arm", "dock")), joints)
-    assert {name: one.mass for name, one in robot.inertials_at({"base", "arm"}).items()} == {"base": 3.0, "arm": 1.0}
+    assert {name: one.mass for name, one in inertials_at(robot, {"base", "arm"}).items()} == {"base": 3.0, "arm": 1.0}
     assert of(replace(robot, joints=tuple(replace(j, publisher=NOBODY) for j in joints))) == {"floor": 4.0}

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from rosorin_compile.formats.carriers import carriers, inertials_at
 from rosorin_compile.model import Inertial, Joint, Output, Robot
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import IDENTITY
@@ -101,7 +102,7 @@ def inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:
 @of_robot
 def _inertials(robot: Robot, frames: str) -> Mapping[str, Inertial]:
     links = _links(robot, frames)
-    found = robot.inertials_at(links)
+    found = inertials_at(robot, links)
     return {**dict.fromkeys(links, _NOTHING), **found} if frames == BODIES else found
 
 
@@ -113,7 +114,7 @@ def too_much(problem: ValueError) -> Diagnostic:
 def standing_still(robot: Robot, carried: frozenset[str]) -> Iterator[Diagnostic]:
     """Yield a note on links whose mass is in the URDF, but not the joints that move it."""
     names = []
-    for name, (carrier, _) in robot.carriers(frozenset(carried)).items():
+    for name, (carrier, _) in carriers(robot, carried).items():
         if name != carrier and robot.link[name].inertial is not None and robot.moves_between(name, carrier):
             names.append(name)
     if names:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence, Set
 
+from rosorin_compile.formats.carriers import carriers, shapes_at
 from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Transform, Vector
-from rosorin_compile.model.bounds import along
+from rosorin_compile.model.bounds import along, radius_about
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.geometry import dot, norm, pose_of
-from rosorin_compile.model.joint import plane_axes
+from rosorin_compile.model.geometry import norm, plane_axes, pose_of
 from rosorin_compile.model.shape import ROWS, plain
 
 _LAST = ("what the last set of frames leaves out",)
-_DIRECTIONS = 360  # around an axle, beside that of the middle of a shape: 40 um are missing at 1 m
 
 
 def boxes_of(output: Output) -> str:
@@ -38,7 +36,7 @@ def collisions(robot: Robot, link: str, carried: Set[str], boxes: str) -> list[S
 
     A link that turns, and whose parts that turn on it are not carried, is one cylinder around it and them.
     """
-    own = robot.shapes_at(link, carried, "collision", boxes)[0]
+    own = shapes_at(robot, link, carried, "collision", boxes)
     joint = robot.joint_to.get(link)
     if joint is None or joint.type != "continuous":  # no wheel: two sets of all frames are not held against each other
         return own
@@ -49,7 +47,7 @@ def collisions(robot: Robot, link: str, carried: Set[str], boxes: str) -> list[S
     length = norm((x, y, z))
     axis = (x / length, y / length, z / length)
     bare = [(solid, Transform()) for solid in own if not isinstance(solid.geometry, Mesh)]
-    if _radius(lost, axis) <= _radius(bare, axis):
+    if radius_about(lost, axis) <= radius_about(bare, axis):
         return own
     return [_around([*bare, *lost], axis), *(solid for solid in own if isinstance(solid.geometry, Mesh))]
 
@@ -67,28 +65,13 @@ def _lost_of(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tup
 def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[Shape, Transform]]]:
     """Return the shapes, no meshes, of what is not carried and turns on a wheel that is, by wheel, placed in it."""
     found: dict[str, list[tuple[Shape, Transform]]] = {}
-    for name, (carrier, place) in robot.carriers(frozenset(carried)).items():
+    for name, (carrier, place) in carriers(robot, carried).items():
         solids = robot.link[name].collision if name not in carried else ()
         joint = robot.joint_to.get(carrier)
         if solids and joint is not None and joint.type == "continuous" and robot.moves_between(name, carrier):
             placed = [(solid, place) for solid in solids if not isinstance(solid.geometry, Mesh)]
             found.setdefault(carrier, []).extend(placed)
     return found
-
-
-def _radius(placed: Sequence[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return how far shapes reach from an axis through the origin (m)."""
-    u, v = plane_axes(axis)
-    turns = [2 * math.pi * step / _DIRECTIONS for step in range(_DIRECTIONS)]
-    farthest = 0.0
-    for solid, place in placed:
-        middle = place.then(solid.pose.transform()).xyz
-        reach = along(solid, place)
-        for turn in (math.atan2(dot(middle, v), dot(middle, u)), *turns):
-            across, up = math.cos(turn), math.sin(turn)
-            x, y, z = (across * one + up * other for one, other in zip(u, v, strict=True))
-            farthest = max(farthest, reach((x, y, z)))
-    return farthest
 
 
 def _around(placed: Sequence[tuple[Shape, Transform]], axis: Vector) -> Shape:
@@ -99,4 +82,4 @@ def _around(placed: Sequence[tuple[Shape, Transform]], axis: Vector) -> Shape:
     middle = (ends[0] + ends[1]) / 2
     (a, b, c), (d, e, f) = plane_axes(axis)
     turned = Transform(((a, d, x), (b, e, y), (c, f, z)), (x * middle, y * middle, z * middle))
-    return Shape(Cylinder(_radius(placed, axis), ends[0] - ends[1]), pose_of(turned))
+    return Shape(Cylinder(radius_about(placed, axis), ends[0] - ends[1]), pose_of(turned))

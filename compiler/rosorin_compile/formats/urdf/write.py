@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from rosorin_compile.formats.carriers import shapes_at
 from rosorin_compile.model import (
     Box,
     Capsule,
@@ -161,7 +162,7 @@ class _Content:
 
     def _link(self, name: str) -> Link:
         robot, form = self.robot, self.form
-        visual = robot.shapes_at(name, self.carried, "visual", form.boxes)[0] if "visual" in form.elements else []
+        visual = shapes_at(robot, name, self.carried, "visual", form.boxes) if "visual" in form.elements else []
         collision = collisions(robot, name, self.carried, form.boxes) if "collision" in form.elements else []
         others = [type(s.geometry) for s in (*visual, *collision) if isinstance(s.geometry, (Capsule, Ellipsoid))]
         if others:

@@ -27,8 +27,8 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Link, Mesh, Robot, Transform, Vector
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.geometry import dot, norm, unit
-from rosorin_compile.model.joint import motion, plane_axes
+from rosorin_compile.model.geometry import dot, norm, plane_axes, unit
+from rosorin_compile.model.joint import motion
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.mujoco.mjcf.proximity import NEAR, Solid, Touching, solid_of
 

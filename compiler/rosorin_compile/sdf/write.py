@@ -378,8 +378,8 @@ class _Writer:
             what = f'joint "{planar[0]}"' if len(planar) == 1 else what
             message = f"SDF has no planar joint: without {what} the link is free to move every way"
             yield lost(message, "or make it two prismatic joints and a continuous")
-        several_axes = [j for j in robot.joints if not j.moves and not j.is_fixed and j.dynamics]
-        names = [joint.name for joint in several_axes if any(astuple(joint.dynamics))]
+        several_axes = [j for j in robot.joints if not j.moves and not j.is_fixed]
+        names = [joint.name for joint in several_axes if joint.dynamics and any(astuple(joint.dynamics))]
         if names:
             message = f"SDF has no dynamics of joints that move in several directions: {quoted(names, 3)}"
             yield lost(message, "make each of them several joints, one for each axis")

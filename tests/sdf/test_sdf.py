@@ -72,8 +72,8 @@ def test_sensors_and_what_is_kept_for_gazebo(tmp_path: Path):
     assert "<self_collide>1</self_collide>" in text
     assert "    <frame_of_others/>" in text
     assert "mu1" not in text
-    (told,) = [one.message for one in compiled.diagnostics if one.rule == "sdf-cannot-say"]
-    assert told == "not in the SDF, for the reader of URDF alone knows it: <mu1> of base_link"
+    (told,) = [one.message for one in compiled.diagnostics if one.rule == "not-in-format"]
+    assert told == "SDF cannot express <mu1> of base_link: only readers of URDF know it"
     assert "<gz_frame_id>laser</gz_frame_id>" in written(robot, gazebo=True)
     assert "<ignition_frame_id>laser</ignition_frame_id>" in written(robot, gazebo="fortress")
     assert "<frame_id>laser</frame_id>" in written(robot, version="1.12")
@@ -139,5 +139,5 @@ def test_words_of_gazebo_classic_become_those_of_sdf(tmp_path: Path):
         for what, stddev in (("angular_velocity", "0.1"), ("linear_acceleration", "0.2")):
             inner = sensor.partition(f"<{what}>")[2].partition(f"</{what}>")[0]
             assert len(re.findall(f'<noise type="gaussian">.*?<stddev>{stddev}</stddev></noise>', inner)) == 3
-    (told,) = [one.message for one in compiled.diagnostics if one.rule == "sdf-cannot-say"]
-    assert told == "not in the SDF, for the reader of URDF alone knows it: <kd> of base, <mu1> of mark"
+    (told,) = [one.message for one in compiled.diagnostics if one.rule == "not-in-format"]
+    assert told == "SDF cannot express <kd> of base, <mu1> of mark: only readers of URDF know it"

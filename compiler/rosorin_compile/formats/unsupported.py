@@ -92,6 +92,7 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.gravity_compensation": Unsupported("no compensation of gravity"),
     "links.*.cameras": Unsupported("cameras that are not sensors"),
     "links.*.lights": Unsupported("no lights"),
+    "links.*.collision.*.contact.friction.1": Unsupported("sliding friction alone"),
     "links.*.collision.*.contact.layers": Unsupported("no layers of contacts"),
     "links.*.collision.*.contact.touches": Unsupported("no layers of contacts"),
 }
@@ -152,10 +153,12 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
 
 
 def _places(value: Any, pattern: str) -> Iterator[Any]:
-    """Yield the values that are set at a key; "*" in it stands for each entry of a mapping or a list."""
+    """Yield the values that are set at a key; "*" stands for each entry of a mapping or a list, 1 for the second."""
     step, _, rest = pattern.partition(".")
     if step == "*":
         inner = list(value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ())
+    elif isinstance(value, list):
+        inner = value[int(step) : int(step) + 1] if step.isdecimal() else []
     else:
         inner = [value[step]] if isinstance(value, Mapping) and step in value else []
     for item in inner:

@@ -36,12 +36,17 @@ READ_IN: Mapping[str, Place] = {
     "state_interface": Place(("joint", "gpio", "sensor"), "ros2_control"),
 }
 # What Gazebo reads in a <gazebo> that refers to a link or a joint (gazebosim/sdformat: src/parser_urdf.cc).
-REFERRING = (
+_OF_LINKS = (
     *("mu1", "mu2", "fdir1", "kp", "kd", "maxVel", "minDepth", "maxContacts", "laserRetro", "material"),
-    *("turnGravityOff", "dampingFactor", "springStiffness", "springReference", "stopCfm", "stopErp", "fudgeFactor"),
-    *("initialJointPosition", "implicitSpringDamper", "provideFeedback", "preserveFixedJoint"),
-    *("disableFixedJointLumping", "cfmDamping", "sensor", "visual", "collision"),
+    *("turnGravityOff", "dampingFactor", "visual", "collision"),
 )
+_OF_JOINTS = (
+    *("springStiffness", "springReference", "stopCfm", "stopErp", "fudgeFactor", "initialJointPosition"),
+    *("implicitSpringDamper", "provideFeedback", "preserveFixedJoint", "disableFixedJointLumping", "cfmDamping"),
+)
+REFERRING = (*_OF_LINKS, *_OF_JOINTS, "sensor")
+# What Gazebo reads in a <gazebo>, and nobody in these elements of a URDF.
+_OF_GAZEBO, _OF_URDF = ("sensor", "plugin"), ("robot", "link", "joint", "visual", "collision")
 # What an <sdf> of an entry holds, by where the entry is.
 _CONTENTS = {"robot": "model"}
 _FREE = ("plugin", "script", "shader", "meta")  # their contents are their own
@@ -74,18 +79,31 @@ def misplaced(case: Case) -> Iterator[Diagnostic]:
                 waiting.append((element, "", f"Gazebo reads <{tags[-1]}> of a link or a joint"))
             if len(element.tags) > 1:
                 continue
-            refers = bool(element.attributes.get("reference"))
+            name = element.attributes.get("reference", "")
+            kind, words = _wrong_words(case, name)
             for found, message, help in waiting:
                 if message:
                     yield _at(case, path, found, message, help)
-                elif not refers:
+                elif not name:
                     message = f"nobody reads <{found.tags[-1]}> in a <gazebo> without a reference"
                     yield _at(case, path, found, message, f'{help}: <gazebo reference="NAME">')
+                elif found.tags[-1] in words:
+                    message = f'nobody reads <{found.tags[-1]}> in a <gazebo> that refers to the {kind} "{name}"'
+                    other = "joint" if kind == "link" else "link"
+                    yield _at(case, path, found, message, f"Gazebo reads it of a {other}: refer to one")
             waiting = []
     for name, sensor in (case.tree.get("sensors") or {}).items():
         entries = sensor.get("gazebo") if isinstance(sensor, Map) else None
         for index, entry in enumerate(entries if isinstance(entries, list) else ()):
             yield from _words(case, ("sensors", name, "gazebo", index, "elements"), entry.get("elements"), "sensor")
+
+
+def _wrong_words(case: Case, name: str) -> tuple[str, tuple[str, ...]]:
+    """Return what a name refers to, and the words that Gazebo does not read there."""
+    is_link, is_joint = name in case.robot.link, name in case.robot.joint
+    if is_link == is_joint:
+        return "", ()
+    return ("link", _OF_JOINTS) if is_link else ("joint", _OF_LINKS)
 
 
 def _holder(path: Path) -> str:
@@ -106,8 +124,10 @@ def _misplaced(tags: tuple[str, ...]) -> tuple[str, str] | None:
     if place is not None and parent not in place.parents and outside:
         where = listed([f"<{one}>" for one in place.parents])
         return f"nobody reads <{tag}> in <{parent}>", f"{place.reader} reads it in {where}: move it there"
+    if tag in _OF_GAZEBO and parent in _OF_URDF and not {"gazebo", "sdf", "transmission"} & set(tags):
+        return f"nobody reads <{tag}> in <{parent}>", 'Gazebo reads it in <gazebo reference="LINK">: move it there'
     top = next((index for index, one in enumerate(tags[:-1]) if one in ("sdf", "sensor")), None)
-    if top is None or "ros2_control" in tags or "transmission" in tags:
+    if top is None or "ros2_control" in tags[:-1] or "transmission" in tags:
         return None
     inside = _CONTENTS.get(tags[top - 1], tags[top - 1]) if parent == "sdf" else parent
     known = sdf_elements().get(inside)

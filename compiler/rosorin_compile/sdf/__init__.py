@@ -86,6 +86,7 @@ _UNSUPPORTED = {
     "sensors.*.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
     "sensors.*.optical.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
     "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
+    "tendons": Unsupported("no tendons"),
     "joints.*.calibration": Unsupported("no calibration of joints"),
     "joints.*.safety_controller": Unsupported("no soft limits"),
 }

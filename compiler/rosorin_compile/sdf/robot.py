@@ -18,6 +18,7 @@ from rosorin_compile.formats.imported import Comment, Imported, ReadOptions
 from rosorin_compile.formats.urdf.reading import Reading, named
 from rosorin_compile.formats.urdf.robot import comments_of, plain
 from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Robot, Shape
+from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Source, has_errors
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.files import printable_name
@@ -75,8 +76,19 @@ def view(robot: Robot, output: Output) -> Robot:
         bare = tuple(Shape(solid.geometry, solid.pose) for solid in solids)
         meshes = any(isinstance(solid.geometry, Mesh) for solid in solids)
         links.append(Link(link.name, link.inertial if has_mass(link.inertial) else None, (), () if meshes else bare))
+    # A link that no joint of the SDF holds is read as one that floats in the world, and so is the root then.
+    loose = [joint for joint in robot.joints if joint.type in ("floating", "planar") and joint.parent != world]
+    around = world or WORLD
+    while loose and not world and around in robot.link:
+        around += "_"
+    if loose and not world:
+        links.append(Link(around))
+        joints.append(Joint("", "floating", around, robot.root))
+    poses = robot.poses_in_root({}) if loose else {}
     for joint in robot.joints:
-        if joint.parent != world or joint.type not in ("floating", "planar"):
+        if joint in loose:
+            joints.append(Joint("", "floating", around, joint.child, pose_of(poses[joint.child])))
+        elif joint.parent != world or joint.type not in ("floating", "planar"):
             axis = joint.axis if joint.moves else (1.0, 0.0, 0.0)
             place = (joint.parent, joint.child, joint.origin)
             mimic = joint.mimic and followers and replace(joint.mimic, joint=names[joint.mimic.joint])

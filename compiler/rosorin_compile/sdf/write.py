@@ -9,6 +9,7 @@ Rules of the readers: the specification files of libsdformat 12, and what Drake 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import astuple
 from typing import NamedTuple
 
 from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
@@ -376,6 +377,11 @@ class _Writer:
             what = f'joint "{planar[0]}"' if len(planar) == 1 else what
             message = f"SDF has no planar joint: without {what} the link is free to move every way"
             yield lost(message, "or make it two prismatic joints and a continuous")
+        several_axes = [j for j in robot.joints if not j.moves and not j.is_fixed]
+        names = [joint.name for joint in several_axes if joint.dynamics and any(astuple(joint.dynamics))]
+        if names:
+            message = f"SDF has no dynamics of joints that move in several directions: {quoted(names, 3)}"
+            yield lost(message, "make each of them several joints, one for each axis")
         for name, other in self.names.items():
             if name != other and self.bodies.says(robot.joint[name]):
                 message = f'joint "{name}" is called "{other}" in the SDF, where a link or a frame has that name'
@@ -392,6 +398,10 @@ class _Writer:
         if self.open:
             message = f"{several(self.open, 'constraint', ('is', 'are'))} not in the SDF"
             yield lost(message, "both ends have to be links of the SDF")
+        couplings = [one.name for one in robot.constraints if one.tag not in _LOOPS]
+        if couplings:
+            message = f"{several(couplings, 'constraint', ('is', 'are'))} not in the SDF"
+            yield lost(message, "SDF couples joints by mimic alone")
         if closed and not self.gazebo:
             help = 'write gazebo: "classic" for joints that close it'
             yield lost(f"{which} closed in Drake alone: Drake refuses joints that form a loop", help)
@@ -399,8 +409,8 @@ class _Writer:
             help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes it"
             yield lost(f"{which} open in Gazebo {distribution(self.gazebo)}", help)
         if self.kept.left_out:
-            message = f"not in the SDF, for the reader of URDF alone knows it: {first_of(list(self.kept.left_out), 3)}"
-            yield Diagnostic("sdf-cannot-say", NOTE, message)
+            message = f"SDF cannot express {first_of(list(self.kept.left_out), 3)}: only readers of URDF know it"
+            yield Diagnostic("not-in-format", NOTE, message)
 
 
 def joint_names(robot: Robot) -> Mapping[str, str]:

@@ -91,11 +91,18 @@ def physics(
         )
         for name, values in wanted.items()
     ]
+    balls = [one.name for one in joints if not one.moves and one.dynamics is not None and one.dynamics.stiffness]
+    lost = []
+    if balls:
+        message = f"Gazebo reads no springs of joints that move in several directions: {quoted(balls, 3)}"
+        lost = [
+            Diagnostic("urdf-cannot-say", WARNING, message, help="make each of them several joints, one for each axis")
+        ]
     if not mixed:
-        return blocks, []
+        return blocks, lost
     message = f"shapes of {quoted(mixed, 3)} differ in friction, and Gazebo reads one a link from a URDF: the least"
     help = "give each shape a link of its own, or use the SDF"
-    return blocks, [Diagnostic("urdf-cannot-say", WARNING, message, help=help)]
+    return blocks, [*lost, Diagnostic("urdf-cannot-say", WARNING, message, help=help)]
 
 
 def _not_seen(names: Sequence[str], why: str, way: str) -> Diagnostic:

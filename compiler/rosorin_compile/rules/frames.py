@@ -13,7 +13,7 @@ from rosorin_compile.source.tree import Path, exists
 
 from .case import Case
 from .kinematics import WORLD_FRAMES
-from .remarkable import FULL_TURN
+from .magnitudes import FULL_TURN
 
 # REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
 OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2)).transform()

@@ -11,8 +11,7 @@ from rosorin_compile.source.rule_registry import JOINTS, rule
 from rosorin_compile.source.tree import exists
 from rosorin_compile.source.wording import first_of
 
-from . import shared_values
-from .case import Case, number
+from .case import Case, joints_by_value, number
 
 SHOWN = 8
 UNSAID = (1.0, 0.0, 0.0)
@@ -38,7 +37,7 @@ _WHAT = {
 )
 def negative(case: Case) -> Iterator[Diagnostic]:
     """Find what a simulation knows of a joint and is below zero."""
-    return shared_values.joints(case.robot).problems(partial(_negative, case))
+    return joints_by_value(case.robot).problems(partial(_negative, case))
 
 
 def _negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import product
 from typing import Any
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Joint, Link, Mesh, Robot, Shape, Sphere
@@ -25,6 +26,7 @@ LARGEST_SCALE, SMALLEST_SCALE = 100.0, 1e-5
 UNEVEN = 100.0
 # A length is this often the diagonal of the rest of the robot; millimetres for metres make 1000.
 OUT_OF_PROPORTION = 10.0
+SEVERAL_OUT_OF_PROPORTION = 15.0
 # No robot is larger that has such shapes, and a plate on a small joint is no mistake.
 LARGE = 2.0  # m
 # All of a robot within this: the smallest that people build on joints are centimetres.
@@ -121,15 +123,21 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
     robot = case.robot
     if not robot.is_tree:
         return
-    for joint in robot.joints:
-        if max(map(abs, joint.origin.xyz)) > LARGE and not _is_world(robot, joint.parent):
-            path = case.joint(joint, "xyz")
+    distant = [joint for joint in robot.joints if max(map(abs, joint.origin.xyz)) > LARGE]
+    # Several mistakes hide each other: then the rest is the robot without any of these ways.
+    without_all = diagonal(robot, tuple(joint.name for joint in distant)) if len(distant) > 1 else 0.0
+    for joint in distant:
+        if not _is_world(robot, joint.parent):
+            way = max(map(abs, joint.origin.xyz))
+            rest = diagonal(robot, (joint.name,))
+            rest = without_all if without_all and way > SEVERAL_OUT_OF_PROPORTION * without_all else rest
             what = f'joint "{joint.name}" puts "{joint.child}" far away from "{joint.parent}"'
-            yield from _lengths(case, what, path, joint.origin.xyz, diagonal(robot, joint.name))
-    yield from links_by_value(robot).problems(partial(_shapes, case))
+            yield from _lengths(case, what, case.joint(joint, "xyz"), joint.origin.xyz, rest)
     ways = [joint for joint in robot.joints if any(joint.origin.xyz)]
-    size = diagonal(robot)
-    if len(ways) > 1 and 0 < size < TINY:
+    if len(ways) > 1:  # else the robot is an object, or says nothing about its size
+        yield from links_by_value(robot).problems(partial(_shapes, case))
+    is_tiny = len(ways) > 1 and all(math.hypot(*joint.origin.xyz) < TINY for joint in ways)
+    if is_tiny and 0 < (size := diagonal(robot)) < TINY:
         longest_way = max(ways, key=lambda joint: math.hypot(*joint.origin.xyz))
         xyz = longest_way.origin.xyz
         place = case.joint(longest_way, "xyz", max(range(3), key=lambda index: abs(xyz[index])))
@@ -185,10 +193,10 @@ def _vector(values: Sequence[Any], indices: Sequence[int], unit: str) -> str:
 
 
 @of_robot
-def diagonal(robot: Robot, without: str = "") -> float:
+def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
     """Return the diagonal (m) of the frames and shapes of a robot at zero.
 
-    ``without`` names a joint whose translation is ignored. Large shapes and those far from their link do not count:
+    ``without`` names joints whose translations are ignored. Large shapes and those far from their link do not count:
     they may be the mistake. Neither does the way from a bare root, the world, to a distant robot.
     """
     if not robot.is_tree:
@@ -200,17 +208,17 @@ def diagonal(robot: Robot, without: str = "") -> float:
     for joint in robot.joints_down():
         if joint.parent in places and joint.child not in places:
             step = joint.origin.transform()
-            step = Transform(step.rows) if joint.name == without else step
+            step = Transform(step.rows) if joint.name in without else step
             places[joint.child] = places[joint.parent].then(step)
-    lower, upper = [math.inf] * 3, [-math.inf] * 3
+    points = [place.xyz for place in places.values()]
     for name, place in places.items():
         link = robot.link.get(name)
-        balls = [ball_of(shape) for shape in (*link.visual, *link.collision)] if link else []
-        near = [ball for ball in balls if ball and 2 * ball.radius <= LARGE and math.hypot(*ball.middle) <= LARGE]
-        for middle, radius in [(place.xyz, 0.0), *((place.apply(ball.middle), ball.radius) for ball in near)]:
-            lower = [min(low, value - radius) for low, value in zip(lower, middle, strict=True)]
-            upper = [max(high, value + radius) for high, value in zip(upper, middle, strict=True)]
-    size = math.dist(lower, upper)
+        for shape in (*link.visual, *link.collision) if link else ():
+            ball = ball_of(shape)
+            bounds = bounds_of([shape]) if ball and max(2 * ball.radius, math.hypot(*ball.middle)) <= LARGE else None
+            points += [place.apply(corner) for corner in product(*zip(*bounds, strict=True))] if bounds else []
+    sides = [max(values) - min(values) for values in zip(*points, strict=True)]
+    size = math.hypot(*sides)
     return size if math.isfinite(size) else 0.0
 
 

@@ -109,6 +109,16 @@ def _scale(mesh: Map, axis: int) -> dict[str, Any]:
     return {"scale": listed(scale, mesh.get("scale", mesh))}
 
 
+def _gear(actuator: Map, axis: int) -> dict[str, Any]:
+    """Return the gear of a mirrored actuator: of a ball a torque, of a site a force and a torque."""
+    gear = actuator.get("gear")
+    if not isinstance(gear, list) or len(gear) not in (3, 6) or not all(map(is_number, gear)):
+        return {}
+    force = [_negative(v) if i == axis else v for i, v in enumerate(gear[:-3])]
+    torque = [v if i == axis else _negative(v) for i, v in enumerate(gear[-3:])]
+    return {"gear": listed([*force, *torque], gear)}
+
+
 class Way(NamedTuple):
     """A way to mirror a mapping: what turns it, and the keys that it turns, of which there is one at least."""
 
@@ -127,6 +137,7 @@ MIRRORED: Mapping[str, Way] = {
     "inertia": Way(_inertia, ("ixy", "ixz", "iyz")),
     "bounds": Way(_bounds, ("min", "max")),
     "scale": Way(_scale, ("scale",)),
+    "gear": Way(_gear, ("gear",)),
 }
 
 

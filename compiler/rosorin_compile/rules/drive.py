@@ -11,6 +11,7 @@ from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, STEERED, TR
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.rules.case import Case, number
 from rosorin_compile.rules.mimic import circles
+from rosorin_compile.rules.signs import lies_across
 from rosorin_compile.rules.tf_tree import is_tree
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, rule
@@ -128,6 +129,10 @@ def axes(case: Case) -> Iterator[Diagnostic]:
             message = f"{said}: it turns backward where the base goes forward; controllers take +y"
             help = "turn the axis round, or accept it: simulate goes by the axis"
             yield case.problem("drive-axis", message, path, help, related=related, severity=WARNING)
+        elif exists(case.tree, case.joint(joint, "axis")) and lies_across(case, joint):
+            message = f'the axis of joint "{joint.name}" lies across "{joint.child}", the wheel that it turns'
+            help = "a cylinder stands along z: give the shape rpy: [90 deg, 0, 0], or correct the axis"
+            yield case.problem("axis-across", message, case.joint(joint, "axis"), help, severity=WARNING)
 
 
 def _direction(axis: Vector) -> str:

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Inertial, Link, Mesh, Vector
 from rosorin_compile.model.bounds import Bounds, ball_of, bounds_of
-from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.model.shape import volume_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import NUMBERS, rule
@@ -86,7 +85,7 @@ def _physical(case: Case, link: Link) -> Iterator[Diagnostic]:
         message = f'the mass of link "{link.name}" is {number(inertial.mass)} kg; a mass is above zero'
         help = "leave inertial out for a frame without mass"
         yield case.problem("mass-not-positive", message, (*path, "mass"), help)
-    low, middle, high = principal_moments(inertial)
+    low, middle, high = inertial.principal_moments
     if high == low == 0 and not inertial.mass > 0:
         return
     moments = f"{number(low)}, {number(middle)} and {number(high)} kg*m^2"
@@ -162,7 +161,7 @@ def _plausible(case: Case, link: Link) -> Iterator[Diagnostic]:
         yield case.problem("density-looks-like-grams", message, (*path, "density"), help, severity=WARNING)
     if inertial.mass <= NO_MASS:
         return
-    moments = None if exists(case.tree, (*path, "of")) else principal_moments(inertial)
+    moments = None if exists(case.tree, (*path, "of")) else inertial.principal_moments
     if _is_usual(link, inertial, moments):
         return
     visual, collision = bounds_of(link.visual), bounds_of(link.collision)

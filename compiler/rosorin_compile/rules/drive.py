@@ -307,8 +307,11 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
     places = robot.poses_in_root({})
     for _, joint, _ in _named(case, drive):
         shapes = robot.link[joint.child].collision if joint.name in drive.wheels else ()
-        rounds = [shape for shape in shapes if isinstance(shape.geometry, Cylinder)]
-        faces = [(shape.pose.transform(), shape.geometry.length / 2) for shape in rounds]
+        faces = [
+            (shape.pose.transform(), shape.geometry.length / 2)
+            for shape in shapes
+            if isinstance(shape.geometry, Cylinder)
+        ]
         points = [turn.apply((0.0, 0.0, side)) for turn, half in faces for side in (-half, half)]
         bodies = [name for name in (joint.parent, *(n for n, _ in robot.fixed_neighbours(joint.parent))) if points]
         for name in bodies:

@@ -49,6 +49,10 @@ class Remarkable(NamedTuple):
     keys: list[tuple[Path, str]]
     stand_ins: list[tuple[Path, Map]]
 
+    def count_all(self) -> int:
+        """Return the number of all values."""
+        return sum(map(len, (self.numbers, self.degrees, self.texts, self.keys, self.stand_ins)))
+
 
 def collect(tree: Map) -> Remarkable:
     """Return the remarkable values of a tree; a shared piece without any is visited once."""
@@ -58,16 +62,16 @@ def collect(tree: Map) -> Remarkable:
     path: list[str | int] = []
 
     def visit(node: Map | Seq) -> None:
-        before = sum(map(len, found))
+        before = found.count_all()
         if isinstance(node, Map):
             source = node.get("source")
             if isinstance(source, Map) and source.get("status") == "stand_in":
                 found.stand_ins.append((tuple(path), node))
-            for key in node.keys() - plain_keys:
-                if NOT_XML.search(key):
-                    found.keys.append(((*path, key), key))
+            for name in [name for name in node if name not in plain_keys]:
+                if NOT_XML.search(name):
+                    found.keys.append(((*path, name), name))
                 else:
-                    plain_keys.add(key)
+                    plain_keys.add(name)
         elif set(map(type, node)) == {float} and -FULL_TURN <= min(node) <= max(node) <= FULL_TURN:
             return
         for key, item in node.items() if isinstance(node, Map) else enumerate(node):
@@ -84,7 +88,7 @@ def collect(tree: Map) -> Remarkable:
                     found.numbers.append(((*path, key), item))
             elif isinstance(item, str) and not (item.isascii() and item.isprintable()) and NOT_XML.search(item):
                 found.texts.append(((*path, key), item))
-        if sum(map(len, found)) == before:
+        if found.count_all() == before:
             plain.add(id(node))
 
     visit(tree)

@@ -216,7 +216,8 @@ def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
         for shape in (*link.visual, *link.collision) if link else ():
             ball = ball_of(shape)
             bounds = bounds_of([shape]) if ball and max(2 * ball.radius, math.hypot(*ball.middle)) <= LARGE else None
-            points += [place.apply(corner) for corner in product(*zip(*bounds, strict=True))] if bounds else []
+            corners = product(*zip(*bounds, strict=True)) if bounds else ()
+            points += [place.apply((x, y, z)) for x, y, z in corners]
     sides = [max(values) - min(values) for values in zip(*points, strict=True)]
     size = math.hypot(*sides)
     return size if math.isfinite(size) else 0.0

@@ -463,13 +463,13 @@ def _check_choice(lookup: Lookup, name: str, literal: ast.Constant) -> None:
         choices: Any = lookup(name + CHOICES)
     except KeyError:
         return
-    value = literal.value
+    value: Any = literal.value
     if value not in choices:
         allowed = f"allowed: {', '.join(map(str, choices))}"
         texts = [choice for choice in choices if isinstance(choice, str)]
         meant = nearest(value, texts) if isinstance(value, str) else None
         help = f'did you mean "{meant}"? ({allowed})' if meant else allowed
-        raise ExpressionError(f'the argument "{name}" is never "{value}"', literal.col_offset, help)
+        raise ExpressionError(f'the argument "{name}" is never "{value!s}"', literal.col_offset, help)
 
 
 def _ifexp(node: ast.IfExp, within: Within) -> Code:

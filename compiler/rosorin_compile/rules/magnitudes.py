@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from rosorin_compile.language.expression.syntax import NUMERIC
 from rosorin_compile.language.schema import subject, unit_at
@@ -51,7 +51,8 @@ class Remarkable(NamedTuple):
 
     def count_all(self) -> int:
         """Return the number of all values."""
-        return sum(map(len, (self.numbers, self.degrees, self.texts, self.keys, self.stand_ins)))
+        lists = (self.numbers, self.degrees, self.texts, self.keys, self.stand_ins)
+        return sum(len(values) for values in cast("tuple[list[object], ...]", lists))
 
 
 def collect(tree: Map) -> Remarkable:

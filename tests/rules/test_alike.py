@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rosorin_compile.formats.load_robot import understand
 from rosorin_compile.model import Joint, Link, Robot
-from rosorin_compile.rules import shared_values
+from rosorin_compile.rules.case import joints_by_value, links_by_value
 from rosorin_compile.source.diagnostics import Diagnostic, error
 
 ROBOT = """
@@ -45,7 +45,7 @@ def asked(tell: Callable[[str], bool]) -> tuple[list[str], Callable[[Link | Join
 
 def test_one_speaks_for_all_where_nothing_is_wrong(tmp_path: Path) -> None:
     """Of links that share their inertials and shapes one is looked at."""
-    kinds = shared_values.links(robot_in(tmp_path))
+    kinds = links_by_value(robot_in(tmp_path))
     seen, look = asked(lambda _: False)
     assert list(kinds.problems(look)) == []
     assert seen == ["a_link", "base_link"]
@@ -53,14 +53,14 @@ def test_one_speaks_for_all_where_nothing_is_wrong(tmp_path: Path) -> None:
 
 def test_each_is_told_where_something_is_wrong(tmp_path: Path) -> None:
     """What is wrong with the first of a kind may be wrong with each: all of them are looked at, in their order."""
-    kinds = shared_values.links(robot_in(tmp_path))
+    kinds = links_by_value(robot_in(tmp_path))
     _, look = asked(lambda name: name != "base_link")
     assert [one.message for one in kinds.problems(look)] == ["a_link", "b_link", "c_link"]
 
 
 def test_joints_with_other_values_are_of_another_kind(tmp_path: Path) -> None:
     """Joints with another damping are looked at by themselves."""
-    kinds = shared_values.joints(robot_in(tmp_path))
+    kinds = joints_by_value(robot_in(tmp_path))
     seen, look = asked(lambda _: False)
     assert list(kinds.problems(look)) == []
     assert "b_joint" in seen

@@ -52,7 +52,7 @@ class Understood(NamedTuple):
     def case(self) -> Case | None:
         """The robot with the positions of all its values, or None with errors."""
         from rosorin_compile.rules.case import Case
-        from rosorin_compile.rules.remarkable import collect
+        from rosorin_compile.rules.magnitudes import collect
 
         robot, tree, lowered = self.robot, self.expanded.tree, self.lowered
         if robot is None or tree is None or lowered is None:

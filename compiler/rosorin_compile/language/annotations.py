@@ -13,6 +13,7 @@
 | ``x-scope`` | beside them | ``robot``: never with the prefix of a part; ``world``: it gives no name of the part |
 | ``x-names-in`` | any value | names stand inside of it; the function that knows where |
 | ``x-mirror`` | a mapping | how a mirror turns what it holds |
+| ``x-unmirrored`` | a mapping | why a mirror leaves its poses and directions as they are |
 | ``x-attached`` | a text | where it names the mount, these keys beside it are composed with the pose of the use: |
 | | | ``xyz`` and ``rpy``, and others are directions |
 | ``x-in-parts`` | a section | it may stand in a part |
@@ -96,6 +97,7 @@ MIRRORED_KEYS: Mapping[str, tuple[str, ...]] = {
     "inertia": ("ixy", "ixz", "iyz"),
     "bounds": ("min", "max"),
     "scale": ("scale",),
+    "gear": ("gear",),
 }
 MIRROR, GIVES, INSIDE, SPELT = "x-mirror", "x-gives", "x-names-in", "x-spelt"
 ROBOT, WORLD = "robot", "world"
@@ -129,7 +131,7 @@ WORDS = {
 }
 
 # Beside them what ``synonyms``, lowering and an import read: all that validators and editors have no use for.
-ANNOTATIONS = frozenset((*WORDS, "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
+ANNOTATIONS = frozenset((*WORDS, "x-unmirrored", "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
 
 
 class Node(NamedTuple):

@@ -14,20 +14,23 @@ from rosorin_compile.language.misnamed import name_meant
 from rosorin_compile.language.schema import TEMPLATE
 from rosorin_compile.language.symbols import Reference, SymbolTable
 from rosorin_compile.model import Joint, Output, Robot
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span, or_else
 from rosorin_compile.source.tree import Map, Path, at, exists, follow
 
-from .remarkable import Remarkable
-
 if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
     from rosorin_compile.formats import Format
+
+    from .magnitudes import Remarkable
 
 
 @dataclass(frozen=True)
 class Case:
     """A robot, the tree that it was lowered from, and the paths in it of joints, links and turns, by kind and name.
 
-    ``remarkable`` are the values that the rules about single values ask for (see ``remarkable.collect``),
+    ``remarkable`` are the values that the rules about single values ask for (see ``magnitudes.collect``),
     ``formats`` those that outputs may name, ``scope`` what the names in expressions stood for (None: nobody knows).
     ``wanted`` are the names of the only outputs that are made; without them all are.
     """
@@ -195,3 +198,34 @@ def _stands_in(tree: Map, path: Path) -> bool:
 def number(value: float) -> str:
     """Return a number as a person would write it, for a message: up to six digits."""
     return f"{float(value):.6g}"
+
+
+class ByValue:
+    """The links or joints of a robot, grouped by their values: parts that are used many times are examined once."""
+
+    def __init__(self, items: Sequence[Any], values_of: Callable[[Any], Hashable]) -> None:
+        self.items = items
+        self.values = [values_of(item) for item in items]
+        self.first: dict[Hashable, Any] = {}
+        for values, item in zip(self.values, items, strict=True):
+            self.first.setdefault(values, item)
+
+    def problems(self, examine: Callable[[Any], Iterable[Diagnostic]]) -> Iterator[Diagnostic]:
+        """Yield what ``examine`` yields for each item; if that is nothing for one, it is nothing for its equals."""
+        wrong = {values for values, first in self.first.items() if any(True for _ in examine(first))}
+        for values, item in zip(self.values, self.items, strict=True) if wrong else ():
+            if values in wrong:
+                yield from examine(item)
+
+
+@of_robot
+def links_by_value(robot: Robot) -> ByValue:
+    """Return the links grouped by their inertials and shapes, which lowering makes once for all uses of a part."""
+    return ByValue(robot.links, lambda link: (id(link.inertial), id(link.visual), id(link.collision)))
+
+
+@of_robot
+def joints_by_value(robot: Robot) -> ByValue:
+    """Return the joints grouped by type, axis, limits and dynamics; not by origin."""
+    parts = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety")
+    return ByValue(robot.joints, lambda joint: (joint.type, joint.axis, *(id(getattr(joint, part)) for part in parts)))

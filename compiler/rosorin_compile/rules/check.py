@@ -28,10 +28,10 @@ from . import (
     conditions,
     drive,
     frames,
-    inertia,
     joints,
     kinematics,
     lacking,
+    magnitudes,
     materials,
     mimic,
     misplaced_elements,
@@ -52,11 +52,10 @@ from . import (
     stand_ins,
     tf_tree,
     two_words,
-    values,
     xml_elements,
 )
 from .case import Case
-from .remarkable import collect
+from .magnitudes import collect
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -68,7 +67,6 @@ _MODULES = (
     joints,
     mimic,
     drive,
-    inertia,
     bodies,
     sizes,
     lacking,
@@ -81,7 +79,7 @@ _MODULES = (
     stamps,
     poses,
     outputs,
-    values,
+    magnitudes,
     materials,
     xml_elements,
     misplaced_elements,

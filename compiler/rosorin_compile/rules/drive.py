@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Vector
+from rosorin_compile.model import Box, Capsule, Cylinder, Joint, Shape, Sphere, Transform, Vector
 from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, STEERED, TRICYCLE, Drive
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.rules.case import Case, number
 from rosorin_compile.rules.mimic import circles
+from rosorin_compile.rules.signs import lies_across
 from rosorin_compile.rules.tf_tree import is_tree
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, rule
-from rosorin_compile.source.tree import Path
+from rosorin_compile.source.tree import Path, exists
 
 LYING = math.cos(math.radians(30))  # an axis this near to its direction is meant to be that
 RADIUS_APART = 0.05  # of a radius that is given: more is another number, such as the diameter
@@ -128,6 +129,10 @@ def axes(case: Case) -> Iterator[Diagnostic]:
             message = f"{said}: it turns backward where the base goes forward; controllers take +y"
             help = "turn the axis round, or accept it: simulate goes by the axis"
             yield case.problem("drive-axis", message, path, help, related=related, severity=WARNING)
+        elif exists(case.tree, case.joint(joint, "axis")) and lies_across(case, joint):
+            message = f'the axis of joint "{joint.name}" lies across "{joint.child}", the wheel that it turns'
+            help = "a cylinder stands along z: give the shape rpy: [90 deg, 0, 0], or correct the axis"
+            yield case.problem("axis-across", message, case.joint(joint, "axis"), help, severity=WARNING)
 
 
 def _direction(axis: Vector) -> str:
@@ -283,3 +288,60 @@ def radii(case: Case) -> Iterator[Diagnostic]:
             help = "correct one of the two; a diameter is twice the radius"
             yield case.problem("drive-radius", message, ("drive", "radius"), help, severity=WARNING)
             return
+
+
+@rule(
+    "wheel-in-body",
+    "A warning: a wheel of the drive is inside a shape of the body that carries it. Meshes are not examined.",
+    "Correct `xyz` of the joint, or a size; a pair that is meant goes under `disabled_contacts`.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
+def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
+    """Wheels with both faces inside one shape of the body: they cannot touch the floor beside it."""
+    drive, robot = case.robot.drive, case.robot
+    if drive is None or not _is_sound(case, drive) or robot.source.status == "imported":
+        return
+    apart = {frozenset(pair) for pair in robot.disabled_contacts}
+    places = robot.poses_in_root({})
+    for _, joint, _ in _named(case, drive):
+        shapes = robot.link[joint.child].collision if joint.name in drive.wheels else ()
+        faces = [
+            (shape.pose.transform(), shape.geometry.length / 2)
+            for shape in shapes
+            if isinstance(shape.geometry, Cylinder)
+        ]
+        points = [turn.apply((0.0, 0.0, side)) for turn, half in faces for side in (-half, half)]
+        bodies = [name for name in (joint.parent, *(n for n, _ in robot.fixed_neighbours(joint.parent))) if points]
+        for name in bodies:
+            step = places[name].inverse().then(places[joint.child])
+            index = next((i for i, shape in enumerate(robot.link[name].collision) if _holds(shape, step, points)), None)
+            if index is not None and frozenset((name, joint.child)) not in apart:
+                path = case.joint(joint)
+                place = (*path, "xyz") if exists(case.tree, (*path, "xyz")) else path
+                related = [case.related("the shape around it", case.link(name, "collision", index))]
+                message = f'wheel "{joint.child}" of the drive is inside a shape of link "{name}"'
+                help = "correct xyz or a size; a pair that is meant goes under disabled_contacts"
+                yield case.problem(
+                    "wheel-in-body", message, place, help, related=related, severity=WARNING, key=place == path
+                )
+                break
+
+
+def _holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
+    """Return True if points of another frame, at ``step``, are all inside a box, a sphere or a cylinder."""
+    geometry, back = shape.geometry, shape.pose.transform().inverse()
+    for x, y, z in (back.apply(step.apply(point)) for point in points):
+        if isinstance(geometry, Box):
+            pairs = zip(geometry.lower, (x, y, z), geometry.upper, strict=True)
+            inside = all(low < value < high for low, value, high in pairs)
+        elif isinstance(geometry, Sphere):
+            inside = math.hypot(x, y, z) < geometry.radius
+        elif isinstance(geometry, (Cylinder, Capsule)):
+            inside = math.hypot(x, y) < geometry.radius and abs(z) < geometry.length / 2
+        else:
+            inside = False
+        if not inside:
+            return False
+    return True

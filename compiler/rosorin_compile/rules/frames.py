@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from rosorin_compile.model import Pose, Transform
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import FRAMES, rule
 from rosorin_compile.source.tree import Path, exists
 
 from .case import Case
 from .kinematics import WORLD_FRAMES
-from .remarkable import FULL_TURN
+from .magnitudes import FULL_TURN
 
 # REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
 OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2)).transform()
@@ -94,3 +94,28 @@ def _turned(case: Case, parent: str, child: str, pose: Pose, path: Path, declare
         )
         help = "write rpy: [-90 deg, 0, -90 deg]; a camera that is tilted has a body frame for that, x forward"
         yield case.problem("optical-frame", message, at, help, key=at == path)
+
+
+@rule(
+    "optical-mount",
+    "A warning: a camera with an optical frame is itself mounted with the rotation of an optical frame.",
+    "Leave `rpy` of the camera out: its frame has x forward, and the optical frame turns by itself.",
+    FRAMES,
+)
+def optical_mounts(case: Case) -> Iterator[Diagnostic]:
+    """Cameras that are turned to the optical axes twice: by their mount and by their optical frame."""
+    robot = case.robot
+    for sensor in robot.sensors:
+        mount = robot.joint_to.get(sensor.frame)
+        if not sensor.optical_frame or sensor.optical_frame == sensor.frame or mount is None:
+            continue
+        if mount.origin.transform().angle_to(OPTICAL) > TOLERANCE:
+            continue
+        path = case.joint(mount)
+        place = (*path, "rpy") if exists(case.tree, (*path, "rpy")) else path
+        message = (
+            f'the frame "{sensor.frame}" of {sensor.type} "{sensor.name}" is mounted with the rotation of an optical'
+            f' frame, and its optical frame "{sensor.optical_frame}" is turned again'
+        )
+        help = "leave rpy out: the frame of a camera has x forward, y left, z up; the optical frame does the rest"
+        yield case.problem("optical-mount", message, place, help, severity=WARNING, key=place == path)

@@ -14,8 +14,7 @@ from rosorin_compile.source.tree import Path, at, exists
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import listed
 
-from . import shared_values
-from .case import Case, number
+from .case import Case, joints_by_value, number
 
 # Axes that were measured, printed to five digits, miss 1 by about 1e-5.
 AXIS_TOLERANCE = 1e-3
@@ -40,7 +39,7 @@ _WITHOUT_EFFECT = {
 )
 def axes(case: Case) -> Iterator[Diagnostic]:
     """Axes that are zero, or not of unit length. Readers differ in whether they normalise."""
-    return shared_values.joints(case.robot).problems(partial(_axis, case))
+    return joints_by_value(case.robot).problems(partial(_axis, case))
 
 
 def _axis(case: Case, joint: Joint) -> Iterator[Diagnostic]:
@@ -116,7 +115,7 @@ def _axis(case: Case, joint: Joint) -> Iterator[Diagnostic]:
 )
 def limits(case: Case) -> Iterator[Diagnostic]:
     """Limits that readers of URDF ask for and that are missing, and limits that no joint can have."""
-    return shared_values.joints(case.robot).problems(partial(_limit, case))
+    return joints_by_value(case.robot).problems(partial(_limit, case))
 
 
 def _limit(case: Case, joint: Joint) -> Iterator[Diagnostic]:
@@ -191,7 +190,7 @@ def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
-    yield from shared_values.joints(case.robot).problems(partial(_units, case))
+    yield from joints_by_value(case.robot).problems(partial(_units, case))
     for pose in case.robot.poses:
         for name in pose.positions:
             if name in case.robot.joint and case.robot.joint[name].moves:

@@ -16,7 +16,7 @@ from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
 from rosorin_compile.source.tree import Map, Path, exists
 
 from .case import Case
-from .remarkable import NOT_XML
+from .magnitudes import NOT_XML
 
 # Links and joints have names that come from elsewhere, too.
 _APART = ("link", "joint")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import posixpath
 import re
+import unicodedata
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -162,8 +163,8 @@ def files(case: Case) -> Iterator[Diagnostic]:
             message = f'the artifact "{output.file}" {reason}'
             yield case.problem("outside-outputs", message, path, _inside(case, output))
             continue
-        # Names that differ only in case are one file on the disks of Windows and macOS.
-        name = output.file.casefold()
+        # Names that differ only in case or Unicode form are one file on the disks of Windows and macOS.
+        name = unicodedata.normalize("NFC", output.file.casefold())
         for other in taken:
             if not (name == other or name.startswith(f"{other}/") or other.startswith(f"{name}/")):
                 continue

@@ -10,7 +10,7 @@ from rosorin_compile.source.rule_registry import POSES, Check, rule
 from rosorin_compile.source.tree import Path
 
 from .case import Case, number
-from .remarkable import FULL_TURN
+from .magnitudes import FULL_TURN
 
 # Positions come from pulses and printed limits: a hair beyond is rounding.
 ROUNDING = 1e-6

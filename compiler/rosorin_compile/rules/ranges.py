@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,17 +10,13 @@ from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Joint, Limit
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, POSES, rule
-from rosorin_compile.source.tree import Path, at
-from rosorin_compile.source.units import has_unit
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import first_of
 
 from .case import Case, number
 
 # Limits are printed to a few digits, and a linkage is no exact ratio: so much of the range of a joint may be beyond.
 ROUNDED = 0.05
-# rad/s. A servo turns at 10, a fast leg at 40; where a velocity is from here on and a multiple of STEP, it is one of a
-# data sheet in degrees. 100, 1000 and 50000 are no multiples: they stand for "no limit".
-FAST, STEP, FASTEST = 60.0, 15.0, 1080.0
 SHOWN = 8
 
 # A limit that is zero, and was calculated.
@@ -122,32 +117,6 @@ def range_of(joint: Joint) -> tuple[float, float] | None:
 def span_of(ends: tuple[float, float] | list[float], joint: Joint) -> str:
     """Return a range of a joint in words."""
     return f"{number(ends[0])} to {number(ends[1])} {'m' if joint.type == 'prismatic' else 'rad'}"
-
-
-@rule(
-    "velocity-looks-like-degrees",
-    "A warning: the velocity limit of a revolute joint is many turns a second, and a round number of degrees.",
-    "Write `300 deg/s`, or `300 rad/s` if that is meant.",
-    JOINTS,
-    accept="joint",
-    imported="always",
-)
-def speeds(case: Case) -> Iterator[Diagnostic]:
-    """Bare velocity limits that are those of a data sheet in degrees. What turns on and on may well be fast."""
-    for joint in case.robot.joints:
-        velocity = joint.limit.known("velocity") if joint.limit is not None else None
-        if joint.type != "revolute" or velocity is None or not FAST <= velocity <= FASTEST or velocity % STEP:
-            continue
-        place = case.joint(joint, "limit", "velocity")
-        if has_unit(at(case.tree, place)):
-            continue
-        turns = number(round(velocity / (2 * math.pi), 1))
-        message = (
-            f'the velocity limit of joint "{joint.name}" is {number(velocity)} rad/s{case.stands_in(place)},'
-            f" {turns} turns a second: this looks like degrees"
-        )
-        help = f'write "{number(velocity)} deg/s" if degrees are meant, "{number(velocity)} rad/s" if not'
-        yield case.problem("velocity-looks-like-degrees", message, place, help, severity=WARNING)
 
 
 @rule(

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from functools import partial
 
 from rosorin_compile.model import Cylinder, Joint
+from rosorin_compile.model.geometry import dot, unit
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, rule
 from rosorin_compile.source.tree import exists
 from rosorin_compile.source.wording import first_of
 
-from . import shared_values
-from .case import Case, number
+from .case import Case, joints_by_value, number
 
 SHOWN = 8
 UNSAID = (1.0, 0.0, 0.0)
@@ -38,7 +38,7 @@ _WHAT = {
 )
 def negative(case: Case) -> Iterator[Diagnostic]:
     """Find what a simulation knows of a joint and is below zero."""
-    return shared_values.joints(case.robot).problems(partial(_negative, case))
+    return joints_by_value(case.robot).problems(partial(_negative, case))
 
 
 def _negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:
@@ -64,8 +64,9 @@ def _negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:
 )
 @rule(
     "axis-across",
-    "A warning: a joint says no axis, and the default, x, lies across the wheel that it turns.",
-    "Say it: `axis: [0, 1, 0]`.",
+    "A warning: the axis of a joint lies across the wheel that it turns: the default, x, or that of a wheel of the "
+    "drive.",
+    "Write the axis, such as `axis: [0, 1, 0]`, or turn the cylinder: `rpy: [90 deg, 0, 0]`.",
     JOINTS,
     accept="joint",
     imported="always",
@@ -78,7 +79,7 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
             continue
         if exists(case.tree, case.joint(joint, "axis")):
             continue
-        if joint.type == "continuous" and _lies_across(case, joint):
+        if joint.type == "continuous" and lies_across(case, joint):
             message = (
                 f'joint "{joint.name}" says no axis and turns "{joint.child}" about x, across the wheel that it is'
             )
@@ -93,11 +94,11 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("axis-missing", message, case.joint(silent[0]), "say it", severity=NOTE, key=True)
 
 
-def _lies_across(case: Case, joint: Joint) -> bool:
-    """Say whether the child of a joint is one disc, shorter than it is wide, that does not lie along x."""
+def lies_across(case: Case, joint: Joint) -> bool:
+    """Return True if the child of a joint is one disc, shorter than it is wide, that does not lie along its axis."""
     link = case.robot.link.get(joint.child)
     shapes = (link.collision or link.visual) if link is not None else ()
-    if len(shapes) != 1 or not isinstance(shapes[0].geometry, Cylinder):
+    if len(shapes) != 1 or not isinstance(shapes[0].geometry, Cylinder) or not any(joint.axis):
         return False
-    disc = shapes[0].geometry
-    return disc.length < 2 * disc.radius and abs(shapes[0].pose.transform().rows[0][2]) < ALONG
+    disc, rows = shapes[0].geometry, shapes[0].pose.transform().rows
+    return disc.length < 2 * disc.radius and abs(dot(unit(joint.axis), (rows[0][2], rows[1][2], rows[2][2]))) < ALONG

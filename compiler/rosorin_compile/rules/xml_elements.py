@@ -20,8 +20,7 @@ from rosorin_compile.source.tree import Instance, Path, locate, prefix_at
 from rosorin_compile.source.xml.elements import Found, canonical, damage, found_in, tree_of
 from rosorin_compile.source.xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 
-from . import shared_values
-from .case import Case
+from .case import Case, links_by_value
 from .kinematics import WORLD_FRAMES
 from .simulated_names import kept as in_mjcf
 
@@ -106,13 +105,13 @@ def kept_texts(case: Case) -> Iterator[tuple[Path, str]]:
 @of_robot
 def _with_elements(robot: Robot) -> tuple[list[Link], list[Joint]]:
     """Return the links and the joints that have texts for the URDF, as few do."""
-    kinds = shared_values.links(robot)
+    kinds = links_by_value(robot)
     shaped = {
         kind
         for kind, link in kinds.first.items()
         if any(shape.urdf_elements for shape in (*link.visual, *link.collision))
     }
-    links = [link for kind, link in zip(kinds.kinds, robot.links, strict=True) if link.urdf_elements or kind in shaped]
+    links = [link for kind, link in zip(kinds.values, robot.links, strict=True) if link.urdf_elements or kind in shaped]
     return links, [joint for joint in robot.joints if joint.urdf_elements]
 
 

@@ -10,8 +10,7 @@ from typing import NamedTuple
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.formats.urdf.reading import Reading, correction, named
 from rosorin_compile.model import Pose, Transform
-from rosorin_compile.rules.remarkable import FULL_TURN
-from rosorin_compile.rules.values import FAR
+from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, counted
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
 from rosorin_compile.source.xml.markup import TEXT, Element, Remark, Word

@@ -10,8 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from rosorin_compile.rules.remarkable import FULL_TURN
-from rosorin_compile.rules.values import FAR
+from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span
 from rosorin_compile.source.wording import and_more
 

@@ -10,8 +10,7 @@ import re
 from typing import Any
 
 from rosorin_compile.model.geometry import Transform
-from rosorin_compile.rules.remarkable import FULL_TURN
-from rosorin_compile.rules.values import FAR
+from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq

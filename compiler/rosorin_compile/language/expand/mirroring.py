@@ -109,6 +109,16 @@ def _scale(mesh: Map, axis: int) -> dict[str, Any]:
     return {"scale": listed(scale, mesh.get("scale", mesh))}
 
 
+def _gear(actuator: Map, axis: int) -> dict[str, Any]:
+    """Return the gear of a mirrored actuator: of a ball a torque, of a site a force and a torque."""
+    gear = actuator.get("gear")
+    if not isinstance(gear, list) or len(gear) not in (3, 6) or not all(map(is_number, gear)):
+        return {}
+    force = [_negative(v) if i == axis else v for i, v in enumerate(gear[:-3])]
+    torque = [v if i == axis else _negative(v) for i, v in enumerate(gear[-3:])]
+    return {"gear": listed([*force, *torque], gear)}
+
+
 # By the annotation ``x-mirror``, whose keys are ``annotations.MIRRORED_KEYS``.
 MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
     "pose": _pose,
@@ -120,6 +130,7 @@ MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
     "inertia": _inertia,
     "bounds": _bounds,
     "scale": _scale,
+    "gear": _gear,
 }
 
 

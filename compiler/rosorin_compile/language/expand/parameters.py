@@ -15,6 +15,7 @@ from rosorin_compile.source.tree import Map, Place, Seq, locate
 from rosorin_compile.source.units import DIMENSIONS, NUMBER, Quantity, in_si
 from rosorin_compile.source.wording import quoted
 
+from ..expression import CHOICES
 from ..expression.functions import kind_of
 from ..misnamed import goes_on, text_meant_by, word_meant
 from ..suggestions import flag_meant, number_meant
@@ -211,6 +212,8 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
             near = [Related("the suggestion is defined here", allowed.value_spans[allowed.index(meant)])]
     else:
         scope.values[name] = _of_type(value, wanted)
+        if isinstance(allowed, list):
+            scope.values[name + CHOICES] = allowed
         return
     scope.broken.add(name)
     scope.values.pop(name, None)

@@ -19,7 +19,7 @@ from rosorin_compile.source.units import UNITS
 from rosorin_compile.source.wording import first_of
 from rosorin_compile.source.xml.elements import fitted
 
-from ..expression import Piece, compiled, evaluate, names_in, pieces
+from ..expression import CHOICES, Piece, compiled, evaluate, names_in, pieces
 from ..expression.functions import (
     BUILT_IN,
     CONSTANTS,
@@ -176,6 +176,8 @@ class Scope:
                 return values[name]
             if name in scope.pending or name in scope.broken:
                 return scope.evaluate_pending(name)
+            if name.endswith(CHOICES) and name.removesuffix(CHOICES) in scope.places:
+                break  # this scope has another value of that name
             scope = scope.parent
         raise KeyError(name)
 

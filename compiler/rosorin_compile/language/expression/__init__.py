@@ -21,9 +21,9 @@ from rosorin_compile.source.units import Quantity
 
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
 from .literals import Literal, masked, mistake
-from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node, names, nodes
+from .syntax import CHOICES, EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node, names, nodes
 
-__all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "parsed", "run"]
+__all__ = ["CHOICES", "CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "parsed", "run"]
 
 
 MAX_LENGTH = 2_000

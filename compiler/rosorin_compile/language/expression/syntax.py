@@ -419,8 +419,11 @@ def _compare(node: ast.Compare, within: Within) -> Code:
     ]
     if any(function is None for function, _, _ in rest):
         raise ExpressionError("this comparison is not allowed here", node.col_offset)
+    literals = _compared_literals(node)
 
     def apply(lookup: Lookup) -> bool:
+        for name, literal in literals:
+            _check_choice(lookup, name, literal)
         left = first(lookup)
         for function, of_many, part in rest:
             right = part(lookup)
@@ -436,6 +439,37 @@ def _compare(node: ast.Compare, within: Within) -> Code:
         return True
 
     return apply
+
+
+CHOICES = " in"  # behind the name of an argument: the values that its one_of allows
+_EQUALITY = (ast.Eq, ast.NotEq, ast.In, ast.NotIn)
+
+
+def _compared_literals(node: ast.Compare) -> list[tuple[str, ast.Constant]]:
+    """Return the literals of a comparison, each with the name that it is compared with."""
+    sides = [node.left, *node.comparators]
+    found: list[tuple[str, ast.Constant]] = []
+    for operation, left, right in zip(node.ops, sides, sides[1:], strict=False):
+        for name, other in ((left, right), (right, left)) if isinstance(operation, _EQUALITY) else ():
+            items = other.elts if isinstance(other, (ast.List, ast.Tuple)) else [other]
+            if isinstance(name, ast.Name):
+                found += [(name.id, item) for item in items if isinstance(item, ast.Constant)]
+    return [(name, item) for name, item in found if isinstance(item.value, (str, int, float))]
+
+
+def _check_choice(lookup: Lookup, name: str, literal: ast.Constant) -> None:
+    """Raise ExpressionError if an argument with ``one_of`` is compared with a value that it never has."""
+    try:
+        choices: Any = lookup(name + CHOICES)
+    except KeyError:
+        return
+    value: Any = literal.value
+    if value not in choices:
+        allowed = f"allowed: {', '.join(map(str, choices))}"
+        texts = [choice for choice in choices if isinstance(choice, str)]
+        meant = nearest(value, texts) if isinstance(value, str) else None
+        help = f'did you mean "{meant}"? ({allowed})' if meant else allowed
+        raise ExpressionError(f'the argument "{name}" is never "{value!s}"', literal.col_offset, help)
 
 
 def _ifexp(node: ast.IfExp, within: Within) -> Code:
@@ -511,7 +545,15 @@ def _bind(lookup: Lookup, names: list[str], item: Any) -> Lookup:
     if len(names) > 1 and (not isinstance(item, list) or len(item) != len(names)):
         raise KindError(f"cannot give {kind_of(item)} to {len(names)} names")
     bound = dict(zip(names, item, strict=True)) if len(names) > 1 else {names[0]: item}
-    return lambda name: bound[name] if name in bound else lookup(name)
+
+    def inner(name: str) -> Any:
+        if name in bound:
+            return bound[name]
+        if name.removesuffix(CHOICES) in bound:
+            raise KeyError(name)
+        return lookup(name)
+
+    return inner
 
 
 def _call(node: ast.Call, within: Within) -> Code:

@@ -33,7 +33,7 @@ RULES = (
     ),
     Rule(
         "part-inside-part",
-        "A warning: a part is inside another one with most of its volume.",
+        "A warning: a part is inside another one with most of its volume, or a wheel of the drive with half of it.",
         "Check `xyz` of the joint and of the shape; a pair that is meant goes under `disabled_contacts`.",
         Heading.PHYSICS,
     ),
@@ -56,6 +56,7 @@ RULES = (
 ZERO = ""  # the name of the state in which every joint is at zero
 MOST_INSIDE = 0.9  # of its volume: no bearing and no cover holds a part like that
 CORNER = 0.2  # of its volume: less is a corner at a joint
+WHEEL_INSIDE = 0.5  # of the volume of a wheel of the drive: a wheel turns beside the body
 SHOWN = 5  # names in a note
 
 Member = TypeVar("Member")
@@ -108,6 +109,10 @@ def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Se
             inner, outer = (overlap.one, overlap.other) if overlap.one.link == small else (overlap.other, overlap.one)
             what = f'link "{small}" is inside link "{large}" with {share:.0%} of its volume'
             warnings.append((overlap.depth, _overlap(case, scene, "part-inside-part", what, where, inner, outer)))
+        elif share >= WHEEL_INSIDE and small in _wheels(case):
+            inner, outer = (overlap.one, overlap.other) if overlap.one.link == small else (overlap.other, overlap.one)
+            what = f'wheel "{small}" of the drive is inside link "{large}" with {share:.0%} of its volume'
+            warnings.append((overlap.depth, _overlap(case, scene, "part-inside-part", what, where, inner, outer)))
         elif pair in always or (scene.joint_of(pair) is not None and share < CORNER):
             designs[pair] = overlap
         elif not scene.touches(overlap, deepest.positions):
@@ -144,6 +149,11 @@ def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Se
             "count the joint from a position that it can have, or start simulations in a named pose",
             case.joint(joints[0], "limit", "lower" if nearest_to_zero(joints[0]) > 0 else "upper"),
         )
+
+
+def _wheels(case: Case) -> set[str]:
+    drive = case.robot.drive
+    return {case.robot.joint[name].child for name in drive.wheels} if drive else set()
 
 
 def _beyond_limits(scene: Scene, pair: Pair) -> list[Joint]:

@@ -15,8 +15,7 @@ from typing import Any, Protocol, TypeVar, Union, get_args, get_origin, get_type
 from rosorin_compile.model import Pose, Vector
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.link import NO_SOURCE, Source
-from rosorin_compile.model.simulated import Attribute
-from rosorin_compile.model.simulation import Actuator, Values
+from rosorin_compile.model.simulation import Actuator, Attribute, Values
 from rosorin_compile.source.tree import Path
 
 from ..schema import fragment_at

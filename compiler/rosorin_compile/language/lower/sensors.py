@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.model import Joint, Link, Pose, Sensor, Transform
 from rosorin_compile.model.bounds import bounds_of
 from rosorin_compile.model.geometry import IDENTITY, pose_of
-from rosorin_compile.model.simulated import (
+from rosorin_compile.model.simulation import (
     AT_JOINT,
     BODY_ELEMENT,
     SENSOR_ELEMENT,

@@ -20,9 +20,8 @@ from rosorin_compile.language.lower.records import (
     values_of,
 )
 from rosorin_compile.model import Pose
-from rosorin_compile.model.simulated import Attribute
-from rosorin_compile.model.simulation import Actuator
-from rosorin_compile.model.simulator import ContactPair, Entry, Stop, Tendon
+from rosorin_compile.model.simulation import Actuator, Attribute, Entry
+from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Stop, Tendon
 
 TARGETS = {
     "joint": "joint",

@@ -15,7 +15,7 @@ from rosorin_compile.source.rule_registry import WRITING, Rule
 
 from .change import Describer
 from .pairs import output_of
-from .precision import NOISE, POSE_NOISE, Precision, printed, rounded
+from .precision import NOISE, POSE_NOISE, Precision, exact, printed, rounded
 from .shape_sentences import shapes_change
 from .solids import delta
 from .walk import Difference, Leaves, Shapes, compare_leaves, leaves
@@ -57,10 +57,13 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
         return
     if format.read is None or format.view is None:
         return
-    meant = leaves(format.view(robot, output_of(robot, artifact)))
+    output = output_of(robot, artifact)
+    meant = leaves(format.view(robot, output))
     if format.partial:
         found = {thing: _part(found[thing], entry) for thing, entry in meant.items() if thing in found}
-    sides, precisions = (meant, found), (rounded(*format.rounding), printed(artifact.text))
+    is_exact = output.options.get("number_format") == "exact"
+    precisions = (exact, exact) if is_exact else (rounded(*format.rounding), printed(artifact.text))
+    sides = meant, found
     differences = compare_leaves(*sides, precisions, POSE_NOISE if format.partial else NOISE)
     for one in differences:
         yield from (

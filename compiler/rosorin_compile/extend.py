@@ -24,12 +24,8 @@ from rosorin_compile.formats.format import (
     Artifact,
     Asked,
     Format,
-    Importing,
-    InRos,
     Opened,
-    Proving,
     Refusal,
-    Writing,
 )
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expression.functions import function
@@ -54,9 +50,9 @@ from rosorin_compile.source.rule_registry import Heading, Rule, rule
 # fmt: off
 __all__ = [
     "ERROR", "FINE", "NOTE", "PROBLEMS", "WARNING", "Artifact", "Asked", "Case", "Check", "Command",
-    "Description", "Diagnostic", "Format", "Heading", "Importing", "InRos", "Opened", "Options",
-    "Proving", "Refusal", "Related", "Request", "RequestError", "Rule", "Run", "Section", "Source", "Span",
-    "Templates", "Writing", "argument", "check", "check_options", "command", "did_you_mean", "error",
+    "Description", "Diagnostic", "Format", "Heading", "Opened", "Options",
+    "Refusal", "Related", "Request", "RequestError", "Rule", "Run", "Section", "Source", "Span",
+    "Templates", "argument", "check", "check_options", "command", "did_you_mean", "error",
     "for_each", "function", "give_result", "option", "robot_argument", "robot_options",
     "robots_argument", "rule",
 ]

@@ -75,21 +75,21 @@ def test_a_flat_mesh_is_told_by_its_file(project: Path, capsys: Shown) -> None:
 def test_a_mesh_that_mujoco_loads_is_nothing_to_say(project: Path) -> None:
     (project / "outputs/cart").mkdir(parents=True)
     (project / "outputs/cart/cover.obj").write_text(OBJ)
-    assert FORMATS["mjcf"].proving.refusal is not None
+    assert FORMATS["mjcf"].refusal is not None
     asset = '<asset><mesh name="m" file="cover.obj"/></asset>'
     text = f'<mujoco>{asset}<worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
-    assert FORMATS["mjcf"].proving.refusal(text, Path("outputs/cart")).reason == ""
+    assert FORMATS["mjcf"].refusal(text, Path("outputs/cart")).reason == ""
 
 
 @pytest.mark.slow
 def test_what_mujoco_reads_is_recorded(project: Path) -> None:
     (project / "outputs/cart").mkdir(parents=True)
     (project / "outputs/a&b.obj").write_text(OBJ)
-    assert FORMATS["mjcf"].proving.refusal is not None
+    assert FORMATS["mjcf"].refusal is not None
     asset = '<mesh name="m" file="../a&amp;b.obj"/>'
     text = f'<mujoco><asset>{asset}</asset><worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
     with recording() as paths:
-        FORMATS["mjcf"].proving.refusal(text, project / "outputs/cart")
+        FORMATS["mjcf"].refusal(text, project / "outputs/cart")
     assert paths[project / "outputs/cart/../a&b.obj"]
 
 
@@ -97,10 +97,10 @@ def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys:
     edit(project / "descriptions/cart/robot.yaml", "      - mesh: {file: cover.obj}\n", "")
     assert main(["all"]) == 0
     assert said(capsys, 0) == []
-    assert FORMATS["mjcf"].proving.refusal is not None
+    assert FORMATS["mjcf"].refusal is not None
     text = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
     reason = "mass and inertia of moving bodies must be larger than mjMINVAL Element name '', id 1, line 1"
-    assert FORMATS["mjcf"].proving.refusal(text, project) == (reason, False, "")
+    assert FORMATS["mjcf"].refusal(text, project) == (reason, False, "")
 
 
 def test_a_refusal_that_names_no_mesh_stands_at_the_output(

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.format import GROUPS
 from support import forks
 from support.pages import PACKAGES, install
 from support.paths import ROOT
@@ -70,12 +69,8 @@ class Machine:
         path.write_text(text, "utf-8")
 
     def record(self, *fields: str, before: str = "") -> None:
-        """Change fields of the record, or of its groups."""
-        changes = []
-        for field in fields:
-            group = next((name for name, kind in GROUPS.items() if field.partition("=")[0] in names_of(kind)), "")
-            changes.append(f"{group}=dataclasses.replace(FORMAT.{group}, {field})" if group else field)
-        text = before + "FORMAT = dataclasses.replace(FORMAT, " + ", ".join(changes) + ")\n"
+        """Change fields of the record."""
+        text = before + "FORMAT = dataclasses.replace(FORMAT, " + ", ".join(fields) + ")\n"
         path = self.packages / "toy_robot" / "toy.py"
         path.write_text(f"{path.read_text('utf-8')}\nimport dataclasses\n\n{text}", "utf-8")
 
@@ -263,16 +258,13 @@ def test_templates_of_the_package(machine: Machine):
 
 
 LEGO = """
-from rosorin_compile.formats.format import Importing
-
 def read(opened):
     links = {one.get("name"): opened.at({}, one.span) for one in opened.xml.root.children if one.tag == "brick"}
     told = [opened.left_out(f"<{one.tag}>", one.span) for one in opened.xml.root.children if one.tag != "brick"]
     return {"robot": opened.options.arguments.get("name", "lego"), "links": links}, told
 
 
-TAKES = Importing(takes_arguments=True)
-FORMAT = Format(name="toy", word="Lego", roots=("lego",), endings=(".lego",), load=read, reading=TAKES)
+FORMAT = Format(name="toy", word="Lego", roots=("lego",), endings=(".lego",), load=read, takes_arguments=True)
 """
 
 

@@ -116,7 +116,7 @@ def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
     from rosorin_compile.output import is_generated, may_replace, write_file
     from rosorin_compile.source.cache import remember, remembered
 
-    robot_of = FORMATS[backend].ros.robot_of
+    robot_of = FORMATS[backend].robot_of
     is_known = remembered(path) is not None
     write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
     if not is_generated(data):

@@ -44,13 +44,13 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
 def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
     """Yield a sentence for each place where an artifact does not contain what it is meant to contain."""
     format = FORMATS[artifact.backend]
-    if format.read is None and not format.proving.schema:
+    if format.read is None and not format.schema:
         return
     try:
-        if format.proving.schema:
-            data = (format.proving.data or json_of)(artifact.text)
-            for problem in misfits(format.proving.schema, data):
-                yield f"{artifact.file} does not fit schemas/{format.proving.schema}.schema.json: {problem}"
+        if format.schema:
+            data = (format.data or json_of)(artifact.text)
+            for problem in misfits(format.schema, data):
+                yield f"{artifact.file} does not fit schemas/{format.schema}.schema.json: {problem}"
         found = leaves(format.read(artifact.text)) if format.read is not None else {}
     except (ValueError, TypeError) as problem:
         yield f"{artifact.file} cannot be read back: {problem}"

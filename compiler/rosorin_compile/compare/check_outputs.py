@@ -155,7 +155,7 @@ def judged(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case 
     diagnostics: list[Diagnostic] = []
     missing: dict[str, list[str]] = {}
     for artifact in artifacts:
-        engine = FORMATS[artifact.backend].proving.refusal
+        engine = FORMATS[artifact.backend].refusal
         found = engine(artifact.text, (folder / artifact.file).parent) if engine else None
         if found is not None and found.missing:
             missing.setdefault(found.missing, []).append(artifact.file)

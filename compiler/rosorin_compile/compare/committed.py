@@ -114,7 +114,7 @@ def _decoded(data: bytes | None) -> str | None:
 
 
 def _changed(artifact: Artifact, old: str, remark: str) -> TextDifference:
-    shown = FORMATS[artifact.backend].proving.shown
+    shown = FORMATS[artifact.backend].shown
     large = not shown and max(len(old), len(artifact.text)) > _LARGEST_PICTURE
     return TextDifference(
         artifact.file, CHANGED, remark, () if large else unified(artifact.file, old, artifact.text), shown
@@ -126,7 +126,7 @@ def _remarked(text: TextDifference, artifact: Artifact | None, old: str, told: s
     if artifact is None or text.remark or artifact.output in told:
         return text
     format = FORMATS[artifact.backend]
-    differ = format.proving.differ(old, artifact.text) if format.proving.differ is not None else ""
+    differ = format.differ(old, artifact.text) if format.differ is not None else ""
     if not differ and format.read is None:
         return text
     if not differ:
@@ -142,10 +142,10 @@ def _with_values(remark: str, old: str, new: str) -> str:
 
 def same_syntax(format: Format, old: str, new: str) -> bool:
     """Return True if two texts of a format differ in white space, comments and the spelling of numbers alone."""
-    if format.proving.syntax is None:
+    if format.syntax is None:
         return False
     try:
-        return bool(format.proving.syntax(old) == format.proving.syntax(new))
+        return bool(format.syntax(old) == format.syntax(new))
     except (ValueError, SyntaxError):
         return False
 

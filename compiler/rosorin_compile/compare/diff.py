@@ -48,7 +48,7 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
             notes += shapes.notes
             not_compared += shapes.not_compared
     items += compare_names(pairing, missing, "fixed joint name" not in silent.topics)
-    if a.robot.name != b.robot.name and a.format.writing.names_robot and b.format.writing.names_robot:
+    if a.robot.name != b.robot.name and a.format.names_robot and b.format.names_robot:
         notes.append(f"the robot is called {a.robot.name} in A, {b.robot.name} in B")
     moved = [item for item in items if item.kind in (FRAME, JOINT)]
     if moved:
@@ -73,8 +73,8 @@ def _known_names(a: Side, b: Side) -> tuple[Side, Side]:
     """Return the sides under common names where a description says how an artifact calls its links."""
     for side, other in ((a, b), (b, a)):
         output = other.format.output(side.robot)
-        if other.format.proving.names is not None and output is not None:
-            names = other.format.proving.names(output)
+        if other.format.names is not None and output is not None:
+            names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
             changed = other._replace(robot=renamed(other.robot, free, {}))
             return (a, changed) if other is b else (changed, b)
@@ -86,7 +86,7 @@ def _carrying(side: Side, other: Side) -> Side:
 
     What is fixed to each other is compared as a whole in any case; this is for what a joint moves.
     """
-    robot, leaves_out = side.robot, other.format.writing.leaves_out
+    robot, leaves_out = side.robot, other.format.leaves_out
     carried = {name for name in robot.link if name in other.robot.link}
     if side.format is not YAML or leaves_out is None or not carried or len(carried) == len(robot.links):
         return side

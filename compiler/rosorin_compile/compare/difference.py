@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import Format
-from rosorin_compile.formats.format import Importing
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import ENDINGS
@@ -29,9 +28,7 @@ YAML = Format(
     word="description",
     article="a",
     endings=ENDINGS,
-    reading=Importing(
-        takes_arguments=True,
-    ),
+    takes_arguments=True,
 )
 DEFAULT_TOLERANCE = Tolerance.POSE
 

@@ -89,19 +89,15 @@ def uncompared(a: Side, b: Side) -> Unsaid:
     topics: set[str] = set()
     lines: list[str] = []
     for side, other in ((a, b), (b, a)):
-        lacks = [
-            topic for topic in TOPICS if topic in side.format.writing.lacks and topic not in other.format.writing.lacks
-        ]
+        lacks = [topic for topic in TOPICS if topic in side.format.lacks and topic not in other.format.lacks]
         lines += _line(side, other, lacks, "a format without a word for it")
         empty = [
             topic
             for topic in _WHOLE
-            if side.format != other.format
-            and topic not in side.format.writing.lacks
-            and not TOPICS[topic][1](side.robot)
+            if side.format != other.format and topic not in side.format.lacks and not TOPICS[topic][1](side.robot)
         ]
         lines += _line(side, other, empty, "which leaves out all of it")
-        topics |= {*lacks, *empty, *side.format.writing.lacks}
+        topics |= {*lacks, *empty, *side.format.lacks}
     lines += [*_outside(a, b), *_outside(b, a)]
     if a.format != b.format and "contact" not in topics:
         # What a simulation excludes beside what was asked for are the contacts of neighbours.
@@ -155,14 +151,14 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
         if output:
             lines.append(f"{several(left)} of {side.label}: its output {output} has no such links")
             continue
-        why = (its if side.format is YAML or its.format is not YAML else side).format.writing.why
+        why = (its if side.format is YAML or its.format is not YAML else side).format.why
         lines.append(f"{several(left)} of {side.label}: {why}")
     return frozenset(names), lines
 
 
 def _output_without(robot: Robot, side: Side, other: Side) -> str:
     """Return the output of a description that has the very links of the other file, and not all; empty if none."""
-    links = other.format.writing.links
+    links = other.format.links
     if side.format is not YAML or links is None or len(other.robot.links) == len(robot.links):
         return ""
     outputs = [one for one in robot.outputs if one.backend == other.format.name and other.format.is_withheld(one)]
@@ -172,7 +168,7 @@ def _output_without(robot: Robot, side: Side, other: Side) -> str:
 def _left_out(robot: Robot, link: str, side: Side, other: Side) -> bool:
     """Say whether it is no surprise that the other file lacks a link of this robot."""
     if other.format is YAML:
-        return side.format.writing.adds is not None and side.format.writing.adds(robot, link, other.robot)
+        return side.format.adds is not None and side.format.adds(robot, link, other.robot)
     if _output_without(robot, side, other):
         return True
-    return other.format.writing.leaves_out is not None and other.format.writing.leaves_out(robot, link)
+    return other.format.leaves_out is not None and other.format.leaves_out(robot, link)

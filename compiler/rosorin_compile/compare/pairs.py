@@ -84,7 +84,7 @@ def contents(robot: Robot, output: Output, templates: Templates | None = None) -
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
     """Return leaves under the names that the robot has for links, where an artifact has others."""
-    names = format.proving.names(output) if format.proving.names is not None else {}
+    names = format.names(output) if format.names is not None else {}
     return _renamed(found, names, ("frame", "link", "height map"), {}) if names else found
 
 

@@ -298,7 +298,7 @@ def _always(robot: Robot, other: Robot, context: Context) -> Counter[Key]:
 
 def _by_output(robot: Robot) -> list[Sequence[str]]:
     known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
-    return [one.writing.brings(robot, output) for one, output in known if one.writing.brings]
+    return [one.brings(robot, output) for one, output in known if one.brings]
 
 
 def _short(text: str) -> str:

@@ -34,7 +34,7 @@ class Purpose(NamedTuple):
     @property
     def simple(self) -> bool:
         """Whether one side has one box a link along its axes, and one height map."""
-        return any(ONE_BOX in format.writing.lacks for format in self.formats)
+        return any(ONE_BOX in format.lacks for format in self.formats)
 
     @property
     def of_artifacts(self) -> bool:
@@ -73,12 +73,12 @@ def compare_shapes(
         if name not in done:
             work.body([name], [name], "")
     if not capsules:
-        lacking = next(side.format for side in sides if CAPSULE in side.format.writing.lacks)
+        lacking = next(side.format for side in sides if CAPSULE in side.format.lacks)
         what = f"the round ends of capsules: {lacking.named} has cylinders of the same full length"
         work.not_compared.append(what)
     if work.unsaid:
         links = several(work.unsaid)
-        simple = next(side.format for side in sides if ONE_BOX in side.format.writing.lacks)
+        simple = next(side.format for side in sides if ONE_BOX in side.format.lacks)
         what = f"the collision of {links}: {simple.named} has one box along the axes of a link"
         work.not_compared.append(what)
     if work.meshes:
@@ -97,7 +97,7 @@ def _capsules_told(pairing: Pairing, sides: tuple[Side, Side], purpose: str) -> 
         for bodies in (pairing.a, pairing.b)
     ]
     rows = zip(has, has[::-1], sides, strict=True)
-    return not any(not mine and other and CAPSULE in side.format.writing.lacks for mine, other, side in rows)
+    return not any(not mine and other and CAPSULE in side.format.lacks for mine, other, side in rows)
 
 
 def _of(link: Link, purpose: str) -> tuple[Shape, ...]:
@@ -198,7 +198,7 @@ class _Shapes:
     def _told(self, one: Link, other: Link) -> bool:
         """Say whether both formats have a word for what a link collides with."""
         sides = zip((one, other), self.purpose.formats[::-1], strict=True)
-        return not any(ONE_BOX in their.writing.lacks and not _is_simple(link) for link, their in sides)
+        return not any(ONE_BOX in their.lacks and not _is_simple(link) for link, their in sides)
 
     def _maps(self, name: str, old: list[Piece], new: list[Piece]) -> tuple[list[Piece], list[Piece]]:
         """Return the solids of a link without those of height maps that both robots have, after comparing these."""

@@ -77,22 +77,22 @@ class Formats(Mapping[str, Format]):
 
     def feeds(self, artifact: Artifact, publisher: str) -> bool:
         """Return True if publishers of a kind read an artifact, by its format."""
-        return publisher in self[artifact.backend].ros.feeds and not artifact.withheld
+        return publisher in self[artifact.backend].feeds and not artifact.withheld
 
     def names_meshes(self, artifact: Artifact) -> bool:
         """Return True if an artifact names meshes as URDF does; for a template the name of its file decides."""
-        if self[artifact.backend].writing.meshes:
+        if self[artifact.backend].meshes:
             return True
-        return any(one.writing.meshes and artifact.file.endswith(one.endings) for one in self.values())
+        return any(one.meshes and artifact.file.endswith(one.endings) for one in self.values())
 
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
         """Return how names of files end that hold a robot; with ``include`` of those that a description may include."""
-        readable = [one for one in self.values() if one.load is not None and (one.reading.include or not include)]
+        readable = [one for one in self.values() if one.load is not None and (one.include or not include)]
         return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
 
     def published(self) -> Format:
         """Return the format that robot_state_publisher reads."""
-        return next(one for one in self.values() if one.write and one.load and ROBOT_STATE_PUBLISHER in one.ros.feeds)
+        return next(one for one in self.values() if one.write and one.load and ROBOT_STATE_PUBLISHER in one.feeds)
 
 
 FORMATS = Formats()

@@ -178,8 +178,8 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         outputs = tuple(named[name] for name in dict.fromkeys(requested))
     if search is not None and _names_files(robot):
         # An artifact that opens or measures meshes finds the same ones if other outputs are not generated.
-        formats = [FORMATS[output.backend].writing for output in outputs]
-        opening = any(writing.opens is not None or writing.measures for writing in formats)
+        formats = [FORMATS[output.backend] for output in outputs]
+        opening = any(format.opens is not None or format.measures for format in formats)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = meshes.told_to(robot)
     artifacts, found, templates = _texts(robot, outputs, expanded.tree, path)

@@ -158,174 +158,86 @@ class Asked(NamedTuple):
     remark: str = ""
 
 
-# Records are compared with nothing, and printed for nobody: such methods would be compiled at every start.
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Importing:
-    """How files of a format are read, beside ``read``: for ``import``, ``include`` and ``diff``.
-
-    ``include`` says that a description may include such a file, ``takes_arguments`` that it is told arguments,
-    ``becomes`` the format that it is once it is read (xacro: urdf).
-
-    ``join``: a file and the tree of a robot to the sections that it adds to that (``import --srdf FILE``); ``joins``
-    are the fields of the model that it says all of. ``is_other`` says of a file that looks like a robot that it is no
-    more than such a companion of one.
-
-    When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
-    source says and a name for files; None if it is to have none. ``optional`` says that the output is left out, with a
-    remark, where the robot cannot be written so.
-    """
-
-    include: bool = True
-    takes_arguments: bool = False
-    becomes: str = ""
-    join: Callable[[Opened, Map], Joined] | None = None
-    joins: tuple[str, ...] = ()
-    is_other: Callable[[Document], bool] | None = None
-    asked: Callable[[Map, str, str], Asked | None] | None = None
-    optional: bool = False
-
-
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Writing:
-    """What an artifact has of a robot, beside its text: for ``diff``, for packages, and for whoever looks for files.
-
-    When two robots are compared: ``links`` (those that an output has), ``lacks`` (topics that it has no word for, see
-    ``meaning.not_compared``), ``says`` (sections that it has a word for), ``leaves_out`` and ``why`` (links that it
-    lacks by nature), ``adds`` (links of its files that stand for something else in a description), ``brings`` (the
-    elements of XML that it makes of what a description says in words), ``names_robot`` (its files say what the robot is
-    called).
-
-    Other files: ``located`` (its text depends on where other artifacts stand), ``meshes`` (it names meshes as URDF
-    does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where it is
-    not opened), ``embeds`` (it holds the meshes themselves), ``measures`` (its text depends on how large meshes are),
-    ``beside`` (the names of files that it wants beside it).
-    """
-
-    links: Callable[[Robot, Output], Collection[str]] | None = None
-    lacks: frozenset[str] = frozenset()
-    says: tuple[str, ...] = ()
-    leaves_out: Callable[[Robot, str], bool] | None = None
-    why: str = ""
-    adds: Callable[[Robot, str, Robot], bool] | None = None
-    brings: Callable[[Robot, Output], Sequence[str]] | None = None
-    names_robot: bool = True
-    located: bool = False
-    meshes: bool = False
-    opens: Callable[[str], str] | None = None
-    embeds: bool = False
-    measures: bool = False
-    beside: Callable[[str], Sequence[str]] | None = None
-
-
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Proving:
-    """How texts of a format are compared beside ``view`` and ``read``, and judged.
-
-    - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
-    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``; ``data`` reads what it is about from a
-      text that is not JSON itself. Raises ValueError.
-    - ``differ``: what differs between two texts that no leaf tells apart, in words; empty if nobody can say.
-    - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
-    - ``names``: the names of links in the robot by those that an artifact has for them.
-    - ``refusal``: why the engine that reads such files does not load a text that is in a folder. For ``check``. One of
-      another package may return the reason alone, as text.
-    - ``engine_reads``: its engine reads the sources, so that what this passes over in XML is taken as it is.
-    - ``prove``: how its engine tells an artifact from the source that it was imported from, by the artifact's text and
-      the files of its meshes (by the names there). For ``import`` of a source of the same format.
-    """
-
-    syntax: Callable[[str], object] | None = None
-    schema: str = ""
-    data: Callable[[str], Any] | None = None
-    differ: Callable[[str, str], str] | None = None
-    shown: bool = True
-    names: Callable[[Output], Mapping[str, str]] | None = None
-    refusal: Callable[[str, Path], Refusal] | None = None
-    engine_reads: bool = False
-    prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
-
-
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class InRos:
-    """What becomes of an artifact in ROS.
-
-    ``feeds`` (kinds of publishers that read it), ``withheld`` (an output that they are not to read), ``folder`` (where
-    ``package`` puts it; empty: by the ending of its name), ``deploys`` (``deploy`` puts it there too, where no copy is
-    yet), ``packaged`` (a package carries it, and has none of its own), ``robot_of`` (the robot that a file was
-    generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for a
-    package).
-    """
-
-    feeds: tuple[str, ...] = ()
-    withheld: Callable[[Output], bool] | None = None
-    folder: str = ""
-    deploys: bool = False
-    packaged: bool = True
-    robot_of: Callable[[Path], str] | None = None
-    adapted: str = ""
-
-
+# Records are never compared or printed: such methods would be compiled at every start.
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Format:
-    """A format that is written, read, or both.
+    """A format that is written, read, or both. Most fields are optional.
 
-    What a description says of it:
-
-    - ``name``: its name under ``outputs:``.
-    - ``options``: the JSON Schema of each key of its entry there, beside ``file`` and ``backend``.
-    - ``check``: yields what is wrong with an entry that no schema sees.
-    - ``rules``: those that its diagnostics name; only of a format of another package.
-
-    What people and lists call it: ``word`` ("URDF") with its ``article`` ("a"), ``files`` (its files, in a list of what
-    is read; by default the word and the root element), ``about`` (what a person has it for), ``rank`` (its place in
-    lists; those of other packages come last), ``file`` (the usual name of a file; {} is the name of the robot).
-
-    How its files are known: ``endings``, and of XML ``roots`` (names of the root element) or ``recognises``, which is
-    asked first.
-
-    What it does:
-
-    - ``view``: Robot and Output to what the artifact is meant to contain: a reduced ``Robot`` (SDF, URDF, MJCF), or a
-      small frozen dataclass of the format, built from the dataclasses of the model.
-    - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
-    - ``read``: the text of an artifact back to such a value, the inverse of ``write``. Raises ValueError for a damaged
-      text. Before anything is written, ``view`` is compared with ``read`` of the text (``compare.walk``), and the
-      golden check compares it with ``read`` of the committed text. Without it artifacts are compared as text.
-    - ``rounding``: by how much (m, rad) ``view`` rounds numbers.
-    - ``partial``: ``view`` leaves out some of what ``read`` finds: only its own leaves are compared before writing, and
-      the golden check compares two texts that are read.
-    - ``covers``: the keys of the language that it is about, such as ``joints.axis``, with all below them; () for all.
-    - ``unsupported``: of these keys those that an output has no word for, with the reason (see ``unsupported``).
-    - ``load``: a foreign file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
-      ``imported.converted``).
-    And what else there is to know, in groups: ``reading``, ``writing``, ``proving``, ``ros``.
+    ``write`` raises TemplateProblem; ``read`` raises ValueError for a damaged text. Before anything is written,
+    ``view`` is compared with ``read`` of the text (``compare.walk``), and the golden check compares it with ``read`` of
+    the committed text. Without ``view`` and ``read``, artifacts are compared as text.
     """
 
-    name: str
-    word: str
+    name: str  # its name under ``outputs``
+    word: str  # its name in sentences, such as "URDF", with its ``article``
     article: str = ""
-    files: str = ""
-    about: str = "another artifact"
-    rank: int = 1000
-    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
-    rules: tuple[Rule, ...] = ()
-    file: str = ""
+    files: str = ""  # its files in a list of formats; default: the word and the root element
+    about: str = "another artifact"  # its purpose
+    rank: int = 1000  # its place in lists
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # the JSON Schema of each key of its output
+    check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # errors in an output that no schema finds
+    rules: tuple[Rule, ...] = ()  # the rules of its diagnostics; only of a format of another package
+    file: str = ""  # the usual name of a file; {} is the name of the robot
     endings: tuple[str, ...] = ()
-    roots: tuple[str, ...] = ()
-    recognises: Callable[[Document, Path], bool] | None = None
+    roots: tuple[str, ...] = ()  # of XML, the names of its root element
+    recognises: Callable[[Document, Path], bool] | None = None  # whether an XML file is of the format; before ``roots``
+
     write: Writer | None = None
-    covers: tuple[str, ...] = ()
+    view: Callable[[Robot, Output], Any] | None = None  # what an artifact must contain: a reduced Robot or a dataclass
+    read: Callable[[str], Any] | None = None  # what the text of an artifact contains, as ``view``
+    rounding: tuple[float, float] = (0.0, 0.0)  # by how much (m, rad) ``view`` rounds numbers
+    partial: bool = False  # ``view`` leaves out some of what ``read`` finds: only its own leaves are compared
+    covers: tuple[str, ...] = ()  # the keys of the language that it is about; () for all
+    # The covered keys that an output does not carry, with the reason.
     unsupported: Mapping[str, Unsupported] | Callable[[Output], Mapping[str, Unsupported]] = field(default_factory=dict)
-    view: Callable[[Robot, Output], Any] | None = None
-    read: Callable[[str], Any] | None = None
-    rounding: tuple[float, float] = (0.0, 0.0)
-    partial: bool = False
+
+    # Files of others, for ``import``, ``include`` and ``diff``.
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
-    reading: Importing = Importing()
-    writing: Writing = Writing()
-    proving: Proving = Proving()
-    ros: InRos = InRos()
+    include: bool = True  # a description may include such a file
+    takes_arguments: bool = False
+    becomes: str = ""  # the format that it is once it is read (xacro: urdf)
+    join: Callable[[Opened, Map], Joined] | None = None  # the sections that a file adds to the tree of a robot
+    joins: tuple[str, ...] = ()  # the fields of the model that ``join`` sets completely
+    is_other: Callable[[Document], bool] | None = None  # whether a file is only such a companion of a robot
+    # The output of the description of an imported robot, from its tree, its version and a name for files.
+    asked: Callable[[Map, str, str], Asked | None] | None = None
+    optional: bool = False  # that output is left out, with a remark, where the robot cannot be written so
+    engine_reads: bool = False  # its engine reads the sources: what this passes over in XML is not an error
+    # Compares an artifact in its engine with the source that it was imported from: its text, and its mesh files.
+    prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
+
+    # Comparing two robots or two texts.
+    links: Callable[[Robot, Output], Collection[str]] | None = None  # the links that an output has
+    lacks: frozenset[str] = frozenset()  # topics that it cannot express (see ``compare.not_compared``)
+    leaves_out: Callable[[Robot, str], bool] | None = None  # whether it has no such link by nature
+    why: str = ""  # the reason
+    adds: Callable[[Robot, str, Robot], bool] | None = None  # whether a link of a file stands for something else
+    brings: Callable[[Robot, Output], Sequence[str]] | None = None  # the XML elements made of words of the description
+    names_robot: bool = True  # its files have the name of the robot
+    names: Callable[[Output], Mapping[str, str]] | None = None  # names of links by those in an artifact
+    syntax: Callable[[str], object] | None = None  # a text without layout and comments. Raises ValueError, SyntaxError
+    schema: str = ""  # the JSON Schema of its texts, a name in ``schemas/``
+    data: Callable[[str], Any] | None = None  # the value for the schema, of a text that is no JSON. Raises ValueError
+    differ: Callable[[str, str], str] | None = None  # the difference between two texts with equal leaves, in words
+    shown: bool = True  # its text is for people: ``check`` prints how two of them differ
+    refusal: Callable[[str, Path], Refusal] | None = None  # why its engine does not load a text that is in a folder
+
+    # Files that an artifact needs.
+    located: bool = False  # its text depends on the folders of other artifacts
+    meshes: bool = False  # it names meshes as URDF does
+    opens: Callable[[str], str] | None = None  # the file of a mesh as seen from the artifact; empty: not opened
+    embeds: bool = False  # it contains the meshes themselves
+    measures: bool = False  # its text depends on the sizes of meshes
+    beside: Callable[[str], Sequence[str]] | None = None  # the names of files that it needs in its folder
+
+    # ROS.
+    feeds: tuple[str, ...] = ()  # the kinds of publishers that read it
+    withheld: Callable[[Output], bool] | None = None  # whether they must not read an output
+    folder: str = ""  # its folder in a package; empty: by the ending of its name
+    deploys: bool = False  # ``deploy`` copies it there even if there is no copy yet
+    packaged: bool = True  # ``package`` copies it
+    robot_of: Callable[[Path], str] | None = None  # the robot that a file was generated for, if no comment names it
+    adapted: str = ""  # a mark in the head of a text that was changed for a package
 
     @property
     def is_xml(self) -> bool:
@@ -350,11 +262,8 @@ class Format:
 
     def is_withheld(self, output: Output) -> bool:
         """Say whether publishers that read the format are not to read an output."""
-        return self.ros.withheld is not None and self.ros.withheld(output)
+        return self.withheld is not None and self.withheld(output)
 
     def output(self, robot: Robot) -> Output | None:
         """Return the first output of a robot in this format."""
         return next((output for output in robot.outputs if output.backend == self.name), None)
-
-
-GROUPS = {"reading": Importing, "writing": Writing, "proving": Proving, "ros": InRos}

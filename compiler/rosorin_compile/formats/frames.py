@@ -19,7 +19,7 @@ from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, v
 from rosorin_compile.source.wording import first_of, listed
 from rosorin_compile.source.xml.elements import number_of, numbers_of
 
-from .format import NUMBER_FORMAT, Asked, Format, Importing, InRos, Proving
+from .format import NUMBER_FORMAT, Asked, Format
 from .static_tf import describe
 from .unsupported import PLACES
 
@@ -313,13 +313,7 @@ FORMAT = Format(
     write=write,
     view=view,
     read=read,
-    reading=Importing(
-        asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
-    ),
-    proving=Proving(
-        syntax=_words,
-    ),
-    ros=InRos(
-        folder="doc",
-    ),
+    asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
+    syntax=_words,
+    folder="doc",
 )

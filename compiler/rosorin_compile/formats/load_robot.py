@@ -152,7 +152,7 @@ def judge_foreign(
     Its outputs are those of that description, those of ``optional`` formats, and the ``requested`` ones.
     """
     imported = read_robot(path, options)
-    names = [format.name for format in FORMATS.values() if optional or not format.reading.optional]
+    names = [format.name for format in FORMATS.values() if optional or not format.optional]
     tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [*names, *requested])
     return judge(Expanded(tree, imported.diagnostics, imported.files), requested)
 

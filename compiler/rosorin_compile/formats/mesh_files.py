@@ -156,8 +156,8 @@ class Places(NamedTuple):
 
         ``outputs`` are those of the robot.
         """
-        opening = [output for output in outputs if RECORDS[output.backend].writing.opens is not None]
-        naming = [output for output in outputs if RECORDS[output.backend].writing.meshes]
+        opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
+        naming = [output for output in outputs if RECORDS[output.backend].meshes]
         return _Search(self, opening, naming, written(tree)).run(list(named_meshes(tree))).by_name
 
     def named(self, tree: Map, relative: bool = True) -> Searched:
@@ -183,14 +183,14 @@ class Places(NamedTuple):
 
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     """Look for all meshes that a description names, and textures, for the artifacts that are made of it."""
-    opening = [output for output in outputs if RECORDS[output.backend].writing.opens is not None]
-    measuring = [output for output in outputs if RECORDS[output.backend].writing.measures]
-    naming = [*(output for output in outputs if RECORDS[output.backend].writing.meshes), *measuring]
-    embedding = any(RECORDS[output.backend].writing.embeds for output in outputs)
+    opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
+    measuring = [output for output in outputs if RECORDS[output.backend].measures]
+    naming = [*(output for output in outputs if RECORDS[output.backend].meshes), *measuring]
+    embedding = any(RECORDS[output.backend].embeds for output in outputs)
     named = list(named_meshes(tree))
     textures = named_textures(tree)
     # A URDF alone asks for none.
-    near = bool(opening) and any(RECORDS[output.backend].writing.meshes for output in naming)
+    near = bool(opening) and any(RECORDS[output.backend].meshes for output in naming)
     named += [
         one
         for one in textures
@@ -278,7 +278,7 @@ class _Search:
 
     def _beside_artifacts(self, name: str) -> set[str]:
         """Return by which relative names artifacts name a mesh that they do not open, seen from the folder of all."""
-        naming = [output for output in self.naming if RECORDS[output.backend].writing.meshes]
+        naming = [output for output in self.naming if RECORDS[output.backend].meshes]
         return {posixpath.normpath(posixpath.join(_folder(output), name)) for output in naming}
 
     def _meant(self, one: Named, file: Path) -> None:
@@ -490,7 +490,7 @@ def opened_by(output: Output, name: str, kind: str = MESH) -> str:
 
     ``name`` is that of the mesh in the description; what an element names has it in the artifact, too.
     """
-    opens = RECORDS[output.backend].writing.opens
+    opens = RECORDS[output.backend].opens
     opened = "" if opens is None else name if kind == OF_ELEMENT else opens(name)
     return posixpath.normpath(posixpath.join(_folder(output), opened)) if opened else ""
 

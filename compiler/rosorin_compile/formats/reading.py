@@ -80,9 +80,7 @@ def _read_any(path: Path, options: ReadOptions, asked: Span | None) -> Imported:
         document = _parsed(source, options)
     except MarkupError as problem:
         return _refused(problem.diagnostic, path, *plugged_diagnostics())
-    other = next(
-        (one for one in FORMATS.values() if one.reading.is_other is not None and one.reading.is_other(document)), None
-    )
+    other = next((one for one in FORMATS.values() if one.is_other is not None and one.is_other(document)), None)
     if other is not None:
         return _refused(_companion(other, document), path)
     format = _format_of(document, path)
@@ -104,7 +102,7 @@ def _companion(format: Format, document: Document) -> Diagnostic:
 def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imported:
     """Return a robot with what a file says that belongs to it, of the format ``name``; broken, it has no tree."""
     format, tree = FORMATS[name], imported.tree
-    if format.reading.join is None or tree is None:
+    if format.join is None or tree is None:
         return imported
     try:
         source = read_source(path)
@@ -112,7 +110,7 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
         document = _parsed(source, options)
         if document.root.tag != "robot":
             raise MarkupError(_wrong_root(document))
-        joined = format.reading.join(Opened(path, options, document), tree)
+        joined = format.join(Opened(path, options, document), tree)
     except MarkupError as problem:
         return imported._replace(tree=None, diagnostics=[*imported.diagnostics, problem.diagnostic])
     diagnostics = [*_mending(source, document), *joined.diagnostics]
@@ -151,7 +149,7 @@ def _not_on_stdin(format: Format, document: Document) -> Diagnostic:
     """Return the error about a robot that is read together with the files beside its own."""
     message = f"this is {format.listed}, which is read with the files beside it, and not from standard input"
     help = "name the file"
-    if format.reading.takes_arguments:
+    if format.takes_arguments:
         help += f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
     return error("wrong-format", message, document.root.span, help)
 
@@ -190,8 +188,8 @@ def _read(format: Format, opened: Opened) -> Imported:
     if not read.checked and read.tree is not None and opened.options.checked:
         tree, told = accept(read.tree, opened.options.lenient)
         read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *told], checked=True)
-    asked = format.reading.takes_arguments and not read.unexpanded
-    return read._replace(format=format.reading.becomes or format.name, takes_arguments=asked)
+    asked = format.takes_arguments and not read.unexpanded
+    return read._replace(format=format.becomes or format.name, takes_arguments=asked)
 
 
 def _parsed(source: Source, options: ReadOptions) -> Document:
@@ -206,7 +204,7 @@ def _parsed(source: Source, options: ReadOptions) -> Document:
             document = parse(mended(source))
         except MarkupError:
             raise problem from None
-        if options.lenient or any(one.proving.engine_reads for one in _readable() if document.root.tag in one.roots):
+        if options.lenient or any(one.engine_reads for one in _readable() if document.root.tag in one.roots):
             return document
         raise
 
@@ -271,12 +269,12 @@ def outputs_of(imported: Imported, why: str = "") -> Outputs:
     """
     made = Outputs({}, {}, {})
     for format in FORMATS.values():
-        if format.reading.asked is None:
+        if format.asked is None:
             continue
-        asked = format.reading.asked(imported.whole, imported.version, imported.file_name)
+        asked = format.asked(imported.whole, imported.version, imported.file_name)
         if asked is None:
             continue
-        if format.reading.optional and why:
+        if format.optional and why:
             made.left_out[format.name] = why
             continue
         made.entries[format.name] = asked.entry

@@ -23,7 +23,7 @@ _NAMES = {
 
 def schema_names() -> dict[str, str]:
     """Return the names of the schemas, each with its subject."""
-    formats = {one.proving.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.proving.schema}
+    formats = {one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}
     return {**_NAMES, **formats}
 
 

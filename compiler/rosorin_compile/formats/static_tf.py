@@ -27,7 +27,7 @@ from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.elements import number_of
 
 from . import format
-from .format import Format, InRos, Proving, Writing
+from .format import Format
 from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
@@ -391,17 +391,11 @@ FORMAT = Format(
     view=view,
     read=read,
     rounding=ROUNDING,
-    writing=Writing(
-        located=True,
-    ),
-    proving=Proving(
-        syntax=_syntax,
-    ),
-    ros=InRos(
-        feeds=(STATIC_TRANSFORM_PUBLISHER,),
-        folder="launch",
-        deploys=True,
-        packaged=False,
-        adapted="get_package_share_directory",
-    ),
+    located=True,
+    syntax=_syntax,
+    feeds=(STATIC_TRANSFORM_PUBLISHER,),
+    folder="launch",
+    deploys=True,
+    packaged=False,
+    adapted="get_package_share_directory",
 )

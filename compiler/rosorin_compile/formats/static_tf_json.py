@@ -14,7 +14,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Diagnostic
 
-from .format import Format, InRos, Proving
+from .format import Format
 from .static_tf import (
     NUMBER_FORMAT,
     ROUNDING,
@@ -97,14 +97,10 @@ FORMAT = Format(
     view=view,
     read=read,
     rounding=ROUNDING,
-    proving=Proving(
-        syntax=json_of,
-        schema="static_tf",
-    ),
-    ros=InRos(
-        feeds=(STATIC_TRANSFORM_PUBLISHER,),
-        folder="config",
-        deploys=True,
-        robot_of=robot_of,
-    ),
+    syntax=json_of,
+    schema="static_tf",
+    feeds=(STATIC_TRANSFORM_PUBLISHER,),
+    folder="config",
+    deploys=True,
+    robot_of=robot_of,
 )

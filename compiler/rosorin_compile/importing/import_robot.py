@@ -88,7 +88,7 @@ class ImportResult:
 
 def companions() -> list[Format]:
     """Return the formats of files that add to a robot in another file, such as SRDF."""
-    return [format for format in FORMATS.values() if format.reading.join is not None]
+    return [format for format in FORMATS.values() if format.join is not None]
 
 
 def import_robot(source: Path, options: ImportOptions) -> ImportResult:

@@ -149,7 +149,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     """Return the round trip with what the comparison of the source with the description and with its artifact says."""
     tree, format = plain or imported.whole, FORMATS.published()
     source, said = imported._replace(tree=tree).robot, {one.backend: one.text for one in compiled.artifacts}
-    beside = [one for one in FORMATS.values() if one.reading.join is not None and one.name in said]
+    beside = [one for one in FORMATS.values() if one.join is not None and one.name in said]
     back = read_back(stage, said, tree, beside)
     again = back.robot
     made = compiled.robot
@@ -165,7 +165,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     found += [f"description: {text}" for text in Proof.of(source, made, exact).texts]
     found += [f"{what}: {text}" for text in Proof.of(_with_urdf_names(source), again, by_urdf).texts]
     for companion in beside:
-        for section in companion.reading.joins:
+        for section in companion.joins:
             lines = Proof.of(source, again, Proof.section(section, Tolerance.NUMBER)).texts
             found += [f"compiled {companion.word}: {text}" for text in lines]
     largest = 0.0 if found else largest_difference(source, again)
@@ -211,7 +211,7 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
     It is the very text that is going to be written: with the numbers and the meshes that it will have.
     """
     format = FORMATS.get(imported.format)
-    if format is None or format.proving.prove is None or format.name not in wanted.entries:
+    if format is None or format.prove is None or format.name not in wanted.entries:
         return Proof()
     Progress.step("proving the import in its engine")
     outputs = Description.at(folder / Description.ROOT_FILE).outputs.absolute()
@@ -228,10 +228,10 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
     made = next((one.text for one in compiled.artifacts), None)
     if made is None:
         return Proof(unknown=_first_error(compiled.diagnostics))
-    opens = format.writing.opens or (lambda name: name)
+    opens = format.opens or (lambda name: name)
     found = compiled.meshes.by_name if compiled.meshes is not None else {}
     files = {called: str(file.absolute()) for name, file in found.items() for called in (name, opens(name)) if called}
-    return format.proving.prove(imported, made, files)
+    return format.prove(imported, made, files)
 
 
 def _untold(proof: Proof) -> Diagnostic:

@@ -18,7 +18,7 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats.format import Format, InRos, Proving, Writing
+from rosorin_compile.formats.format import Format
 from rosorin_compile.model import Mesh, Output, Robot
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source import files
@@ -181,15 +181,9 @@ FORMAT = Format(
     endings=(".xml",),
     check=check,
     write=write,
-    writing=Writing(
-        measures=True,
-        beside=lambda text: _INCLUDED.findall(text),
-    ),
-    proving=Proving(
-        syntax=_syntax,
-    ),
-    ros=InRos(
-        folder="mjcf",
-        robot_of=robot_of,
-    ),
+    measures=True,
+    beside=lambda text: _INCLUDED.findall(text),
+    syntax=_syntax,
+    folder="mjcf",
+    robot_of=robot_of,
 )

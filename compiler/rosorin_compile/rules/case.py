@@ -161,7 +161,7 @@ class Case:
 def feeding(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
     """Return the outputs that publishers of a kind read, by their format."""
     known = [output for output in robot.outputs if output.backend in formats]
-    read = [output for output in known if publisher in formats[output.backend].ros.feeds]
+    read = [output for output in known if publisher in formats[output.backend].feeds]
     return [output for output in read if not formats[output.backend].is_withheld(output)]
 
 
@@ -174,7 +174,7 @@ def fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Out
     others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
     if not others:
         return outputs
-    readable = [one for one in formats.values() if one.load is not None and publisher in one.ros.feeds]
+    readable = [one for one in formats.values() if one.load is not None and publisher in one.feeds]
     endings = tuple(ending for one in readable for ending in one.endings)
     return [*outputs, *(one for one in others if one.file.endswith(endings))]
 

@@ -141,7 +141,7 @@ def _taken_for(case: Case, format: Format, own: str, ending: str) -> str:
         return seen
     if ending == _ANY_XML or not seen:
         return ""
-    others = [one for one in case.formats.values() if ending in one.endings and one.reading.becomes != format.name]
+    others = [one for one in case.formats.values() if ending in one.endings and one.becomes != format.name]
     return others[0].word if others else ""
 
 

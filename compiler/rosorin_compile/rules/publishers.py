@@ -245,7 +245,7 @@ def started(case: Case) -> Iterator[Diagnostic]:
         names = first_of([joint.name for joint in joints], 3)
         count = "one joint" if len(joints) == 1 else f"{len(joints)} joints"
         message = f"{kind} is to publish {count} ({names}), but no output is the {what}"
-        one = next(one for one in case.formats.values() if one.write is not None and kind in one.ros.feeds)
+        one = next(one for one in case.formats.values() if one.write is not None and kind in one.feeds)
         help = f"add {one.name}: {{file: {one.file.format(robot.name)}}} to outputs"
         yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
 

@@ -19,10 +19,6 @@ from rosorin_compile.formats.format import (
     NUMBER_FORMAT,
     Asked,
     Format,
-    Importing,
-    InRos,
-    Proving,
-    Writing,
 )
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 
@@ -134,21 +130,13 @@ FORMAT = Format(
     view=_view,
     partial=True,
     read=_read_back,
-    reading=Importing(
-        asked=_asked,
+    asked=_asked,
+    lacks=frozenset(
+        {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
+        | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
     ),
-    writing=Writing(
-        lacks=frozenset(
-            {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
-            | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
-        ),
-        meshes=True,
-    ),
-    proving=Proving(
-        syntax=_syntax,
-    ),
-    ros=InRos(
-        folder="sdf",
-        deploys=True,
-    ),
+    meshes=True,
+    syntax=_syntax,
+    folder="sdf",
+    deploys=True,
 )

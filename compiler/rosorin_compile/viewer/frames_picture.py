@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.formats.format import Asked, Format, Importing, Proving
+from rosorin_compile.formats.format import Asked, Format
 from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
@@ -323,6 +323,7 @@ FORMAT = Format(
     endings=(".svg",),
     check=check,
     write=write,
-    reading=Importing(asked=lambda *source: Asked({"file": "frames.svg"})),  # noqa: ARG005
-    proving=Proving(syntax=_syntax, shown=False),
+    asked=lambda *source: Asked({"file": "frames.svg"}),  # noqa: ARG005
+    syntax=_syntax,
+    shown=False,
 )

@@ -9,11 +9,9 @@ from typing import Any
 from rosorin_compile.extend import (
     Diagnostic,
     Format,
-    InRos,
     Opened,
     Rule,
     Templates,
-    Writing,
 )
 from rosorin_compile.model import Inertial, Joint, Link, Output, Pose, Robot, Sphere
 
@@ -136,6 +134,7 @@ FORMAT = Format(
     view=view,
     read=read,
     load=load,
-    writing=Writing(lacks=frozenset({"visual", "pose", "sensor", "publisher", "edge", "servo", "actuator", "contact"})),
-    ros=InRos(folder="toy", deploys=True),
+    lacks=frozenset({"visual", "pose", "sensor", "publisher", "edge", "servo", "actuator", "contact"}),
+    folder="toy",
+    deploys=True,
 )

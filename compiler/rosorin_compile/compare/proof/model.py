@@ -57,7 +57,7 @@ def by_section(one: Robot, other: Robot, tolerance: float, section: str) -> Foun
 def _without_lacking(one: Robot, other: Robot) -> Robot:
     """Return a robot with what a URDF has no word for as another one has it."""
     urdf, known = FORMATS.published(), {field.name for field in fields(one)}
-    skipped = [name for name, node in sections().items() if node.topic in urdf.writing.lacks and name in known]
+    skipped = [name for name, node in sections().items() if node.topic in urdf.lacks and name in known]
     return replace(one, sections=other.sections, **{name: getattr(other, name) for name in skipped})
 
 

@@ -20,7 +20,7 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean
 from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
-from ..format import Format, Importing, InRos, Opened, Proving, Writing
+from ..format import Format, Opened
 from ..unsupported import PLACES
 
 if TYPE_CHECKING:
@@ -358,39 +358,30 @@ FORMAT = Format(
     load=_read_robot,
     view=view,
     read=read,
-    reading=Importing(
-        include=False,
+    include=False,
+    lacks=frozenset(
+        {
+            "mass",
+            "visual",
+            "effort",
+            "velocity",
+            "mimic",
+            "dynamics",
+            "armature",
+            "stiffness",
+            "simulation",
+            "actuator",
+            "calibration",
+            "safety",
+        }
+        | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes", "drive"}
     ),
-    writing=Writing(
-        says=("servos",),
-        lacks=frozenset(
-            {
-                "mass",
-                "visual",
-                "effort",
-                "velocity",
-                "mimic",
-                "dynamics",
-                "armature",
-                "stiffness",
-                "simulation",
-                "actuator",
-                "calibration",
-                "safety",
-            }
-            | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes", "drive"}
-        ),
-        leaves_out=_leaves_out,
-        why="a driver's model has only the joints that it was asked for",
-        names_robot=False,
-    ),
-    proving=Proving(
-        syntax=json_of,
-        schema="robot_model",
-        names=names,
-    ),
-    ros=InRos(
-        folder="config",
-        deploys=True,
-    ),
+    leaves_out=_leaves_out,
+    why="a driver's model has only the joints that it was asked for",
+    names_robot=False,
+    syntax=json_of,
+    schema="robot_model",
+    names=names,
+    folder="config",
+    deploys=True,
 )

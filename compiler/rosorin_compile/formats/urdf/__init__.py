@@ -20,11 +20,7 @@ from ..format import (
     NUMBER_FORMAT,
     Asked,
     Format,
-    Importing,
-    InRos,
     Opened,
-    Proving,
-    Writing,
 )
 from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 from . import damping, masses, write
@@ -160,42 +156,33 @@ FORMAT = Format(
     view=write.view,
     read=_read_back,
     load=_read,
-    reading=Importing(
-        asked=_asked,
+    asked=_asked,
+    lacks=frozenset(
+        (
+            "armature",
+            "stiffness",
+            "simulation",
+            "actuator",
+            "pose",
+            "servo",
+            "sensor",
+            "contact",
+            "publisher",
+            "edge",
+            "capsule",
+            "drive",
+            "planning",
+            "mode",
+        )
     ),
-    writing=Writing(
-        lacks=frozenset(
-            (
-                "armature",
-                "stiffness",
-                "simulation",
-                "actuator",
-                "pose",
-                "servo",
-                "sensor",
-                "contact",
-                "publisher",
-                "edge",
-                "capsule",
-                "drive",
-                "planning",
-                "mode",
-            )
-        ),
-        says=("control", "controllers"),  # it has no controllers: neither has what is read of one
-        links=masses.links_of,
-        leaves_out=_leaves_out,
-        brings=write.brought,
-        why="a URDF has only what robot_state_publisher publishes",
-        meshes=True,
-    ),
-    proving=Proving(
-        syntax=_syntax,
-    ),
-    ros=InRos(
-        feeds=(ROBOT_STATE_PUBLISHER,),
-        withheld=_for_simulators,
-        folder="urdf",
-        deploys=True,
-    ),
+    links=masses.links_of,
+    leaves_out=_leaves_out,
+    brings=write.brought,
+    why="a URDF has only what robot_state_publisher publishes",
+    meshes=True,
+    syntax=_syntax,
+    feeds=(ROBOT_STATE_PUBLISHER,),
+    withheld=_for_simulators,
+    folder="urdf",
+    deploys=True,
 )

@@ -106,7 +106,7 @@ def find_robot_file(package: Path, requested: str | None) -> Path:
 def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
     """Return the robot files of a package, and for files that choose between includes, how they choose."""
     published = FORMATS.published()
-    formats = [one for one in FORMATS.values() if published.name in (one.name, one.reading.becomes)]
+    formats = [one for one in FORMATS.values() if published.name in (one.name, one.becomes)]
     endings = {ending for one in formats for ending in one.endings}
     texts = {
         path: read_bytes(path, _MAX_BYTES).decode("utf-8", "replace")

@@ -219,7 +219,7 @@ class _Conversion:
 
     def _written(self, sections: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
         """Return the elements of the URDF that the robot becomes: those of hardware blocks and sensors."""
-        robot, brings = self._robot(sections), FORMATS["urdf"].writing.brings
+        robot, brings = self._robot(sections), FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
             for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, **_UNROUNDED})):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats.format import Format, Importing, InRos, Opened
+from rosorin_compile.formats.format import Format, Opened
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.imported import Imported
@@ -46,11 +46,7 @@ FORMAT = Format(
     endings=(".xacro",),
     recognises=_recognises,
     load=_read,
-    reading=Importing(
-        takes_arguments=True,
-        becomes="urdf",
-    ),
-    ros=InRos(
-        folder="urdf",
-    ),
+    takes_arguments=True,
+    becomes="urdf",
+    folder="urdf",
 )

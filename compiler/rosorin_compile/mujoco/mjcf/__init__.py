@@ -28,11 +28,7 @@ from rosorin_compile.formats.format import (
     NUMBER_FORMAT,
     Asked,
     Format,
-    Importing,
-    InRos,
     Opened,
-    Proving,
-    Writing,
 )
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_PUBLISHERS, Unsupported
 from rosorin_compile.source.files import record, version
@@ -221,39 +217,19 @@ FORMAT = Format(
     view=_view,
     partial=True,
     read=_read_back,
-    reading=Importing(
-        asked=_asked,
-        optional=True,
+    asked=_asked,
+    optional=True,
+    lacks=frozenset(
+        {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
+        | {"urdf_elements", "drive", "simulation"}
     ),
-    writing=Writing(
-        lacks=frozenset(
-            {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
-            | {"urdf_elements", "drive", "simulation"}
-        ),
-        says=(
-            "disabled_contacts",
-            *(
-                "actuators",
-                "tendons",
-                "constraints",
-                "mjcf_sensors",
-                "contact_layers",
-                "contact_pairs",
-                "mjcf_elements",
-            ),
-        ),
-        adds=_adds,
-        why="a simulation has sites and cameras of its own for the sensors of a description",
-        beside=lambda text: _FILE.findall(text),
-        opens=_opens,
-    ),
-    proving=Proving(
-        syntax=_syntax,
-        refusal=_refusal,
-        prove=_prove,
-        engine_reads=True,
-    ),
-    ros=InRos(
-        folder="mjcf",
-    ),
+    adds=_adds,
+    why="a simulation has sites and cameras of its own for the sensors of a description",
+    beside=lambda text: _FILE.findall(text),
+    opens=_opens,
+    syntax=_syntax,
+    refusal=_refusal,
+    prove=_prove,
+    engine_reads=True,
+    folder="mjcf",
 )

@@ -6,7 +6,7 @@ holds parameters against the robot: those of a description (``described``), and 
 
 from __future__ import annotations
 
-from rosorin_compile.formats.format import Format, InRos, Proving, Writing
+from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.unsupported import Unsupported
 
 from ..parameters import DISTRIBUTION, read, syntax
@@ -48,14 +48,8 @@ FORMAT = Format(
     write=write,
     view=view,
     read=read,
-    writing=Writing(
-        names_robot=False,
-    ),
-    proving=Proving(
-        syntax=syntax,
-    ),
-    ros=InRos(
-        folder="config",
-        deploys=True,
-    ),
+    names_robot=False,
+    syntax=syntax,
+    folder="config",
+    deploys=True,
 )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rosorin_compile.formats.format import Format, InRos, Proving, Writing
+from rosorin_compile.formats.format import Format
 
 from ..parameters import DISTRIBUTION, read, syntax
 from . import write
@@ -103,15 +103,9 @@ FORMAT = Format(
     write=write.write,
     view=write.view,
     read=read,
-    writing=Writing(
-        measures=True,
-        names_robot=False,
-    ),
-    proving=Proving(
-        syntax=syntax,
-    ),
-    ros=InRos(
-        folder="config",
-        deploys=True,
-    ),
+    measures=True,
+    names_robot=False,
+    syntax=syntax,
+    folder="config",
+    deploys=True,
 )

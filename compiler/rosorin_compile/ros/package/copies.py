@@ -39,7 +39,7 @@ class Difference(NamedTuple):
 
 def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
     """Return an artifact as it is for a place: the launch file looks for the URDF where that is (relative names)."""
-    if not FORMATS[artifact.backend].writing.located or not urdf:
+    if not FORMATS[artifact.backend].located or not urdf:
         return dataclasses.replace(artifact, file=place)
     urdfs = [output.name for output in FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)]
     names = {**dict.fromkeys(urdfs, urdf), artifact.output: place}
@@ -56,9 +56,7 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
     A launch file may look for any of the ``urdfs``; a URDF may name its meshes in ``package``.
     """
     near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, posixpath.dirname(place) or ".")), urdf))
-    copies = (
-        [placed(robot, artifact, place, urdf) for urdf in near] if FORMATS[artifact.backend].writing.located else []
-    )
+    copies = [placed(robot, artifact, place, urdf) for urdf in near] if FORMATS[artifact.backend].located else []
     if FORMATS.names_meshes(artifact) and package:
         from pathlib import Path
 

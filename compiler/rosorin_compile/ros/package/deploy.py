@@ -125,7 +125,7 @@ class _Deployment:
             return result
         if not dry_run:
             self._write(data, there, places if mapped else None)
-        ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].writing.located]
+        ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].located]
         self.diagnostics.extend(launch_files(robot, folder, files, ours))
         self.diagnostics.extend(afterwards(robot, planned, folder, install))
         copies = tuple(DeployedCopy(copy.place, copy.artifact.output, copy.is_same) for copy in planned.copies)
@@ -136,7 +136,7 @@ class _Deployment:
         """Return the digests of files written before; one of a format without a mark is as it was written."""
         ours = {}
         for copy in planned.copies:
-            robot_of = FORMATS[copy.artifact.backend].ros.robot_of
+            robot_of = FORMATS[copy.artifact.backend].robot_of
             if copy.old is not None and robot_of is not None and robot_of(self.folder / copy.place) == self.robot.name:
                 ours[copy.place] = [digest(copy.old)]
         return {**ours, **self.target.digests()}

@@ -143,7 +143,7 @@ def plan(
     if package is not None and package[0] == resolve(folder):
         going = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in going]
     for artifact in going:
-        names = FORMATS[artifact.backend].writing.beside
+        names = FORMATS[artifact.backend].beside
         wanted = not_placed(artifact.file, names(artifact.text), {one.file for one in going}) if names else ()
         diagnostics += named_files(artifact.file, wanted, folder)
     left = [a.output for a in artifacts if a.output not in places and told.get(a.output) != NOWHERE]
@@ -163,7 +163,7 @@ def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnosti
     """Return the one place of an artifact; where there is none yet, that of its kind."""
     name = artifact.file.rpartition("/")[2]
     if not places:
-        deploys = FORMATS[artifact.backend].ros.deploys and not artifact.withheld
+        deploys = FORMATS[artifact.backend].deploys and not artifact.withheld
         return f"{folder_of(artifact)}/{name}" if deploys else NOWHERE
     if len(places) > 1:
         message = f"the folder has several copies of {name}: {', '.join(places[:5])}"
@@ -313,7 +313,7 @@ def afterwards(robot: Robot, plan: Plan, folder: Path, install: Path | None) -> 
 
 def _undeclared(plan: Plan, root: Path, name: str) -> Iterator[Diagnostic]:
     texts = [read_text(path, errors="replace") for path in sorted(root.glob("launch/*")) if is_file(path)]
-    texts += [copy.artifact.text for copy in plan.copies if FORMATS[copy.artifact.backend].writing.located]
+    texts += [copy.artifact.text for copy in plan.copies if FORMATS[copy.artifact.backend].located]
     for needed in undeclared(root, texts):
         message = f"package.xml of {name} does not name {needed}, which its launch files start"
         yield Diagnostic("deploy-not-depended", WARNING, message, None, (), f"add: <exec_depend>{needed}</exec_depend>")

@@ -108,7 +108,7 @@ def make(
     found |= {urdf_file_name(name): file for name, file in found.items()}
     lost = frozenset[str]() if searched is None else searched.missing
     for place, artifact in placed.items():
-        named_beside = FORMATS[artifact.backend].writing.beside
+        named_beside = FORMATS[artifact.backend].beside
         if FORMATS.names_meshes(artifact):
             settled = meshes.settle(artifact.text, options.name, sources, target, found, lost, place)
             artifact = dataclasses.replace(artifact, text=settled.text)
@@ -167,7 +167,7 @@ def _twice(place: str, one: Artifact, other: Artifact) -> Diagnostic:
 
 def place_of(artifact: Artifact, main: Artifact) -> str:
     """Return where an artifact stands in a package; empty for the launch file, which the package has of its own."""
-    if not FORMATS[artifact.backend].ros.packaged:
+    if not FORMATS[artifact.backend].packaged:
         return ""
     otherwise = FORMATS.published().file.format("robot") if artifact is main else artifact.file.rpartition("/")[2]
     return f"{folder_of(artifact)}/{file_name(artifact.file, otherwise)}"
@@ -175,10 +175,10 @@ def place_of(artifact: Artifact, main: Artifact) -> str:
 
 def folder_of(artifact: Artifact) -> str:
     """Return the folder of an artifact: as its format says, else by the ending of its name."""
-    own, file = FORMATS[artifact.backend].ros.folder, artifact.file
+    own, file = FORMATS[artifact.backend].folder, artifact.file
     if own:
         return own
-    formats = (one.ros.folder for one in FORMATS.values() if one.load and one.ros.folder and file.endswith(one.endings))
+    formats = (one.folder for one in FORMATS.values() if one.load and one.folder and file.endswith(one.endings))
     others = (folder for ending, folder in _BY_ENDING.items() if file.endswith(ending))
     return next(others, "") or next(formats, "config")
 
@@ -247,7 +247,7 @@ def _made(
 
 def _folders(placed: Sequence[tuple[str, Artifact]], carried: Carried | None) -> list[str]:
     """Return the folders that a package installs: those of the tool's own formats, and those of its artifacts."""
-    own = (one.ros.folder for one in FORMATS.values() if one.ros.folder and FORMATS.is_own(one.name))
+    own = (one.folder for one in FORMATS.values() if one.folder and FORMATS.is_own(one.name))
     more = [Description.FOLDER] if carried else []
     return sorted({*FOLDERS, *own, *more, *(place.partition("/")[0] for place, _ in placed)})
 

@@ -6,7 +6,7 @@ drive unless the output says otherwise. ``write`` makes it.
 
 from __future__ import annotations
 
-from rosorin_compile.formats.format import Format, InRos, Proving, Writing
+from rosorin_compile.formats.format import Format
 
 from ..parameters import DISTRIBUTION, read, syntax
 from . import write
@@ -83,14 +83,8 @@ FORMAT = Format(
     write=write.write,
     view=write.view,
     read=read,
-    writing=Writing(
-        names_robot=False,
-    ),
-    proving=Proving(
-        syntax=syntax,
-    ),
-    ros=InRos(
-        folder="config",
-        deploys=True,
-    ),
+    names_robot=False,
+    syntax=syntax,
+    folder="config",
+    deploys=True,
 )

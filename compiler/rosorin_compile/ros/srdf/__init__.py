@@ -13,10 +13,6 @@ from rosorin_compile.formats.format import (
     NUMBER_FORMAT,
     Asked,
     Format,
-    Importing,
-    InRos,
-    Proving,
-    Writing,
 )
 from rosorin_compile.formats.unsupported import Unsupported
 
@@ -83,21 +79,12 @@ FORMAT = Format(
     write=write.write,
     view=_view,
     read=_read,
-    reading=Importing(
-        join=reading.join,
-        joins=("moveit",),
-        is_other=_is_other,
-        asked=_asked,
-    ),
-    writing=Writing(
-        says=("moveit", "disabled_contacts"),
-        measures=True,
-    ),
-    proving=Proving(
-        syntax=_syntax,
-    ),
-    ros=InRos(
-        folder="srdf",
-        deploys=True,
-    ),
+    join=reading.join,
+    joins=("moveit",),
+    is_other=_is_other,
+    asked=_asked,
+    measures=True,
+    syntax=_syntax,
+    folder="srdf",
+    deploys=True,
 )

@@ -15,7 +15,7 @@ from html import escape
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from rosorin_compile.formats.format import Format, InRos, Proving, Writing
+from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.unsupported import NODES, PLACES, SHAPES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
@@ -245,17 +245,10 @@ FORMAT = Format(
     file="{}.html",
     endings=(".html",),
     write=write,
-    writing=Writing(
-        says=("servos",),
-        embeds=True,
-    ),
-    proving=Proving(
-        schema="page",
-        data=data_of,
-        differ=differ,
-        shown=False,
-    ),
-    ros=InRos(
-        folder="doc",
-    ),
+    embeds=True,
+    schema="page",
+    data=data_of,
+    differ=differ,
+    shown=False,
+    folder="doc",
 )

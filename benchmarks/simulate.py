@@ -19,7 +19,7 @@ import mujoco
 
 from pairs import compare, row
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.model.driving import Twist, driving_of
+from rosorin_compile.model.drive import Twist, driving_of
 
 STEPS, SETTLE = 4000, 500
 GOAL = 6.6  # times the box, which does some 132,000 steps a second where the robot is to do 20,000

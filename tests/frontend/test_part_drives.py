@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.driving import Twist, driving_of
+from rosorin_compile.model.drive import Twist, driving_of
 from support.robots import compiled_text, sound
 
 WHEEL = (

@@ -8,10 +8,10 @@ import pytest
 
 from rosorin_compile.compare.proof.model import _Comparison
 from rosorin_compile.model import Joint, Link, Robot, Sensor
-from rosorin_compile.model.control import Block, Component
 from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.model.moveit import Moveit
 from rosorin_compile.model.robot import JointPose
+from rosorin_compile.ros.moveit import Moveit
+from rosorin_compile.ros.sections.control.hardware import Block, Component
 from support.comparing import different
 
 

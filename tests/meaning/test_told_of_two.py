@@ -10,9 +10,9 @@ from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Difference, Side
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Link, Mesh, Pose, Robot, Shape
-from rosorin_compile.model.moveit import CollisionSearch, Moveit
 from rosorin_compile.model.robot import JointPose, Sensor
-from rosorin_compile.model.simulated import BODY_ELEMENT, Simulated
+from rosorin_compile.model.simulation import BODY_ELEMENT, Simulated
+from rosorin_compile.ros.moveit import CollisionSearch, Moveit
 
 URDF, MJCF, DRIVER = FORMATS["urdf"], FORMATS["mjcf"], FORMATS["robot_model"]
 BALL = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)

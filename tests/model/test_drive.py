@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Joint, Link, Pose, Robot, Shape, Sphere
-from rosorin_compile.model.drive import Drive
-from rosorin_compile.model.driving import Twist, driving_of, rolling_radius
+from rosorin_compile.model.drive import Drive, Twist, driving_of, rolling_radius
 from support.robots import compiled_text
 
 RADIUS = 0.04

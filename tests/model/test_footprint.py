@@ -24,17 +24,15 @@ from rosorin_compile.model import (
     Sphere,
     Vector,
 )
-from rosorin_compile.model.footprint import Footprint, footprint, padded
-from rosorin_compile.model.standing import Cloud
+from rosorin_compile.ros.nav2.footprint import Footprint, footprint, padded
 from support.robots import compiled
 
 FLOAT32 = 2e-7  # m; a costmap has 32 bits
 CLOUDS: dict[str, list[Vector]] = {}
 
 
-def cloud(mesh: Mesh) -> Cloud | None:
-    points = CLOUDS.get(mesh.file)
-    return None if points is None else Cloud(points, (0, 0, 0), (0, 0, 0))
+def cloud(mesh: Mesh) -> list[Vector] | None:
+    return CLOUDS.get(mesh.file)
 
 
 def sampled(shape: Shape, chance: random.Random, count: int = 40) -> list[Vector]:

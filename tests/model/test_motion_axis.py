@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.model.motion import motion, plane_axes
+from rosorin_compile.model.joint import motion, plane_axes
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,6 @@ from rosorin_compile.model.servos import (
     nearest,
     position_of,
     servo_of,
-    to_pulses,
     to_radians,
     travel,
     within,
@@ -96,7 +95,9 @@ def test_the_recorded_tuck(rosorin: Robot) -> None:
     recorded = RECORDED["tuck"]
     radians = to_radians(rosorin, recorded["pulses"])
     assert list(radians.values()) == recorded["positions_rad"]
-    assert {joint: found.pulse for joint, found in to_pulses(rosorin, radians).items()} == recorded["pulses"]
+    assert {
+        joint: nearest(servo_of(rosorin, joint), position).pulse for joint, position in radians.items()
+    } == recorded["pulses"]
 
 
 def test_the_model_of_the_driver_gives_the_same_doubles(rosorin: Robot) -> None:
@@ -121,7 +122,7 @@ def test_pulses_that_do_not_exist(rosorin: Robot) -> None:
 @pytest.mark.parametrize("position", [2.2, -2.2, math.inf, -math.inf, math.nan, 1e300])
 def test_positions_that_no_pulse_gives(rosorin: Robot, position: float) -> None:
     with pytest.raises(NoPulse) as refused:
-        to_pulses(rosorin, {"joint1": position})
+        nearest(servo_of(rosorin, "joint1"), position)
     assert "-2.0944 to 2.0944" in str(refused.value)
 
 
@@ -129,7 +130,7 @@ def test_joints_without_a_servo(rosorin: Robot) -> None:
     with pytest.raises(NoServo, match=r'joint "r_joint" has no servo; these have one: joint1, joint2'):
         to_radians(rosorin, {"r_joint": 500})
     with pytest.raises(NoServo, match='there is no joint "jiont1"; did you mean "joint1"'):
-        to_pulses(rosorin, {"jiont1": 0.0})
+        servo_of(rosorin, "jiont1")
     bare = Robot("made", (Link("base"), Link("arm")), (Joint("a", "revolute", "base", "arm"),))
     with pytest.raises(NoServo, match='joint "a" has no servo; the robot has none at all'):
         servo_of(bare, "a")

@@ -63,6 +63,14 @@ def _quaternion(pose: Pose) -> tuple[float, ...]:
     return pose.transform().quaternion()
 
 
+def lies_in_a_face(shape: Shape, start: tuple[float, ...], direction: tuple[float, ...]) -> bool:
+    """Return True if a line lies in a face of a box: MuJoCo hits it or not, depending on rounding."""
+    back = shape.origin().transform().inverse()
+    sides = shape.geometry.size if isinstance(shape.geometry, Box) else ()
+    local = zip(sides, back.apply(start), back.rotate(direction), strict=False)  # type: ignore[arg-type]
+    return any(abs(step) < NEAR and abs(abs(at) - side / 2) < FAR * NEAR for side, at, step in local)
+
+
 @settings(max_examples=150, deadline=None)
 @given(geometries, vectors, vectors, vectors, vectors)
 def test_a_line_through_a_solid(geometry, xyz, rpy, target, sideways) -> None:
@@ -70,6 +78,7 @@ def test_a_line_through_a_solid(geometry, xyz, rpy, target, sideways) -> None:
     assume(math.hypot(*sideways) > 0.1)
     shape, direction = Shape(geometry, Pose(xyz, rpy)), unit(sideways)
     start = tuple(a - FAR * b for a, b in zip(target, direction, strict=True))
+    assume(not lies_in_a_face(shape, start, direction))
     end = tuple(a + FAR * b for a, b in zip(target, direction, strict=True))
     way = through(shape, Transform(), start, direction)  # type: ignore[arg-type]
     enters = first_hit(shape, start, direction)

@@ -11,7 +11,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform  # noqa: E402
-from rosorin_compile.model.touching import NEAR, Solid, Touching, around  # noqa: E402
+from rosorin_compile.mujoco.mjcf.proximity import NEAR, Solid, Touching, solid_of  # noqa: E402
 
 CASES = 1500
 QUARTER_TURNS = ([1, 0, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 1, 1, 1])
@@ -36,7 +36,7 @@ def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform) -> boo
 
 
 def solids(shapes: Sequence[Shape]) -> list[Solid]:
-    return [solid for solid in map(around, shapes) if solid is not None]
+    return [solid for solid in map(solid_of, shapes) if solid is not None]
 
 
 def distance(one: str, other: str, pos: str, quat: str) -> float:

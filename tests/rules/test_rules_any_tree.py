@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
-from rosorin_compile.model.driving import Twist, driving_of
+from rosorin_compile.model.drive import Twist, driving_of
 from rosorin_compile.rules.check import check
 from rosorin_compile.source.diagnostics import NOTE, Source, has_errors
 from rosorin_compile.source.load import parse_yaml

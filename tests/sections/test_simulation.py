@@ -10,8 +10,8 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.compare.renaming import renamed
 from rosorin_compile.model import Robot
 from rosorin_compile.model.geometry import Pose
-from rosorin_compile.model.simulation import Actuator, Root
-from rosorin_compile.model.simulator import ContactPair, Entry, Stop, Tendon
+from rosorin_compile.model.simulation import Actuator, Entry, Root
+from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Stop, Tendon
 from support.robots import compiled_text
 
 ROBOT = """robot: r

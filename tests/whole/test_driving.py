@@ -14,7 +14,7 @@ import pytest
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Robot
-from rosorin_compile.model.driving import Twist, driving_of
+from rosorin_compile.model.drive import Twist, driving_of
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 

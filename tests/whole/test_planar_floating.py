@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Joint, Pose, Transform
-from rosorin_compile.model.motion import plane_axes
+from rosorin_compile.model.joint import plane_axes
 from support.paths import DATA
 from support.reading import leaves_of
 from support.robots import compiled_text, sound

@@ -78,7 +78,7 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
 def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> dict[str, str]:
     """Return the names of one kind of a robot, which is read without running anything."""
     from rosorin_compile.language.arguments import declared
-    from rosorin_compile.model.kinematics.graph import Graph
+    from rosorin_compile.model.kinematics import Graph
     from rosorin_compile.request import Request, is_foreign
 
     path = description.path

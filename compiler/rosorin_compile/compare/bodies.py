@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.geometry import norm
-from rosorin_compile.model.motion import motion
+from rosorin_compile.model.joint import motion
 
 from .precision import HERE, ROOT_THREE, TURNS, Placed, Printing, joined
 from .proof import Proof

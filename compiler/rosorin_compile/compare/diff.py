@@ -89,7 +89,9 @@ def _carrying(side: Side, other: Side) -> Side:
     carried = {name for name in robot.link if name in other.robot.link}
     if side.format is not YAML or leaves_out is None or not carried or len(carried) == len(robot.links):
         return side
-    gone = [name for name, (carrier, _) in robot.carriers(carried).items() if robot.moves_between(name, carrier)]
+    gone = [
+        name for name, (carrier, _) in robot.carriers(frozenset(carried)).items() if robot.moves_between(name, carrier)
+    ]
     if not gone or not all(leaves_out(robot, name) for name in gone):
         return side
     try:

@@ -2,15 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
-from rosorin_compile.model.simulated import GazeboSensor, SdfElement
+from rosorin_compile.model.simulation import GazeboSensor, SdfElement
 from rosorin_compile.source.numbers import NumberFormat
 from rosorin_compile.source.xml.escaping import escape
 
 from .templating import attributes
 
 DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
+
+# The defaults of SDF, by the last two elements of a path
+# (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
+SDF_DEFAULTS: Mapping[tuple[str, ...], str] = {
+    ("sensor", "always_on"): "false",
+    ("sensor", "visualize"): "false",
+    ("sensor", "update_rate"): "0",
+    ("sensor", "pose"): "0 0 0 0 0 0",
+    ("horizontal", "resolution"): "1",
+    ("vertical", "resolution"): "1",
+    ("range", "resolution"): "0",
+    ("camera", "horizontal_fov"): "1.047",
+    ("image", "width"): "320",
+    ("image", "height"): "240",
+    ("clip", "near"): "0.1",
+    ("clip", "far"): "100",
+    ("imu", "enable_orientation"): "true",
+    ("noise", "mean"): "0",
+    ("noise", "bias_mean"): "0",
+    ("noise", "bias_stddev"): "0",
+}
+SDF_FLAGS = ("always_on", "visualize", "enable_orientation", "enable_metrics")
+SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
 
 
 def distribution(asked: object) -> str:

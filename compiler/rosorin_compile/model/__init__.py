@@ -1,13 +1,10 @@
 """The model of a robot: frozen dataclasses in SI units. Code of this package imports from their modules."""
 
-from .controllers import Controller
-from .drive import Drive
-from .driving import Twist
+from .drive import Drive, Twist
 from .geometry import Pose, Transform, Vector
 from .joint import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Limit, Publisher
-from .link import Inertial, Link
-from .moveit import DisabledCollision
-from .robot import Edge, Output, Robot, Sensor
+from .link import DisabledCollision, Inertial, Link
+from .robot import Controller, Edge, Output, Robot, Sensor
 from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 __all__ = [

@@ -1,40 +1,40 @@
-"""Bounds: the space that shapes take, as an axis-aligned box in the frame of their link."""
+"""The space that shapes take: axis-aligned boxes, enclosing balls, and how far a shape reaches in a direction."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from .geometry import IDENTITY, Vector
-from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape
+from .geometry import IDENTITY, Transform, Vector
+from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 
 class Bounds(NamedTuple):
-    """A box along the axes of a frame, between two corners (metres)."""
+    """A box along the axes of a frame, between two corners (m)."""
 
     lower: Vector
     upper: Vector
 
     @property
     def size(self) -> Vector:
-        """The full extents along x, y and z."""
+        """The full extents along x, y and z (m)."""
         (a, b, c), (d, e, f) = self
         return (d - a, e - b, f - c)
 
     @property
     def diagonal(self) -> float:
-        """The largest distance within the box."""
+        """The largest distance within the box (m)."""
         return math.dist(self.lower, self.upper)
 
     def join(self, other: Bounds) -> Bounds:
-        """Return the box around two."""
+        """Return the box around both."""
         (a, b, c), (d, e, f) = self
         (g, h, i), (j, k, m) = other
         return Bounds((min(a, g), min(b, h), min(c, i)), (max(d, j), max(e, k), max(f, m)))
 
     def gap(self, other: Bounds) -> float:
-        """Return the distance between two boxes (m); zero where they touch."""
+        """Return the distance between two boxes (m), or zero if they touch."""
         pairs = zip(self.lower, self.upper, other.lower, other.upper, strict=True)
         return math.hypot(*(max(c - b, a - d, 0.0) for a, b, c, d in pairs))
 
@@ -44,18 +44,24 @@ class Bounds(NamedTuple):
 
 
 def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
-    """Return the box around shapes; None if there is none, or the size of one is not known here: that of a mesh."""
-    found: Bounds | None = None
+    """Return the box around shapes (m), along the axes of their link, or None if there is none or one is a mesh."""
+    bounds: Bounds | None = None
     for shape in shapes:
         if isinstance(shape.geometry, Mesh):
             return None
-        one = _bounds(shape)
-        found = found.join(one) if found else one
-    return found
+        lower, upper = _corners(shape.geometry)
+        if shape.pose != IDENTITY:
+            place = shape.pose.transform()
+            half = ((upper[0] - lower[0]) / 2, (upper[1] - lower[1]) / 2, (upper[2] - lower[2]) / 2)
+            x, y, z = place.apply((lower[0] + half[0], lower[1] + half[1], lower[2] + half[2]))
+            a, b, c = (sum(abs(cell) * side for cell, side in zip(row, half, strict=True)) for row in place.rows)
+            lower, upper = (x - a, y - b, z - c), (x + a, y + b, z + c)
+        bounds = bounds.join(Bounds(lower, upper)) if bounds else Bounds(lower, upper)
+    return bounds
 
 
 class Ball(NamedTuple):
-    """The middle of a shape in the frame of its link (m), the half of its diagonal (m), its box's volume (m^3)."""
+    """A ball around a shape: its middle in the link (m), its radius (m), and the volume of its box (m^3)."""
 
     middle: Vector
     radius: float
@@ -63,37 +69,25 @@ class Ball(NamedTuple):
 
 
 def ball_of(shape: Shape) -> Ball | None:
-    """Return what is quickly known of a shape, without its turn; None of a mesh."""
+    """Return the ball around the box of a shape, whatever its rotation, or None for a mesh."""
+    if isinstance(shape.geometry, Mesh):
+        return None
     known = shape.notes.get("ball")
-    if known is None and not isinstance(shape.geometry, Mesh):
-        known = shape.notes["ball"] = _ball_of(shape)
-    return known if isinstance(known, Ball) else None
-
-
-def _ball_of(shape: Shape) -> Ball:
-    (a, b, c), (d, e, f) = _own(shape.geometry)
-    middle = ((a + d) / 2, (b + e) / 2, (c + f) / 2)
-    x, y, z = shape.pose.xyz
+    if isinstance(known, Ball):
+        return known
+    (a, b, c), (d, e, f) = _corners(shape.geometry)
+    middle, (x, y, z) = ((a + d) / 2, (b + e) / 2, (c + f) / 2), shape.pose.xyz
     if any(middle) and any(shape.pose.rpy):
         middle = shape.pose.transform().apply(middle)
     else:
         middle = (middle[0] + x, middle[1] + y, middle[2] + z)
-    return Ball(middle, math.hypot(d - a, e - b, f - c) / 2, (d - a) * (e - b) * (f - c))
+    ball = Ball(middle, math.hypot(d - a, e - b, f - c) / 2, (d - a) * (e - b) * (f - c))
+    shape.notes["ball"] = ball
+    return ball
 
 
-def _bounds(shape: Shape) -> Bounds:
-    lower, upper = _own(shape.geometry)
-    if shape.pose == IDENTITY:
-        return Bounds(lower, upper)
-    place = shape.pose.transform()
-    half = ((upper[0] - lower[0]) / 2, (upper[1] - lower[1]) / 2, (upper[2] - lower[2]) / 2)
-    x, y, z = place.apply((lower[0] + half[0], lower[1] + half[1], lower[2] + half[2]))
-    a, b, c = (sum(abs(cell) * side for cell, side in zip(row, half, strict=True)) for row in place.rows)
-    return Bounds((x - a, y - b, z - c), (x + a, y + b, z + c))
-
-
-def _own(geometry: Geometry) -> tuple[Vector, Vector]:
-    """Return two corners of a geometry in its own frame."""
+def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
+    """Return two corners of the box around a geometry in its own frame; sizes may be below zero."""
     if isinstance(geometry, Box):
         (a, b, c), (d, e, f) = geometry.lower, geometry.upper
         return (min(a, d), min(b, e), min(c, f)), (max(a, d), max(b, e), max(c, f))
@@ -104,13 +98,51 @@ def _own(geometry: Geometry) -> tuple[Vector, Vector]:
         top = max((geometry.heights[i][j] for i, j in cells), default=0.0)
         low = min((geometry.bottom_of(i, j) for i, j in cells), default=0.0) if geometry.bottom else 0.0
         return (x, y, low), (x + rows * geometry.cell, y + columns * geometry.cell, top)
-    if isinstance(geometry, Mesh):
-        raise ValueError("the size of a mesh is not known")
     if isinstance(geometry, Ellipsoid):
         a, b, c = map(abs, geometry.radii)
         return (-a, -b, -c), (a, b, c)
-    radius = abs(geometry.radius)  # a size below zero may be accepted
-    half = radius
-    if isinstance(geometry, (Cylinder, Capsule)):
+    if isinstance(geometry, Mesh):
+        raise ValueError("the size of a mesh is not known")
+    radius = half = abs(geometry.radius)
+    if not isinstance(geometry, Sphere):
         half = abs(geometry.length) / 2 + (radius if isinstance(geometry, Capsule) else 0.0)
     return (-radius, -radius, -half), (radius, radius, half)
+
+
+def along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
+    """Return the support function of a shape that is not a mesh: how far (m) it reaches along a unit vector.
+
+    ``place`` is the pose of its link.
+    """
+    geometry, there = shape.geometry, place.then(shape.pose.transform())
+    (a, b, c), (d, e, f), (g, h, i) = there.rows
+    u, v, w = there.xyz
+    extent: Callable[[float, float, float], float]
+    if isinstance(geometry, Capsule | Sphere):
+        radius, half = geometry.radius, geometry.length / 2 if isinstance(geometry, Capsule) else 0.0
+        extent = lambda x, y, z: abs(z) * half + radius  # noqa: ARG005, E731
+    elif isinstance(geometry, Cylinder):
+        radius, length = geometry.radius, geometry.length
+        extent = lambda x, y, z: abs(z) * length / 2 + radius * math.hypot(x, y)  # noqa: E731
+    elif isinstance(geometry, Ellipsoid):
+        p, q, r = geometry.radii
+        extent = lambda x, y, z: math.hypot(x * p, y * q, z * r)  # noqa: E731
+    else:
+        boxes = geometry.boxes(MERGED) if isinstance(geometry, HeightMap) else (geometry,)
+        extent = _extent_of_boxes([box for box in boxes if isinstance(box, Box)])
+
+    def reach(direction: Vector) -> float:
+        x, y, z = direction
+        return u * x + v * y + w * z + extent(a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z)
+
+    return reach
+
+
+def _extent_of_boxes(boxes: Sequence[Box]) -> Callable[[float, float, float], float]:
+    if not boxes:  # a height map without a body
+        return lambda *_: -math.inf
+    # By the sign of each component of a direction: the ends of all boxes on that side.
+    xs, ys, zs = (
+        ([min(b.lower[k], b.upper[k]) for b in boxes], [max(b.lower[k], b.upper[k]) for b in boxes]) for k in range(3)
+    )
+    return lambda x, y, z: max([x * a + y * b + z * c for a, b, c in zip(xs[x > 0], ys[y > 0], zs[z > 0], strict=True)])

@@ -1,16 +1,41 @@
-"""The drive of a robot: what kind of base it is, and which joints are its wheels. ``driving`` has its kinematics."""
+"""The drive of a robot and its kinematics: wheel speeds for a velocity of the base, and back.
+
+All kinds of bases are one equation. A wheel at p (from the centre of the drive) that turns at w has a rim speed of
+w * r along the ``direction`` d in which it rolls. The ground holds it along its ``grip`` g, along which hub and rim
+move alike:
+
+    g . (v + wz * (-p.y, p.x)) = w * r * (g . d)
+
+For a plain wheel and for an omni wheel, which slides along its axle, g is d. For a mecanum wheel g is the axis of the
+roller on the ground, half-way between d and the axle. With axles along +y this gives, for four wheels, the table of
+ros2_controllers (mecanum_drive_controller/src/mecanum_drive_controller.cpp; the others are in its
+doc/mobile_robot_kinematics.rst, and the equation in K. M. Lynch and F. C. Park, "Modern Robotics" (2017), 13.2).
+
+A steered wheel is turned into the velocity of its place: atan2 of its two components, at most a quarter turn.
+
+Velocities are those of the centre of the drive, in the axes of the base frame (REP 103: x forward, y left, wz counter-
+clockwise). The centre is the middle of the four wheels (mecanum), of all wheels (omni), of the axle between left and
+right (differential), of the axle that is not steered (tricycle, ackermann). The last three have no vy.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
+from .cached import of_robot
+from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
 from .link import NO_SOURCE, Source
+from .shape import Capsule, Cylinder, Shape, Sphere
+
+if TYPE_CHECKING:
+    from .robot import Robot
 
 MECANUM, DIFFERENTIAL, OMNI, TRICYCLE, ACKERMANN = "mecanum", "differential", "omni", "tricycle", "ackermann"
 
-# What the joints of each kind are, in the order in which they are told.
+# The roles of the joints of each kind, in the order in which they are printed.
 ROLES: Mapping[str, tuple[str, ...]] = {
     MECANUM: ("front_left", "rear_left", "front_right", "rear_right"),
     DIFFERENTIAL: ("left", "right"),
@@ -19,14 +44,21 @@ ROLES: Mapping[str, tuple[str, ...]] = {
     ACKERMANN: ("steering", "driven", "rolling"),
 }
 STEERED = (TRICYCLE, ACKERMANN)
-SLIDING = (MECANUM, OMNI)  # drives that go sideways
+SLIDING = (MECANUM, OMNI)  # drives that move sideways
+
+# The grip of a mecanum wheel along x and y, in the X layout: from above, the axes of the upper rollers point at the
+# middle, so those on the ground are across.
+_GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
+_POINTS = 360  # on the edge of a cylinder that is not along its axle
+_ALONG = 1e-9  # rad, of one that is
+_SINGULAR = 1e-9
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives a robot on the ground: ``kind`` is one of the words here, ``joints`` has the joints of each role.
+    """What drives a robot on the ground: ``kind`` is a key of ``ROLES``, ``joints`` has the joints of each role.
 
-    ``frame`` is the base frame, empty for the root. ``radius`` (m) is that of all wheels; None: as their shapes say.
+    ``frame`` is the base frame, or empty for the root. ``radius`` (m) is that of all wheels, or None to measure it.
     """
 
     MECANUM: ClassVar[str] = MECANUM
@@ -43,7 +75,7 @@ class Drive:
 
     @property
     def wheels(self) -> tuple[str, ...]:
-        """The joints of the wheels that a motor turns, each once."""
+        """The joints of the driven wheels, each once."""
         roles = ("driven",) if self.kind in STEERED else ROLES[self.kind]
         return tuple(dict.fromkeys(name for role in roles for name in self.joints.get(role, ())))
 
@@ -54,10 +86,271 @@ class Drive:
 
     @property
     def slides(self) -> bool:
-        """Whether the base goes sideways."""
+        """Whether the base moves sideways."""
         return self.kind in SLIDING
 
     def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> Drive:
-        """Return it with other names of links and joints."""
+        """Return it with new names of links and joints."""
         joints = {role: tuple(map(joint, names)) for role, names in self.joints.items()}
         return replace(self, joints=joints, frame=link(self.frame))
+
+
+class Twist(NamedTuple):
+    """A velocity of the base: m/s forward and to the left, rad/s counter-clockwise."""
+
+    vx: float = 0.0
+    vy: float = 0.0
+    wz: float = 0.0
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A driven wheel: its position from the centre of the drive (m), its radius (m), and its two directions.
+
+    It rolls along ``direction`` where its joint turns forward, and holds along ``grip``, both without steering.
+    ``steering`` is the joint that steers it, or empty.
+    """
+
+    joint: str
+    x: float
+    y: float
+    radius: float
+    direction: tuple[float, float]
+    grip: tuple[float, float]
+    steering: str = ""
+
+
+@dataclass(frozen=True)
+class Steering:
+    """A joint that steers: its position from the centre of the drive (m); ``sign`` is -1 if it turns about -z."""
+
+    joint: str
+    x: float
+    y: float
+    sign: float
+
+
+@dataclass(frozen=True)
+class Driving:
+    """The kinematics of a drive. Velocities are those of ``centre`` (m) in the frame ``frame``.
+
+    ``wheelbase`` and ``track`` (m) are zero where the kind has none.
+    """
+
+    kind: str
+    frame: str
+    centre: tuple[float, float]
+    wheels: tuple[Wheel, ...]
+    steering: tuple[Steering, ...] = ()
+    wheelbase: float = 0.0
+    track: float = 0.0
+
+    @property
+    def slides(self) -> bool:
+        """Whether the base moves sideways."""
+        return self.kind in SLIDING
+
+    def angles(self, twist: Twist) -> dict[str, float]:
+        """Return the positions (rad) of the joints that steer; straight ahead at rest."""
+        angles = {}
+        for axis in self.steering:
+            forward, left = twist.vx - twist.wz * axis.y, twist.wz * axis.x
+            if forward < 0:
+                forward, left = -forward, -left
+            angles[axis.joint] = axis.sign * (math.atan2(left, forward) if forward or left else 0.0)
+        return angles
+
+    def speeds(self, twist: Twist, angles: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Return the speeds (rad/s) of the wheels; ``angles`` (rad, by joint) are those of the steering if it is set.
+
+        ``vy`` of a base that does not move sideways is ignored.
+        """
+        if not self.slides:
+            twist = twist._replace(vy=0.0)
+        angles = self.angles(twist) if angles is None else angles
+        rows = {wheel.joint: self._row(wheel, angles) for wheel in self.wheels}
+        return {joint: dot(row, twist) / rolled for joint, (row, rolled) in rows.items()}
+
+    def velocity(self, speeds: Mapping[str, float], angles: Mapping[str, float] | None = None) -> Twist:
+        """Return the velocity of the base for speeds of the wheels (rad/s) and positions of the steering (rad).
+
+        Joints that are not named are at zero. Speeds that contradict each other give the best fit (least squares).
+        Raises ValueError if the wheels do not determine it, such as two wheels in one place.
+        """
+        angles = angles or {}
+        rows, values = [], []
+        for wheel in self.wheels:
+            row, rolled = self._row(wheel, angles)
+            rows.append(row)
+            values.append(rolled * speeds.get(wheel.joint, 0.0))
+        for axis in self.steering:
+            angle = axis.sign * angles.get(axis.joint, 0.0)
+            rows.append(_coefficients((-math.sin(angle), math.cos(angle)), axis.x, axis.y))
+            values.append(0.0)
+        if self.slides:
+            vx, vy, wz = _least_squares(rows, values)
+            return Twist(vx, vy, wz)
+        vx, wz = _least_squares([(row[0], row[2]) for row in rows], values)
+        return Twist(vx, 0.0, wz)
+
+    def _row(self, wheel: Wheel, angles: Mapping[str, float]) -> tuple[Vector, float]:
+        """Return the coefficients of vx, vy and wz along the grip of a wheel, and how far (m) 1 rad of it rolls there.
+
+        A steered wheel is assumed to be on the axis that steers it.
+        """
+        (gx, gy), (dx, dy), angle, x, y = wheel.grip, wheel.direction, 0.0, wheel.x, wheel.y
+        for axis in self.steering:
+            if axis.joint == wheel.steering:
+                angle, x, y = axis.sign * angles.get(axis.joint, 0.0), axis.x, axis.y
+        sine, cosine = math.sin(angle), math.cos(angle)
+        return _coefficients((cosine * gx - sine * gy, sine * gx + cosine * gy), x, y), wheel.radius * (
+            gx * dx + gy * dy
+        )
+
+
+def _coefficients(direction: tuple[float, float], x: float, y: float) -> Vector:
+    """Return the coefficients of vx, vy and wz in the velocity of a place (m) along a direction."""
+    return (direction[0], direction[1], direction[1] * x - direction[0] * y)
+
+
+def _least_squares(rows: Sequence[Sequence[float]], values: Sequence[float]) -> list[float]:
+    """Solve linear equations in the sense of least squares: the normal equations by Gauss. Raises ValueError."""
+    size = len(rows[0]) if rows else 0
+    full = [[*row, value] for row, value in zip(rows, values, strict=True)]
+    normal = [[sum(row[i] * row[j] for row in full) for j in range(size + 1)] for i in range(size)]
+    scale = max((abs(number) for line in normal for number in line[:-1]), default=0.0)
+    for column in range(size):
+        best = max(range(column, size), key=lambda line: abs(normal[line][column]))
+        normal[column], normal[best] = normal[best], normal[column]
+        if abs(normal[column][column]) <= _SINGULAR * scale:
+            raise ValueError("the wheels do not say how the base moves")
+        for line in range(size):
+            if line != column:
+                factor = normal[line][column] / normal[column][column]
+                normal[line] = [a - factor * b for a, b in zip(normal[line], normal[column], strict=True)]
+    return [normal[line][size] / normal[line][line] for line in range(size)]
+
+
+@of_robot
+def driving_of(robot: Robot) -> Driving:
+    """Return the kinematics of the drive of a robot at zero. Raises ValueError without a drive, or for a broken one."""
+    drive = robot.drive
+    if drive is None:
+        raise ValueError(f'the robot "{robot.name}" has no drive')
+    base = drive.frame or robot.root
+    for name in (base, *(end for joint in robot.joints for end in (joint.parent, joint.child))):
+        if name not in robot.link:
+            raise ValueError(f'there is no link "{name}"')
+    names = [name for names in drive.joints.values() for name in names]
+    for name in names:
+        if name not in robot.joint:
+            raise ValueError(f'there is no joint "{name}"')
+    at = {name: place_in_base(robot, drive, name) for name in names}
+    if drive.kind == DIFFERENTIAL:
+        (xl, yl), (xr, yr) = (_middle(at, drive.joints[side]) for side in ROLES[DIFFERENTIAL])
+        x, y = (xl + xr) / 2, (yl + yr) / 2
+    else:
+        x, y = _middle(at, drive.joints.get("rolling") or drive.wheels)
+    steering = tuple(
+        Steering(name, at[name][0] - x, at[name][1] - y, math.copysign(1, axis_in_base(robot, drive, name)[2]))
+        for name in drive.steering
+    )
+    wheels = []
+    for name in drive.wheels:
+        radius = drive.radius if drive.radius is not None else rolling_radius(robot, name)
+        if radius is None:
+            raise ValueError(f'the shapes of the wheel of joint "{name}" do not say its radius')
+        ax, ay, _ = axis_in_base(robot, drive, name)
+        across = math.hypot(ax, ay)
+        if not across:
+            raise ValueError("a wheel that lies flat rolls nowhere")
+        direction = grip = (ay / across, -ax / across)
+        if drive.kind == MECANUM:
+            gx, gy = _GRIPS[next(role for role, members in drive.joints.items() if name in members)]
+            grip = (gx / math.sqrt(2), gy / math.sqrt(2))
+        steered_by = steering_of(robot, drive, name)
+        wheels.append(Wheel(name, at[name][0] - x, at[name][1] - y, radius, direction, grip, steered_by))
+    return Driving(drive.kind, base, (x, y), tuple(wheels), steering, *_wheelbase_and_track(drive, at))
+
+
+def _middle(at: Mapping[str, Vector], names: Iterable[str]) -> tuple[float, float]:
+    points = [at[name] for name in names]
+    return (sum(p[0] for p in points) / len(points), sum(p[1] for p in points) / len(points))
+
+
+def _wheelbase_and_track(drive: Drive, at: Mapping[str, Vector]) -> tuple[float, float]:
+    def middle(*roles: str) -> tuple[float, float]:
+        return _middle(at, [name for role in roles for name in drive.joints[role]])
+
+    if drive.kind == MECANUM:
+        front, rear = middle("front_left", "front_right"), middle("rear_left", "rear_right")
+        left, right = middle("front_left", "rear_left"), middle("front_right", "rear_right")
+        return front[0] - rear[0], left[1] - right[1]
+    if drive.kind == DIFFERENTIAL:
+        return 0.0, middle("left")[1] - middle("right")[1]
+    if drive.kind == OMNI:
+        return 0.0, 0.0
+    axle = drive.joints.get("rolling") or drive.joints["driven"]
+    across = [at[name][1] for name in axle]
+    return abs(middle("steering")[0] - _middle(at, axle)[0]), max(across) - min(across)
+
+
+def axis_in_base(robot: Robot, drive: Drive, name: str) -> Vector:
+    """Return the axis of a joint in the base frame of a drive, at zero, of length 1."""
+    joint = robot.joint[name]
+    return unit(robot.transform(drive.frame or robot.root, joint.child).rotate(joint.axis))
+
+
+def place_in_base(robot: Robot, drive: Drive, name: str) -> Vector:
+    """Return the position of a joint in the base frame of a drive (m), at zero."""
+    return robot.transform(drive.frame or robot.root, robot.joint[name].child).xyz
+
+
+def steering_of(robot: Robot, drive: Drive, name: str) -> str:
+    """Return the joint that steers the wheel of a joint, or an empty text."""
+    above = [joint.name for joint in robot.chain(robot.joint[name].parent)]
+    return next((axis for axis in drive.steering if axis in above), "")
+
+
+@of_robot
+def rolling_radius(robot: Robot, name: str) -> float | None:
+    """Return how far the round shapes below a joint reach from its axis (m), or None if there are none.
+
+    Collision shapes count, and without round ones those that are visible. A mesh or a box has no rolling radius.
+    """
+    joint = robot.joint[name]
+    below = [(joint.child, Transform())]
+    for link, place in below:
+        for next_joint in robot.joints_from.get(link, ()):
+            if next_joint.moves or next_joint.is_fixed:
+                below.append((next_joint.child, place.then(next_joint.transform())))
+    for purpose in ("collision", "visual"):
+        shapes = ((shape, place) for link, place in below for shape in getattr(robot.link[link], purpose))
+        radii = [radius for shape, place in shapes for radius in _radius(shape, place, unit(joint.axis))]
+        if radii:
+            return max(radii)
+    return None
+
+
+def _radius(shape: Shape, where: Transform, axis: Vector) -> Iterator[float]:
+    """Yield how far a round shape reaches from an axis through the origin (m); nothing for one that is not round."""
+
+    def distance(point: Vector) -> float:
+        along = dot(point, axis)
+        return norm(minus(point, (along * axis[0], along * axis[1], along * axis[2])))
+
+    geometry, place = shape.geometry, where.then(shape.pose.transform())
+    if isinstance(geometry, Sphere):
+        yield distance(place.xyz) + geometry.radius
+    elif isinstance(geometry, Capsule):
+        yield max(distance(place.apply((0.0, 0.0, side * geometry.length / 2))) for side in (-1, 1)) + geometry.radius
+    elif isinstance(geometry, Cylinder):
+        if abs(math.sin(angle_between(place.rotate((0.0, 0.0, 1.0)), axis))) < _ALONG:
+            yield distance(place.xyz) + geometry.radius
+            return
+        edge = (
+            (geometry.radius * math.cos(angle), geometry.radius * math.sin(angle), side * geometry.length / 2)
+            for angle in (math.tau * step / _POINTS for step in range(_POINTS))
+            for side in (-1, 1)
+        )
+        yield max(distance(place.apply(point)) for point in edge)

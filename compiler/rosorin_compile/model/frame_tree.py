@@ -1,8 +1,4 @@
-"""The tree of frames: one row for each edge, with who publishes it; and the rows as a tree.
-
-The tree is a list of lines, parents above children, each frame once. What draws it for terminals and for pictures is a
-format (``formats.frames``, and those with pictures); for a notebook it is a table in HTML, here.
-"""
+"""The tree of frames: one row for each edge with its publisher, and the rows as lines of a tree."""
 
 from __future__ import annotations
 
@@ -19,13 +15,15 @@ if TYPE_CHECKING:
 
 NOBODY = "nobody"
 TF, TF_STATIC, NO_TOPIC = "/tf", "/tf_static", "none"
+_MAX_HTML_ROWS = 500
+_LEFT = "text-align: left"
 
 
 class Row(NamedTuple):
-    """One transform: ``why`` says why nobody publishes it, ``when`` in which modes somebody does ("" is always).
+    """One transform: ``why`` nobody publishes it, and ``when``, the modes in which somebody does ("" is always).
 
-    ``first`` is the parent in the first row of this child, by which a second one is told apart; ``joint`` and ``kind``
-    are empty for the transforms of other nodes.
+    ``first`` is the parent in the first row of this child. ``joint`` and ``kind`` are empty for the transforms of other
+    nodes.
     """
 
     parent: str
@@ -40,12 +38,12 @@ class Row(NamedTuple):
 
     @property
     def published(self) -> bool:
-        """Whether tf2 knows the edge."""
+        """Whether tf2 receives the edge."""
         return self.topic != NO_TOPIC
 
     @property
     def who(self) -> str:
-        """The publisher in the words of the list of frames: "nobody: why" where there is none."""
+        """The publisher, or "nobody: why"."""
         return f"{self.publisher}: {self.why}" if self.why else self.publisher
 
     @property
@@ -55,50 +53,47 @@ class Row(NamedTuple):
 
 
 def rows(robot: Robot) -> tuple[Row, ...]:
-    """Return all edges: joints from the root down, then the transforms of other nodes, as the list of frames has them.
+    """Return all edges without frames of simulations: joints from the root down, then the transforms of other nodes.
 
-    What only simulations have is no frame.
-    A joint that somebody else publishes under the same parent is one edge with that transform, and named there.
+    A joint that another node publishes under the same parent is one edge with that transform.
     """
+
+    def add(parent: str, child: str, publisher: Publisher, moving: bool, when: str, joint: str, kind: str) -> None:
+        who, why, topic = publisher.name, "", TF if moving else TF_STATIC
+        if publisher.kind == UNPUBLISHED:
+            who, why, topic = NOBODY, " ".join(publisher.about.split()), NO_TOPIC
+        elif publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+            topic = TF_STATIC
+        table.append(Row(parent, child, who, why, topic, when, first.setdefault(child, parent), joint, kind))
+
     first: dict[str, str] = {}
     table: list[Row] = []
-    joints = robot.joints_down()
-    for joint in joints:
+    joints = {(joint.parent, joint.child): joint for joint in robot.joints_down()}
+    for joint in joints.values():
         if joint.child in robot.simulated_frames:
             continue
         first.setdefault(joint.child, joint.parent)
         if joint.name in robot.turns and joint.publisher.kind == UNPUBLISHED:
             continue  # its publishers are edges below, each in its modes
-        publishing = _publishing(joint.publisher, joint.moves_on_tf)
-        table.append(Row(joint.parent, joint.child, *publishing, "", first[joint.child], joint.name, joint.type))
-    named = {(joint.parent, joint.child): joint for joint in joints}
+        add(joint.parent, joint.child, joint.publisher, joint.moves_on_tf, "", joint.name, joint.type)
     for edge in robot.edges:
-        first.setdefault(edge.child, edge.parent)
-        publishing = _publishing(edge.publisher, edge.moving)
-        same = named.get((edge.parent, edge.child))
-        own = (same.name, same.type) if same is not None else ("", "")
-        table.append(Row(edge.parent, edge.child, *publishing, edge.when, first[edge.child], *own))
+        same = joints.get((edge.parent, edge.child))
+        name, kind = (same.name, same.type) if same is not None else ("", "")
+        add(edge.parent, edge.child, edge.publisher, edge.moving, edge.when, name, kind)
     return tuple(table)
 
 
-def _publishing(publisher: Publisher, moving: bool) -> tuple[str, str, str]:
-    """Return who publishes, why nobody does, and the topic."""
-    if publisher.kind == UNPUBLISHED:
-        return NOBODY, " ".join(publisher.about.split()), NO_TOPIC
-    return publisher.name, "", TF if moving and publisher.kind != STATIC_TRANSFORM_PUBLISHER else TF_STATIC
-
-
 def publishers(edges: tuple[Row, ...]) -> tuple[str, ...]:
-    """Return who publishes something, in the order of the rows; nobody is none of them."""
+    """Return the publishers in the order of the rows, each once."""
     return tuple(dict.fromkeys(row.publisher for row in edges if row.published))
 
 
 class Line(NamedTuple):
-    """A line of the tree: the frame that it shows, and the edge that leads there (None for a root).
+    """A line of the tree: its frame, and the edge that leads there (None for a root).
 
-    ``on`` is the number of the line that it hangs on (-1 for a root), ``last`` whether no other hangs there below it.
-    ``up`` says that the frame is the parent in ``row``: tf2 has another parent for the child. Then ``again`` says that
-    the frame has a line of its own besides.
+    ``on`` is the index of the parent's line (-1 for a root), ``last`` whether it is the last line of that parent.
+    ``up``: the frame is the parent in ``row``, and tf2 has another parent for the child. Then ``again`` means that the
+    frame also has a line of its own.
     """
 
     frame: str
@@ -110,73 +105,49 @@ class Line(NamedTuple):
     again: bool = False
 
 
-class _Grown(NamedTuple):
-    """The parts of a tree: the row into each frame, the children of each, and rows that are no part of the tree."""
-
-    into: dict[str, Row]
-    below: dict[str, list[str]]
-    more: dict[str, list[Row]]
-
-
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
-    """Return the tree of edges and further frames. The parent of a frame is that of tf2, if it has one.
+    """Return the tree of edges and further frames: parents above children, each frame once.
 
-    A frame that only stands above another in the description, on no topic, hangs below that other one.
+    The parent of a frame is that of tf2 if it has one. A frame that is only a parent in the description, on no topic,
+    is a line below its child.
     """
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
-    grown = _grow(edges)
-    lone = _lone(names, grown)
-    drawn: list[Line] = []
-    # What waits: the frame, its row, the line that it hangs on, whether it is the last there, whether it stands above.
-    roots = [name for name in names if name not in grown.into and name not in lone]
-    steps: list[tuple[str, Row | None, int, bool, bool]]
-    steps = [(name, None, -1, at == 0, False) for at, name in enumerate(reversed(roots))]
-    while steps:
-        name, row, on, last, up = steps.pop()
-        depth = drawn[on].depth + 1 if on >= 0 else 0
-        again = up and name not in lone
-        drawn.append(Line(name, row, depth, on, last, up, again))
-        if up:
-            continue
-        hanging = [(other.parent, other, True) for other in grown.more.get(name, ())]
-        hanging += [(child, grown.into[child], False) for child in grown.below.get(name, ())]
-        here = len(drawn) - 1
-        steps += [(frame, edge, here, at == 0, is_up) for at, (frame, edge, is_up) in enumerate(reversed(hanging))]
-    return drawn
-
-
-def _grow(edges: Sequence[Row]) -> _Grown:
-    """Return the tree of tf2, with what only the description knows added where a frame has no parent yet."""
     into: dict[str, Row] = {}
-    more: dict[str, list[Row]] = {}
+    more: dict[str, list[Row]] = {}  # rows that are not part of the tree, by child
     for row in sorted(edges, key=lambda row: not row.published):
-        if row.child in into or row.child == row.parent or _above(into, row.parent, row.child):
+        ancestor = row.parent
+        while ancestor != row.child and ancestor in into:
+            ancestor = into[ancestor].parent
+        if row.child in into or ancestor == row.child:
             more.setdefault(row.child, []).append(row)
         else:
             into[row.child] = row
-    below: dict[str, list[str]] = {}
+    children: dict[str, list[str]] = {}
     for row in edges:
         if into.get(row.child) is row:
-            below.setdefault(row.parent, []).append(row.child)
-    return _Grown(into, below, more)
-
-
-def _above(into: dict[str, Row], frame: str, other: str) -> bool:
-    """Say whether ``other`` is above a frame, or is it."""
-    while frame != other and frame in into:
-        frame = into[frame].parent
-    return frame == other
-
-
-def _lone(names: Sequence[str], grown: _Grown) -> set[str]:
-    """Return the frames that have no line but as the parent in one row that is no part of the tree."""
-    parents = Counter(row.parent for rows in grown.more.values() for row in rows)
-    hung = grown.into.keys() | grown.below.keys() | grown.more.keys()
-    return {name for name in names if parents[name] == 1 and name not in hung}
+            children.setdefault(row.parent, []).append(row.child)
+    # Frames whose only line is that of the parent in one row outside the tree.
+    parents = Counter(row.parent for rows in more.values() for row in rows)
+    in_tree = into.keys() | children.keys() | more.keys()
+    lone = {name for name in names if parents[name] == 1 and name not in in_tree}
+    drawn: list[Line] = []
+    roots = [name for name in names if name not in into and name not in lone]
+    waiting: list[tuple[str, Row | None, int, bool, bool]]  # frame, row, on, last, up
+    waiting = [(name, None, -1, at == 0, False) for at, name in enumerate(reversed(roots))]
+    while waiting:
+        name, edge, on, last, up = waiting.pop()
+        drawn.append(Line(name, edge, drawn[on].depth + 1 if on >= 0 else 0, on, last, up, up and name not in lone))
+        if up:
+            continue
+        below = [(row.parent, row, True) for row in more.get(name, ())]
+        below += [(child, into[child], False) for child in children.get(name, ())]
+        here = len(drawn) - 1
+        waiting += [(frame, row, here, at == 0, is_up) for at, (frame, row, is_up) in enumerate(reversed(below))]
+    return drawn
 
 
 def way(tree: Sequence[Line], frame: str) -> list[Line]:
-    """Return the lines from a root to a frame; none if the tree does not have it."""
+    """Return the lines from a root to a frame; empty if the tree does not have it."""
     at = next((at for at, line in enumerate(tree) if line.frame == frame and not line.again), -1)
     upwards: list[Line] = []
     while at >= 0:
@@ -185,35 +156,23 @@ def way(tree: Sequence[Line], frame: str) -> list[Line]:
     return upwards[::-1]
 
 
-# A page with more is no longer looked at, but still makes the browser slow.
-MOST = 500
-_HEADS = ("frame", "published by", "topic", "joint", "when")
-_LEFT = "text-align: left"
-
-
 def html(robot: Robot) -> str:
-    """Return the tree of frames in all modes; every name is escaped."""
-    from html import escape  # not at the top: it brings thousands of entities along
+    """Return the tree of frames in all modes as a table for a notebook; every name is escaped."""
+    from html import escape  # imports thousands of entities
 
     tree = lines(rows(robot), robot.frames)
-    heads = "".join(f'<th style="{_LEFT}">{head}</th>' for head in _HEADS)
-    body = "".join(map(_line, tree[:MOST]))
-    if len(tree) > MOST:
-        body += f'<tr><td colspan="{len(_HEADS)}">{and_more(len(tree) - MOST).strip()}</td></tr>'
+    heads = "".join(f'<th style="{_LEFT}">{h}</th>' for h in ("frame", "published by", "topic", "joint", "when"))
+    body = ""
+    for line in tree[:_MAX_HTML_ROWS]:
+        row, cells = line.row, [""] * 4
+        if row is not None:
+            joint = f"{row.joint} ({row.kind})" if row.joint else ""
+            cells = [row.who, row.topic if row.published else "", joint, row.when]
+        indent = f"{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em"
+        name = f"\u2191 {line.frame}" if line.up else line.frame
+        body += f'<tr><td style="{indent}">{escape(name)}</td>'
+        body += "".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in cells) + "</tr>"
+    if len(tree) > _MAX_HTML_ROWS:
+        body += f'<tr><td colspan="5">{and_more(len(tree) - _MAX_HTML_ROWS).strip()}</td></tr>'
     caption = f'<caption style="{_LEFT}">{escape(repr(robot)[1:-1])}</caption>'
     return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def _line(line: Line) -> str:
-    """Return one row; a frame that stands above another in some modes only is told from the tree by an arrow."""
-    from html import escape
-
-    row = line.row
-    name = f"\u2191 {line.frame}" if line.up else line.frame
-    cells = ["", "", "", ""]
-    if row is not None:
-        joint = f"{row.joint} ({row.kind})" if row.joint else ""
-        cells = [row.who, row.topic if row.published else "", joint, row.when]
-    indent = f"{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em"
-    others = "".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in cells)
-    return f'<tr><td style="{indent}">{escape(name)}</td>{others}</tr>'

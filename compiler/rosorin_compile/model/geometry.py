@@ -30,6 +30,11 @@ def dot(a: Vector, b: Vector) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the vector product of two vectors."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
 def norm(a: Vector) -> float:
     """Return the length of a vector."""
     return math.hypot(*a)
@@ -53,9 +58,7 @@ def unit(vector: Vector) -> Vector:
 
 def angle_between(one: Vector, other: Vector) -> float:
     """Return the angle (rad) between two directions that are not zero, precise for small ones too."""
-    (a, b, c), (d, e, f) = one, other
-    across = (b * f - c * e, c * d - a * f, a * e - b * d)
-    return math.atan2(norm(across), dot(one, other))
+    return math.atan2(norm(cross(one, other)), dot(one, other))
 
 
 def _snap(value: float) -> float:

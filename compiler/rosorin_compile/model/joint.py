@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from .geometry import IDENTITY, Pose, Transform, Vector
+from .geometry import IDENTITY, Pose, Transform, Vector, norm, plus, rotation_about
 from .link import NO_SOURCE, Source
-from .motion import COORDINATES, motion
 from .simulation import Actuator, Values
 
 ROBOT_STATE_PUBLISHER = "robot_state_publisher"
@@ -17,8 +17,68 @@ NODE = "node"
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
 SEVERAL_COORDINATES = ("planar", "floating", "ball")
-# Joints that turn every way, and so have no axis.
+# Joints that turn in every direction, and so have no axis.
 AXLELESS = ("floating", "ball")
+# The coordinates of a joint by its type, in radians and metres; a quaternion may have any length but zero.
+COORDINATES: Mapping[str, tuple[str, ...]] = {
+    "fixed": (),
+    "revolute": ("position",),
+    "continuous": ("position",),
+    "prismatic": ("position",),
+    "planar": ("x", "y", "angle"),
+    "floating": ("x", "y", "z", "qx", "qy", "qz", "qw"),
+    "ball": ("qx", "qy", "qz", "qw"),
+}
+
+
+def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transform:
+    """Return the child in the frame of a joint of a type; ``position`` is a number (rad or m), or one per coordinate.
+
+    planar: two slides along the axes of the plane (``plane_axes``), then a turn about its normal. floating: a position,
+    then a quaternion in the order of ROS. ball: the quaternion alone.
+    Raises ValueError for another number of coordinates, for a zero axis, and for a quaternion of length zero.
+    """
+    if kind not in SEVERAL_COORDINATES:
+        if not isinstance(position, (int, float)):
+            raise ValueError(f"the position of a {kind} joint is one number")
+        if kind in ("revolute", "continuous"):
+            return Transform(rotation_about(axis, position))
+        return Transform(xyz=_along(axis, position)) if kind == "prismatic" else Transform()
+    numbers: Sequence[float] = position if isinstance(position, Sequence) else (position,)
+    if position == 0.0:
+        numbers = (*(0.0 for _ in COORDINATES[kind][1:]), 0.0 if kind == "planar" else 1.0)
+    if len(numbers) != len(COORDINATES[kind]):
+        names = ", ".join(COORDINATES[kind])
+        raise ValueError(f"the position of a {kind} joint is {names}, not {len(numbers)} numbers")
+    if kind == "planar":
+        first, second = plane_axes(axis)
+        return Transform(rotation_about(axis, numbers[2]), plus(_along(first, numbers[0]), _along(second, numbers[1])))
+    *xyz, qx, qy, qz, qw = numbers
+    x, y, z = xyz or (0.0, 0.0, 0.0)
+    return Transform.of_quaternion((x, y, z), (qw, qx, qy, qz))
+
+
+def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
+    """Return the axes x and y of the plane of a planar joint, of unit length, in the frame of the joint.
+
+    They are those of the frame, turned the shortest way that brings z to the normal, like in MuJoCo's reader of URDF.
+    Raises ValueError for a zero normal.
+    """
+    x, y, z = _along(normal, 1.0)
+    across = math.hypot(x, y)
+    if across == 0.0:
+        return (1.0, 0.0, 0.0), (0.0, math.copysign(1.0, z), 0.0)
+    rotation = rotation_about((-y / across, x / across, 0.0), math.atan2(across, z))
+    (a, d, _), (b, e, _), (c, f, _) = rotation
+    return (a + 0.0, b + 0.0, c + 0.0), (d + 0.0, e + 0.0, f + 0.0)
+
+
+def _along(axis: Vector, distance: float) -> Vector:
+    length = norm(axis)
+    if length == 0:
+        raise ValueError("a motion needs an axis that is not zero")
+    x, y, z = (component / length * distance for component in axis)
+    return (x, y, z)
 
 
 @dataclass(frozen=True)
@@ -194,7 +254,7 @@ class Joint:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """The names of the numbers that place the child, in the order of ``transform`` (see ``motion``)."""
+        """The names of the numbers that place the child, in the order of ``motion``."""
         return COORDINATES[self.type]
 
     def transform(self, position: float | Sequence[float] = 0.0) -> Transform:

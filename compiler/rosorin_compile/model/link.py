@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 from rosorin_compile.source.numbers import NumberFormat, inertia
 
@@ -82,3 +83,23 @@ class Link:
         """The sides (m) of the box around all of its shapes, along its axes; None without any, or with a mesh."""
         bounds = bounds_of((*self.collision, *self.visual))
         return None if bounds is None else bounds.size
+
+
+@dataclass(frozen=True)
+class DisabledCollision:
+    """A pair of links that MoveIt does not check, and why: a ``reason`` other than ``REASONS`` is read as User.
+
+    ``nearest`` is the smallest distance that was measured (m, below zero inside each other), ``beyond`` one that was
+    never reached, or None.
+    """
+
+    ADJACENT: ClassVar[str] = "Adjacent"
+    DEFAULT: ClassVar[str] = "Default"
+    ALWAYS: ClassVar[str] = "Always"
+    NEVER: ClassVar[str] = "Never"
+    REASONS: ClassVar[tuple[str, ...]] = ("Adjacent", "Default", "Always", "Never", "User")
+
+    links: tuple[str, str]
+    reason: str = "User"
+    nearest: float | None = None
+    beyond: float | None = None

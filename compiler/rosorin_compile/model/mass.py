@@ -1,142 +1,96 @@
-"""Mass and inertia of shapes of even density: the moments of the solids, moved to their common centre of mass.
+"""Mass and inertia of shapes of even density, and of several bodies that move as one.
 
-Sources: box, cylinder and sphere: D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias";
-capsule: a cylinder and two half spheres, each with its centre of mass 3/8 of the radius away from the flat side
-(F. P. Beer, E. R. Johnston, "Vector Mechanics for Engineers: Statics", table of centroids of volumes). A body of
-several solids: the parallel axis theorem (C. Huygens, J. Steiner).
+The moments of a solid are in ``shape.volume_and_moments``. Several bodies: the parallel axis theorem (C. Huygens,
+J. Steiner).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 from .geometry import Pose, Transform, Vector, dot, minus, pose_of
 from .link import Inertial
 from .shape import Shape, volume_and_moments
 
-
-class _Solid(NamedTuple):
-    """A solid: its volume (m^3), where its middle is, and its moments for a mass of 1 (m^2) along its own axes."""
-
-    volume: float
-    place: Transform
-    moments: Vector
+_TOO_SMALL = "a shape is so small that its volume is no number"
 
 
 def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: float | None = None) -> Inertial:
     """Return the inertial of shapes of even density: ``mass`` (kg) is that of all of them, or ``density`` (kg/m^3).
 
-    Of one solid the inertial lies in its middle, along its axes; of several along the axes of the link. Where shapes
-    overlap, the overlap counts twice. Raises ValueError if there is no shape, or one without a volume: a mesh, or one
-    beyond the numbers that a double holds.
+    The inertial of one solid is in its middle, along its axes; that of several is along the axes of the link. Overlaps
+    count twice. Raises ValueError if there is no shape, one is a mesh, or a number overflows.
     """
+    solids = [solid for shape in shapes for solid in shape.solids()]
+    if not solids:
+        raise ValueError("no shape, no mass")
+    if mass is None and density is None:
+        raise ValueError("a mass or a density is needed")
+    too_large = ValueError("a shape is so large that its mass is no number")
     try:
-        made = _inertial_of(shapes, mass, density)
+        sizes = [volume_and_moments(solid.geometry) for solid in solids]
+        volume = math.fsum(size for size, _ in sizes)
+        total = density * volume if density is not None else mass or 0.0
+        bodies = []
+        for solid, (size, moments) in zip(solids, sizes, strict=True):
+            share = total * size / volume if len(solids) > 1 else total
+            x, y, z = (share * moment for moment in moments)
+            bodies.append((Inertial(share, solid.origin(), x, y, z), Transform()))
+        made = bodies[0][0] if len(bodies) == 1 else replace(_combine(bodies), mass=total)
     except OverflowError:
-        made = None
+        raise too_large from None
     except ZeroDivisionError:
-        raise ValueError("a shape is so small that its volume is no number") from None
-    if made is None or not all(map(math.isfinite, (made.mass, made.ixx, made.iyy, made.izz))):
-        raise ValueError("a shape is so large that its mass is no number")
+        raise ValueError(_TOO_SMALL) from None
+    if not _is_finite(made):
+        raise too_large
     return made
 
 
-def _inertial_of(shapes: Sequence[Shape], mass: float | None, density: float | None) -> Inertial:
-    placed = [solid for shape in shapes for solid in shape.solids()]
-    solids = [_solid(shape) for shape in placed]
-    if not solids:
-        raise ValueError("no shape, no mass")
-    volume = math.fsum(solid.volume for solid in solids)
-    whole = density * volume if density is not None else mass
-    if whole is None:
-        raise ValueError("a mass or a density is needed")
-    if len(solids) == 1:
-        x, y, z = (whole * moment for moment in solids[0].moments)
-        return Inertial(whole, placed[0].origin(), x, y, z)
-    return _joined(solids, whole, volume)
-
-
-def _solid(shape: Shape) -> _Solid:
-    volume, moments = volume_and_moments(shape.geometry)
-    return _Solid(volume, shape.origin().transform(), moments)
-
-
-def _joined(solids: Sequence[_Solid], mass: float, volume: float) -> Inertial:
-    """Return the inertial of several solids, along the axes of the link."""
-    parts = [mass * solid.volume / volume for solid in solids]
-    x, y, z = (math.fsum(m * s.place.xyz[i] for m, s in zip(parts, solids, strict=True)) / mass for i in range(3))
-    terms: list[list[float]] = [[] for _ in range(6)]
-    for part, solid in zip(parts, solids, strict=True):
-        a, b, c = solid.place.xyz
-        for total, value in zip(terms, _about(solid, (a - x, b - y, c - z)), strict=True):
-            total.append(part * value)
-    ixx, iyy, izz, ixy, ixz, iyz = map(math.fsum, terms)
-    return Inertial(mass, Pose((x, y, z)), ixx, iyy, izz, ixy, ixz, iyz)
-
-
-def _about(solid: _Solid, d: Vector) -> tuple[float, ...]:
-    """Return xx yy zz xy xz yz of a solid of mass 1 (m^2) about a point from which its middle is ``d`` away."""
-    rows, square = solid.place.rows, dot(d, d)
-
-    def entry(i: int, j: int) -> float:
-        turned = math.fsum(rows[i][k] * rows[j][k] * solid.moments[k] for k in range(3))
-        return turned + (square if i == j else 0.0) - d[i] * d[j]
-
-    return (entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2))
-
-
 def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
-    """Return inertials that move as one: each with where its link sits in the frame that the result is of.
+    """Return the inertial of bodies that move as one: each with the pose of its link in the frame of the result.
 
-    One alone keeps its axes, several lie along those of the frame. Without any mass the inertia is about the frame.
-    Raises ValueError if there is none, or the sum is beyond the numbers that a double holds.
+    A single body keeps its axes, several are along those of the frame. Without any mass the inertia is about the frame.
+    Raises ValueError if there is none, or a number overflows.
     """
     if not parts:
         raise ValueError("no inertial, no mass")
     if len(parts) == 1:
         inertial, transform = parts[0]
         return replace(inertial, pose=pose_of(transform.then(inertial.pose.transform())))
-    placed = [(inertial, transform.then(inertial.pose.transform())) for inertial, transform in parts]
+    too_large = ValueError("masses so large, or so far apart, that together they are no number")
     try:
-        made = _together(placed)
+        made = _combine(parts)
     except OverflowError:
-        made = None
+        raise too_large from None
     except ZeroDivisionError:
-        raise ValueError("a shape is so small that its volume is no number") from None
-    if made is None or not all(map(math.isfinite, (made.mass, *made.pose.xyz, made.ixx, made.iyy, made.izz))):
-        raise ValueError("masses so large, or so far apart, that together they are no number")
+        raise ValueError(_TOO_SMALL) from None
+    if not _is_finite(made):
+        raise too_large
     return made
 
 
-def _together(placed: Sequence[tuple[Inertial, Transform]]) -> Inertial:
+def _is_finite(inertial: Inertial) -> bool:
+    return all(map(math.isfinite, (inertial.mass, *inertial.pose.xyz, inertial.ixx, inertial.iyy, inertial.izz)))
+
+
+def _combine(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
+    placed = [(inertial, transform.then(inertial.pose.transform())) for inertial, transform in parts]
     mass = math.fsum(inertial.mass for inertial, _ in placed)
     centre: Vector = (0.0, 0.0, 0.0)
     if mass:
         x, y, z = (math.fsum(inertial.mass * place.xyz[i] for inertial, place in placed) / mass for i in range(3))
         centre = (x, y, z)
     terms: list[list[float]] = [[] for _ in range(6)]
-    for inertial, place in placed:
-        for total, value in zip(terms, _seen_from(inertial, place, minus(place.xyz, centre)), strict=True):
-            total += value
+    for i, place in placed:
+        rows, d = place.rows, minus(place.xyz, centre)
+        own = ((i.ixx, i.ixy, i.ixz), (i.ixy, i.iyy, i.iyz), (i.ixz, i.iyz, i.izz))
+        for total, (r, c) in zip(terms, ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), strict=True):
+            total += (rows[r][k] * own[k][m] * rows[c][m] for k in range(3) for m in range(3))
+            total.append(i.mass * ((dot(d, d) if r == c else 0.0) - d[r] * d[c]))
     ixx, iyy, izz, ixy, ixz, iyz = map(math.fsum, terms)
     return Inertial(mass, Pose(centre), ixx, iyy, izz, ixy, ixz, iyz)
-
-
-def _seen_from(inertial: Inertial, place: Transform, d: Vector) -> Iterator[tuple[float, ...]]:
-    """Yield the terms of xx yy zz xy xz yz of an inertial about a point from which its centre of mass is ``d`` away."""
-    i, rows, square = inertial, place.rows, dot(d, d)
-    own = ((i.ixx, i.ixy, i.ixz), (i.ixy, i.iyy, i.iyz), (i.ixz, i.iyz, i.izz))
-    for r, c in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
-        turned = (rows[r][k] * own[k][m] * rows[c][m] for k in range(3) for m in range(3))
-        yield (*turned, inertial.mass * ((square if r == c else 0.0) - d[r] * d[c]))
-
-
-def principal_moments(inertial: Inertial) -> Vector:
-    """Return the eigenvalues of an inertia in kg*m^2, smallest first."""
-    return inertial.principal_moments
 
 
 Inertia = tuple[float, float, float, float, float, float]  # xx yy zz xy xz yz

@@ -10,13 +10,14 @@ import math
 import re
 import struct
 from array import array
+from collections.abc import Callable, Sequence
 from sys import byteorder
 
 from rosorin_compile.source import files
 
+from .geometry import Vector
 from .robot import Robot
 from .shape import Mesh
-from .standing import Cloud, Clouds
 
 MAX_BYTES = 500_000_000
 STL_HEADER = 84  # bytes: 80 of text and the number of triangles; each triangle has 50 bytes
@@ -26,6 +27,14 @@ _MSH_HEADER = struct.Struct("<4i")  # numbers of vertices, normals, texture coor
 _LFS_POINTER = b"version https://git-lfs"
 _OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
 _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
+
+
+# A function that returns the vertices of a mesh in the units of its file, or None if they are unknown.
+Clouds = Callable[[Mesh], Sequence[Vector] | None]
+
+
+def no_clouds(mesh: Mesh) -> None:
+    """Return None: the vertices of no mesh are known."""
 
 
 class UnreadableMesh(Exception):
@@ -42,11 +51,11 @@ def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
     The files are those that the description names. With ``as_opened`` they are those that MuJoCo opens, such as the OBJ
     that was made of a DAE, and a mesh that is left out of the MJCF has no vertices.
     """
-    clouds: dict[str, Cloud | None] = {}
+    clouds: dict[str, tuple[Vector, ...] | None] = {}
 
-    def cloud(mesh: Mesh) -> Cloud | None:
+    def cloud(mesh: Mesh) -> tuple[Vector, ...] | None:
         if as_opened and mesh.file in robot.missing_meshes:
-            return Cloud((), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            return ()
         if mesh.file not in clouds:
             try:
                 clouds[mesh.file] = _read_cloud(robot, mesh.file, as_opened)
@@ -66,7 +75,7 @@ def why_unread(robot: Robot, name: str) -> str:
     return ""
 
 
-def _read_cloud(robot: Robot, name: str, as_opened: bool) -> Cloud:
+def _read_cloud(robot: Robot, name: str, as_opened: bool) -> tuple[Vector, ...]:
     if as_opened and name in robot.mesh_contents:
         coordinates = read_vertices(*robot.mesh_contents[name])
     else:
@@ -81,8 +90,7 @@ def _read_cloud(robot: Robot, name: str, as_opened: bool) -> Cloud:
         except OSError as problem:
             raise UnreadableMesh(problem.strerror or "the file cannot be read") from None
     xs, ys, zs = coordinates[::3], coordinates[1::3], coordinates[2::3]
-    points = tuple(dict.fromkeys(zip(xs, ys, zs, strict=True)))
-    return Cloud(points, (min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs)))
+    return tuple(dict.fromkeys(zip(xs, ys, zs, strict=True)))
 
 
 def read_vertices(data: bytes, ending: str) -> array[float]:

@@ -5,33 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from .cached import of_robot
 from .geometry import Pose, Transform
-from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
+from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher, motion
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
-from .motion import motion
 from .sections import NO_SECTIONS, Sections
 from .shape import ROWS, Material, Rgba, Shape
-from .simulated import GazeboSensor, Simulated
-from .simulation import AT_ORIGIN, Root, Values
+from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from .control import Block
-    from .controllers import Controller
-    from .drive import Drive
-    from .driving import Driving
+    from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Tendon
+    from rosorin_compile.ros.moveit import Moveit
+    from rosorin_compile.ros.sections.control.hardware import Block
+
+    from .drive import Drive, Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
-    from .moveit import Moveit
     from .servos import ServoGroup
-    from .simulation import Actuator
-    from .simulator import ContactPair, Entry, Tendon
+    from .simulation import Actuator, Entry
 
     Named = TypeVar("Named")
 
@@ -77,33 +73,6 @@ class Sensor:
     stamps: tuple[str, ...] = ()
     gazebo: tuple[GazeboSensor, ...] = ()
 
-    # What SDF takes where nothing is said, by the end of a path
-    # (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
-    SDF_DEFAULTS: ClassVar[Mapping[tuple[str, ...], str]] = MappingProxyType(
-        {
-            ("sensor", "always_on"): "false",
-            ("sensor", "visualize"): "false",
-            ("sensor", "update_rate"): "0",
-            ("sensor", "pose"): "0 0 0 0 0 0",
-            ("horizontal", "resolution"): "1",
-            ("vertical", "resolution"): "1",
-            ("range", "resolution"): "0",
-            ("camera", "horizontal_fov"): "1.047",
-            ("image", "width"): "320",
-            ("image", "height"): "240",
-            ("clip", "near"): "0.1",
-            ("clip", "far"): "100",
-            ("imu", "enable_orientation"): "true",
-            ("noise", "mean"): "0",
-            ("noise", "bias_mean"): "0",
-            ("noise", "bias_stddev"): "0",
-        }
-    )
-    SDF_FLAGS: ClassVar[tuple[str, ...]] = ("always_on", "visualize", "enable_orientation", "enable_metrics")
-    SDF_TRUTH: ClassVar[Mapping[str, str]] = MappingProxyType(
-        {"1": "true", "0": "false", "True": "true", "False": "false"}
-    )
-
 
 @dataclass(frozen=True)
 class Edge:
@@ -136,6 +105,23 @@ class JointPose:
     base: Pose | None = None
     controls: Mapping[str, float] = field(default_factory=dict)
     mjcf: Values = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A controller: ``type`` as the description has it, ``params`` by their full keys (``a.b.c``).
+
+    ``hardware`` is the block whose joints it moves, ``sensor`` the one that it speaks for; empty if not said.
+    ``inactive``: it is configured when the robot starts, and somebody switches to it later.
+    """
+
+    name: str
+    type: str
+    params: Mapping[str, Any] = field(default_factory=dict)
+    hardware: str = ""
+    sensor: str = ""
+    inactive: bool = False
+    source: Source = NO_SOURCE
 
 
 @dataclass(frozen=True)
@@ -190,14 +176,13 @@ class Robot:
     mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)
 
     def __repr__(self) -> str:
-        """Return the name and what there is how often: a robot in full is pages long."""
+        """Return the name and the numbers of parts: a robot in full is pages long."""
         from rosorin_compile.source.wording import counted
 
         moving = sum(not joint.is_fixed for joint in self.joints)
-        counts = {"link": len(self.links), "joint": len(self.joints), "sensor": len(self.sensors)}
-        sizes = [counted(count, word) for word, count in counts.items()]
-        sizes[1] += f" ({moving} that move{'s' if moving == 1 else ''})"
-        return f"<Robot {self.name}: {', '.join(sizes)}>"
+        links, joints = counted(len(self.links), "link"), counted(len(self.joints), "joint")
+        sensors = counted(len(self.sensors), "sensor")
+        return f"<Robot {self.name}: {links}, {joints} ({moving} that move{'s' if moving == 1 else ''}), {sensors}>"
 
     def _repr_html_(self) -> str:
         """Return the tree of frames, for a notebook."""
@@ -205,29 +190,82 @@ class Robot:
 
         return html(self)
 
-    def has_free_base(self, output: Output) -> bool:
-        """Return True if the base can move in a simulation: as the output says, else that of a robot with a drive."""
-        usual = "fixed" if self.drive is None else "free"
-        return output.options.get("base", usual) == "free" and not self.root_in_world.world
-
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: the fields, without what was worked out of them."""
+        """Return the fields, without cached values."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     @cached_property
     def worked_out(self) -> dict[tuple[Any, ...], Any]:
-        """What ``of_robot`` keeps: by function and arguments."""
+        """The cache of ``of_robot``, by function and arguments."""
         return {}
+
+    def has_free_base(self, output: Output) -> bool:
+        """Return True if the base can move in a simulation: by the option of the output, or if there is a drive."""
+        default = "fixed" if self.drive is None else "free"
+        return output.options.get("base", default) == "free" and not self.root_in_world.world
+
+    def as_said(self) -> Robot:
+        """Return the robot without what sections of plug-ins add to it."""
+        return self.sections.without or self
+
+    # Lookup by name.
 
     @cached_property
     def link(self) -> Mapping[str, Link]:
-        """The links by name; a name that is not there raises a KeyError with a way out."""
+        """The links by name; an unknown name raises a KeyError with a suggestion."""
         return ByName("link", {link.name: link for link in self.links})
 
     @cached_property
     def joint(self) -> Mapping[str, Joint]:
-        """The joints by name; a name that is not there raises a KeyError with a way out."""
+        """The joints by name; an unknown name raises a KeyError with a suggestion."""
         return ByName("joint", {joint.name: joint for joint in self.joints})
+
+    @cached_property
+    def material(self) -> Mapping[str, Material]:
+        """The materials by name, including those that a visual defines; the first of several definitions."""
+        materials = {material.name: material for material in self.materials}
+        for link in self.links:
+            for visual in link.visual:
+                if visual.material and (visual.rgba or visual.texture):
+                    materials.setdefault(visual.material, Material(visual.material, visual.rgba, visual.texture))
+        return materials
+
+    def colour(self, visual: Shape) -> Rgba | None:
+        """Return the colour of a visual, or that of its material, or None."""
+        if visual.rgba is not None or visual.texture or visual.material not in self.material:
+            return visual.rgba
+        return self.material[visual.material].rgba
+
+    def texture(self, visual: Shape) -> str:
+        """Return the image of a visual, or that of its material, or an empty text."""
+        if visual.rgba is not None or visual.texture or visual.material not in self.material:
+            return visual.texture
+        return self.material[visual.material].texture
+
+    def look_of(self, link: Link) -> Rgba | None:
+        """Return the first colour of the visuals of a link, or None."""
+        return next((colour for shape in link.visual if (colour := self.colour(shape)) is not None), None)
+
+    @property
+    def has_looks(self) -> bool:
+        """Whether a link that is a frame of the robot has visuals."""
+        return any(link.visual for link in self.links if link.name not in self.simulated_frames)
+
+    @property
+    def own_colours(self) -> Mapping[str, Rgba]:
+        """A colour for each link, by its name, for links without a visual."""
+        from .looks import own_colours
+
+        return own_colours(self)
+
+    def positions(self, pose: str) -> Mapping[str, float]:
+        """Return the positions (radians or metres by joint) of a named pose. Raises KeyError if there is none."""
+        for known in self.poses:
+            if known.name == pose:
+                return known.positions
+        raise unknown("pose", pose, [known.name for known in self.poses])
+
+    # The tree of links and joints.
 
     @cached_property
     def joint_to(self) -> Mapping[str, Joint]:
@@ -236,7 +274,7 @@ class Robot:
 
     @cached_property
     def joints_from(self) -> Mapping[str, tuple[Joint, ...]]:
-        """The joints that leave a link, in the order of the description, by link name."""
+        """The joints that a link is the parent of, in the order of the description, by link name."""
         below: dict[str, list[Joint]] = {}
         for joint in self.joints:
             below.setdefault(joint.parent, []).append(joint)
@@ -244,30 +282,30 @@ class Robot:
 
     @cached_property
     def root(self) -> str:
-        """The name of the link that is no joint's child."""
+        """The name of the link that is not the child of a joint."""
         return next(link.name for link in self.links if link.name not in self.joint_to)
 
     @cached_property
-    def material(self) -> Mapping[str, Material]:
-        """The materials by name, those that a visual defines too; where two define one, the first."""
-        known = {material.name: material for material in self.materials}
-        for link in self.links:
-            for visual in link.visual:
-                if visual.material and (visual.rgba or visual.texture):
-                    known.setdefault(visual.material, Material(visual.material, visual.rgba, visual.texture))
-        return known
+    def is_tree(self) -> bool:
+        """Whether joints and links are one tree."""
+        children = {joint.child for joint in self.joints}
+        if not (children <= self.link.keys() and self.joints_from.keys() <= self.link.keys()):
+            return False
+        # Each link but one has one joint above it; what cannot be reached from there is a circle.
+        return len(children) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 
-    def colour(self, visual: Shape) -> Rgba | None:
-        """Return the colour of a visual: its own, or that of its material; None if neither says."""
-        if visual.rgba is not None or visual.texture or visual.material not in self.material:
-            return visual.rgba
-        return self.material[visual.material].rgba
-
-    def texture(self, visual: Shape) -> str:
-        """Return the image of a visual: its own, or that of its material; empty if neither has one."""
-        if visual.rgba is not None or visual.texture or visual.material not in self.material:
-            return visual.texture
-        return self.material[visual.material].texture
+    @cached_property
+    def mimics_resolve(self) -> bool:
+        """Whether each mimic joint leads, directly or not, to a joint that exists and mimics no other."""
+        for joint in self.joints:
+            leader: Joint | None = joint
+            for _ in self.joints:
+                if leader is None or leader.mimic is None:
+                    break
+                leader = self.joint.get(leader.mimic.joint)
+            if leader is None or leader.mimic is not None:
+                return False
+        return True
 
     def walk(self) -> Iterator[Link]:
         """Yield the links from the root, parents before children, children in the order of their joints."""
@@ -278,24 +316,14 @@ class Robot:
         found: list[Link] = []
         waiting = [self.root]
         while waiting:
-            name = waiting.pop()
-            found.append(self.link[name])
-            waiting.extend([joint.child for joint in reversed(self.joints_from.get(name, ()))])
+            found.append(self.link[waiting.pop()])
+            waiting += [joint.child for joint in reversed(self.joints_from.get(found[-1].name, ()))]
         return tuple(found)
 
+    @of_robot
     def joints_down(self) -> tuple[Joint, ...]:
-        """Return the joints from the root down, as ``walk`` passes them."""
-        return self._joints_down
-
-    @cached_property
-    def _joints_down(self) -> tuple[Joint, ...]:
+        """Return the joints from the root down, in the order of ``walk``."""
         return tuple(self.joint_to[link.name] for link in self._down if link.name in self.joint_to)
-
-    @cached_property
-    def _fixed(self) -> frozenset[str]:
-        """The links at either end of a fixed joint."""
-        fixed = (joint for joint in self.joints if joint.is_fixed)
-        return frozenset(name for joint in fixed for name in (joint.parent, joint.child))
 
     def chain(self, link: str) -> tuple[Joint, ...]:
         """Return the joints from the root to a link."""
@@ -305,100 +333,36 @@ class Robot:
             link = joints[-1].parent
         return tuple(reversed(joints))
 
-    def position(self, joint: Joint, positions: Mapping[str, float]) -> float:
-        """Return the position of a joint (radians or metres), through its leaders where it mimics another."""
-        factor, offset = 1.0, 0.0
-        while joint.mimic is not None:
-            offset += factor * joint.mimic.offset
-            factor *= joint.mimic.multiplier
-            joint = self.joint[joint.mimic.joint]
-        return factor * positions.get(joint.name, 0.0) + offset
+    def below(self, link: str) -> tuple[str, ...]:
+        """Return a link and all links that joints lead to from it, each once; ends on any graph."""
+        found: dict[str, None] = {}
+        waiting = [link]
+        while waiting:
+            name = waiting.pop()
+            if name not in found:
+                found[name] = None
+                waiting += [joint.child for joint in self.joints_from.get(name, ())]
+        return tuple(found)
 
-    def pose_in_root(self, link: str, positions: Mapping[str, float]) -> Transform:
-        """Return a link in the root frame at joint positions (radians or metres; joints not named are at zero)."""
-        result = Transform()
-        for joint in self.chain(link):
-            result = result.then(joint.transform(self.position(joint, positions)))
-        return result
+    def moves_between(self, first: str, second: str) -> bool:
+        """Return True if a joint between two links moves."""
+        ways = ({joint.name for joint in self.chain(name)} for name in (first, second))
+        return any(not self.joint[name].is_fixed for name in set.symmetric_difference(*ways))
 
-    def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
-        """Return all links in the root frame; a planar or floating joint takes a number for each of its coordinates."""
-        single = {name: value for name, value in positions.items() if not isinstance(value, Sequence)}
-        poses = {self.root: Transform()}
-        for joint, place in self._joint_places:
-            if not joint.is_fixed:
-                several = len(joint.coordinates) > 1
-                position = positions.get(joint.name, 0.0) if several else self.position(joint, single)
-                place = place.then(motion(joint.type, joint.axis, position))
-            poses[joint.child] = poses[joint.parent].then(place)
-        return poses
+    def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
+        """Yield the links joined to a link by one fixed joint, and their poses in it; children before the parent."""
+        for joint in self.joints_from.get(link, ()):
+            if joint.is_fixed:
+                yield joint.child, joint.origin.transform()
+        above = self.joint_to.get(link)
+        if above is not None and above.is_fixed:
+            yield above.parent, above.origin.transform().inverse()
 
-    @cached_property
-    def _joint_places(self) -> tuple[tuple[Joint, Transform], ...]:
-        """The joints from the root down, each with its origin."""
-        return tuple((joint, joint.origin.transform()) for joint in self.joints_down())
-
-    def transform(
-        self, source: str, target: str, positions: Mapping[str, float] | None = None, *, pose: str = ""
-    ) -> Transform:
-        """Return where the link ``target`` sits in the link ``source``, as tf2_echo SOURCE TARGET does.
-
-        ``pose`` is a named pose; ``positions`` (radians or metres by joint) win over it. What neither names is at zero,
-        what mimics another joint is where that one puts it. Raises KeyError for names that are not there.
-        """
-        for name in (source, target):
-            if name not in self.link:
-                raise self._no_link(name)
-        for name in positions or ():
-            if name not in self.joint:
-                raise unknown("joint", name, self.joint)
-        state = {**(self.positions(pose) if pose else {}), **(positions or {})}
-        return self.pose_in_root(source, state).inverse().then(self.pose_in_root(target, state))
-
-    def positions(self, pose: str) -> Mapping[str, float]:
-        """Return the positions (radians or metres by joint) of a named pose. Raises KeyError if there is none."""
-        for known in self.poses:
-            if known.name == pose:
-                return known.positions
-        raise unknown("pose", pose, [known.name for known in self.poses])
-
-    def _no_link(self, name: str) -> KeyError:
-        """Return the KeyError about a name that is no link; a frame of another node says of which."""
-        owners = {edge.parent: edge.publisher.name for edge in self.edges}
-        owners |= {edge.child: edge.publisher.name for edge in reversed(self.edges)}
-        owner = owners.get(name)
-        return unknown("link", name, self.link, f"it is a frame of another node, {owner}" if owner else "")
-
-    @cached_property
-    def kinematics(self) -> Kinematics:
-        """Forward kinematics of many joint states at once. Raises ImportError, with what to install, without numpy."""
-        from .kinematics import Kinematics
-
-        return Kinematics(self)
-
-    @property
-    def driving(self) -> Driving:
-        """What its wheels turn at for a velocity of the base, and back. Raises ValueError where there is no drive."""
-        from .driving import driving_of
-
-        return driving_of(self)
-
-    @property
-    def own_colours(self) -> Mapping[str, Rgba]:
-        """A colour for each link, by its name, where the description says none: the same wherever it is shown."""
-        from .looks import own_colours
-
-        return own_colours(self)
-
-    def frame_tree(self) -> tuple[Row, ...]:
-        """Return all edges of the tree of frames: joints from the root down, then the transforms of other nodes."""
-        from .frame_tree import rows
-
-        return rows(self)
+    # Publishers and frames.
 
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:
-        """The edges that are turns of a joint's publishers, in the order of the description, by joint name."""
+        """The edges of joints whose publisher depends on the mode, in the order of the description, by joint name."""
         by_joint: dict[str, list[Edge]] = {}
         for edge in self.edges:
             if edge.joint:
@@ -417,115 +381,120 @@ class Robot:
         return found
 
     @property
-    def asks_for_humble(self) -> bool:
-        """Whether an output has its hardware blocks for ROS 2 Humble."""
-        return any(one.options.get("control") == "humble" for one in self.outputs)
-
-    @property
-    def has_looks(self) -> bool:
-        """Whether it is described how the robot looks; of what only simulations have it may be described alone."""
-        return any(link.visual for link in self.links if link.name not in self.simulated_frames)
-
-    def look_of(self, link: Link) -> Rgba | None:
-        """Return the colour of the first visual of a link that has one, for shapes that stand for them."""
-        return next((colour for shape in link.visual if (colour := self.colour(shape)) is not None), None)
-
-    @property
     def frames(self) -> list[str]:
-        """The links that are frames of the robot: all but those of simulations alone."""
+        """The links that are frames of the robot: all but those that only simulations have."""
         return [link.name for link in self.links if link.name not in self.simulated_frames]
 
+    def frame_tree(self) -> tuple[Row, ...]:
+        """Return all edges of the tree of frames: joints from the root down, then the transforms of other nodes."""
+        from .frame_tree import rows
+
+        return rows(self)
+
+    @of_robot
     def published_by(self, kind: str) -> tuple[Joint, ...]:
         """Return the joints whose publisher is of a kind, in the order of the description."""
-        return self._by_publisher.get(kind, ())
+        return tuple(joint for joint in self.joints if joint.publisher.kind == kind)
 
-    @cached_property
-    def _by_publisher(self) -> Mapping[str, tuple[Joint, ...]]:
-        by_kind: dict[str, list[Joint]] = {}
-        for joint in self.joints:
-            by_kind.setdefault(joint.publisher.kind, []).append(joint)
-        return {kind: tuple(joints) for kind, joints in by_kind.items()}
-
+    @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:
         """Return the joints of the URDF: those of robot_state_publisher, and those that it cannot move.
 
-        A planar or a floating joint is in the URDF for other readers, whoever publishes it.
+        A joint with several coordinates is in the URDF for other readers, whoever publishes it.
         """
-        return self._in_urdf
-
-    @cached_property
-    def _in_urdf(self) -> tuple[Joint, ...]:
         ours = ROBOT_STATE_PUBLISHER
         return tuple(j for j in self.joints if j.publisher.kind == ours or j.type in SEVERAL_COORDINATES)
 
-    @cached_property
-    def is_tree(self) -> bool:
-        """Whether joints and links are one tree."""
-        children = {joint.child for joint in self.joints}
-        if not (children <= self.link.keys() and self.joints_from.keys() <= self.link.keys()):
-            return False
-        # Each link but one has one joint above it; what is not reached from there goes round in a circle.
-        return len(children) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
+    @property
+    def asks_for_humble(self) -> bool:
+        """Whether an output has its hardware blocks for ROS 2 Humble."""
+        return any(output.options.get("control") == "humble" for output in self.outputs)
+
+    # Poses of links.
+
+    def position(self, joint: Joint, positions: Mapping[str, float]) -> float:
+        """Return the position of a joint (radians or metres), through its leaders if it mimics another."""
+        factor, offset = 1.0, 0.0
+        while joint.mimic is not None:
+            offset += factor * joint.mimic.offset
+            factor *= joint.mimic.multiplier
+            joint = self.joint[joint.mimic.joint]
+        return factor * positions.get(joint.name, 0.0) + offset
+
+    def pose_in_root(self, link: str, positions: Mapping[str, float]) -> Transform:
+        """Return a link in the root frame at joint positions (radians or metres; joints not named are at zero)."""
+        result = Transform()
+        for joint in self.chain(link):
+            result = result.then(joint.transform(self.position(joint, positions)))
+        return result
+
+    def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
+        """Return all links in the root frame; a joint with several coordinates takes a number for each of them."""
+        single = {name: value for name, value in positions.items() if not isinstance(value, Sequence)}
+        poses = {self.root: Transform()}
+        for joint, place in self._joint_places:
+            if not joint.is_fixed:
+                several = len(joint.coordinates) > 1
+                position = positions.get(joint.name, 0.0) if several else self.position(joint, single)
+                place = place.then(motion(joint.type, joint.axis, position))
+            poses[joint.child] = poses[joint.parent].then(place)
+        return poses
 
     @cached_property
-    def mimics_resolve(self) -> bool:
-        """Whether each mimic joint leads, directly or not, to a joint that exists and mimics no other."""
-        for joint in self.joints:
-            leader: Joint | None = joint
-            for _ in self.joints:
-                if leader is None or leader.mimic is None:
-                    break
-                leader = self.joint.get(leader.mimic.joint)
-            if leader is None or leader.mimic is not None:
-                return False
-        return True
+    def _joint_places(self) -> tuple[tuple[Joint, Transform], ...]:
+        return tuple((joint, joint.origin.transform()) for joint in self.joints_down())
 
-    def shapes_at(self, link: str, carried: Set[str], purpose: str, form: str = ROWS) -> tuple[list[Shape], set[str]]:
-        """Return the solids of a link where only some frames are ``carried``, and the frames that lend it theirs.
+    def transform(
+        self, source: str, target: str, positions: Mapping[str, float] | None = None, *, pose: str = ""
+    ) -> Transform:
+        """Return the pose of the link ``target`` in the link ``source``, as tf2_echo SOURCE TARGET does.
 
-        ``purpose`` is visual or collision. The shapes of frames that are fixed to the link, one joint after another,
-        and not carried, move to the link by the transform between the two and come first: those mounted on it, then
-        those of the frames that it is mounted on. ``form`` is that of the boxes of height maps.
+        ``pose`` is a named pose, which ``positions`` (radians or metres by joint) override. Joints in neither are at
+        zero, and mimic joints follow their leaders. Raises KeyError for unknown names.
         """
-        if link not in self._fixed:
-            return [solid for shape in getattr(self.link[link], purpose) for solid in shape.solids(form)], set()
-        moved: list[Shape] = []
-        seen = {link}
-        waiting = [(link, Transform())]
-        while waiting:
-            name, transform = waiting.pop()
-            own = [solid for shape in getattr(self.link[name], purpose) for solid in shape.solids(form)]
-            if name != link:
-                moved += [self._moved(solid, transform) for solid in own]
-            neighbours = ((n, t) for n, t in self.fixed_neighbours(name) if n not in carried and n not in seen)
-            steps = [(n, transform.then(t)) for n, t in neighbours]
-            seen.update(n for n, _ in steps)
-            waiting += reversed(steps)
-        own = [solid for shape in getattr(self.link[link], purpose) for solid in shape.solids(form)]
-        return [*moved, *own], seen - {link}
+        for name in (source, target):
+            if name not in self.link:
+                owners = {edge.parent: edge.publisher.name for edge in self.edges}
+                owners |= {edge.child: edge.publisher.name for edge in reversed(self.edges)}
+                owner = owners.get(name)
+                raise unknown("link", name, self.link, f"it is a frame of another node, {owner}" if owner else "")
+        for name in positions or ():
+            if name not in self.joint:
+                raise unknown("joint", name, self.joint)
+        state = {**(self.positions(pose) if pose else {}), **(positions or {})}
+        return self.pose_in_root(source, state).inverse().then(self.pose_in_root(target, state))
 
-    def _moved(self, solid: Shape, transform: Transform) -> Shape:
-        """Return a solid of a link seen from another one; each URDF asks for it, the SRDF, and the proof of them."""
-        key = ("moved", id(solid), transform)
-        moved: tuple[Shape, Shape] | None = self.worked_out.get(key)
-        if moved is None or moved[1] is not solid:  # as in a copy that was pickled
-            moved = self.worked_out[key] = (solid.moved(transform), solid)
-        return moved[0]
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """Forward kinematics of many joint states at once. Raises ImportError, with what to install, without numpy."""
+        from .kinematics import Kinematics
 
-    def carriers(self, carried: Set[str]) -> Mapping[str, tuple[str, Transform]]:
-        """Return who carries each link where only some frames are ``carried``, and where it sits in that one.
+        return Kinematics(self)
 
-        A link that is not carried itself is carried by the next one above it that is; what hangs on none, by the
-        topmost of those that are. Joints between are at zero, those that mimic another where that puts them.
-        """
-        return self._carriers(frozenset(carried))
+    @property
+    def driving(self) -> Driving:
+        """Wheel speeds for a velocity of the base, and back. Raises ValueError if there is no drive."""
+        from .drive import driving_of
+
+        return driving_of(self)
+
+    # The robot where only some links are frames of an output (``carried``).
 
     @of_robot
-    def _carriers(self, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
+    def carriers(self, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
+        """Return for each link the carried link that it belongs to, and its pose in that.
+
+        A link belongs to the next carried link above it, or to the topmost one if there is none. Joints between are at
+        zero, and mimic joints follow their leaders.
+        """
+
+        def at_zero(joint: Joint) -> Transform:
+            return joint.transform(self.position(joint, {}) if joint.moves else 0.0)
+
         top = next(link.name for link in self.walk() if link.name in carried)
         found, here = {top: (top, Transform())}, Transform()
         for joint in reversed(self.chain(top)):
-            here = here.then(self._at_zero(joint).inverse())
+            here = here.then(at_zero(joint).inverse())
             found[joint.parent] = (top, here)
         for link in self.walk():
             above = self.joint_to.get(link.name)
@@ -533,24 +502,47 @@ class Robot:
                 found[link.name] = (link.name, Transform())
             elif link.name not in found and above is not None:
                 carrier, transform = found[above.parent]
-                found[link.name] = (carrier, transform.then(self._at_zero(above)))
+                found[link.name] = (carrier, transform.then(at_zero(above)))
         return found
 
-    def _at_zero(self, joint: Joint) -> Transform:
-        return joint.transform(self.position(joint, {}) if joint.moves else 0.0)
+    def shapes_at(self, link: str, carried: Set[str], purpose: str, form: str = ROWS) -> tuple[list[Shape], set[str]]:
+        """Return the solids of a link, with those of links that are fixed to it and not carried, and these links.
 
-    def moves_between(self, one: str, other: str) -> bool:
-        """Say whether a joint between two links moves."""
-        ways = ({joint.name for joint in self.chain(name)} for name in (one, other))
-        return any(not self.joint[name].is_fixed for name in set.symmetric_difference(*ways))
+        ``purpose`` is visual or collision, ``form`` that of the boxes of height maps. The shapes of other links come
+        first: those mounted on the link, then those of the links that it is mounted on.
+        """
+        moved: list[Shape] = []
+        visited = {link}
+        waiting = [(link, Transform())]
+        own: list[Shape] = []
+        while waiting:
+            name, transform = waiting.pop()
+            solids = [solid for shape in getattr(self.link[name], purpose) for solid in shape.solids(form)]
+            if name == link:
+                own = solids
+            else:
+                moved += [self._moved(solid, transform) for solid in solids]
+            neighbours = self.fixed_neighbours(name)
+            steps = [(n, transform.then(t)) for n, t in neighbours if n not in carried and n not in visited]
+            visited.update(n for n, _ in steps)
+            waiting += reversed(steps)
+        return [*moved, *own], visited - {link}
+
+    def _moved(self, solid: Shape, transform: Transform) -> Shape:
+        """Return a solid of a link in the frame of another one, cached: several formats and their proofs use it."""
+        key = ("moved", id(solid), transform)
+        moved: tuple[Shape, Shape] | None = self.worked_out.get(key)
+        if moved is None or moved[1] is not solid:  # as in a copy that was pickled
+            moved = self.worked_out[key] = (solid.moved(transform), solid)
+        return moved[0]
 
     def inertials_at(self, carried: Set[str]) -> Mapping[str, Inertial]:
-        """Return the inertials of the links that are ``carried``, with those of what each carries (see ``carriers``).
+        """Return the inertials of the links that are ``carried``, with those of the links that belong to each.
 
-        Raises ValueError where the sum of some is no number.
+        Raises ValueError where a sum overflows.
         """
         parts: dict[str, list[tuple[Inertial, Transform]]] = {}
-        for name, (carrier, transform) in self.carriers(carried).items():
+        for name, (carrier, transform) in self.carriers(frozenset(carried)).items():
             inertial = self.link[name].inertial
             if inertial is not None:
                 parts.setdefault(carrier, []).append((inertial, transform))
@@ -558,9 +550,9 @@ class Robot:
         return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
 
     def with_masses(self, more: Mapping[str, Sequence[Inertial]]) -> Robot:
-        """Return the robot with more masses in links, by the name of the link, each at its pose in that.
+        """Return the robot with more masses in links, by the name of the link, for ``adds`` of plug-ins.
 
-        A name of no link is left to the rules. Raises ValueError where a sum is no number.
+        Names of unknown links are ignored. Raises ValueError where a sum overflows.
         """
 
         def heavier(link: Link) -> Link:
@@ -568,27 +560,3 @@ class Robot:
             return replace(link, inertial=together([(one, Transform()) for one in parts]))
 
         return replace(self, links=tuple(heavier(link) if more.get(link.name) else link for link in self.links))
-
-    def as_said(self) -> Robot:
-        """Return the robot without what its sections add to it: what they say is in ``sections`` all the same."""
-        return self.sections.without or self
-
-    def below(self, link: str) -> tuple[str, ...]:
-        """Return a link and all links that joints lead to from it, each once; ends on any graph."""
-        found: dict[str, None] = {}
-        waiting = [link]
-        while waiting:
-            name = waiting.pop()
-            if name not in found:
-                found[name] = None
-                waiting += [joint.child for joint in self.joints_from.get(name, ())]
-        return tuple(found)
-
-    def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
-        """Yield the links joined to a link by one fixed joint, and where they sit in it; children before the parent."""
-        for joint in self.joints_from.get(link, ()):
-            if joint.is_fixed:
-                yield joint.child, joint.origin.transform()
-        above = self.joint_to.get(link)
-        if above is not None and above.is_fixed:
-            yield above.parent, above.origin.transform().inverse()

@@ -1,9 +1,8 @@
 """Servo groups: convert servo pulses to joint positions and back.
 
-A group says how: position = (pulse - zero_pulse) * rad_per_pulse, with the sign turned if it is flipped. The driver
-reads the same numbers from its model (``pulse_to_rad`` of robot_model.json). Positions are radians, of a joint that
-slides metres. A position between two pulses goes to the nearer one; in the very middle, to the one that is nearer to
-the zero pulse.
+position = (pulse - zero_pulse) * rad_per_pulse, negated if the group is flipped. The driver reads the same numbers from
+its model (``pulse_to_rad`` of robot_model.json). Positions are radians, or metres of a prismatic joint. A position
+between two pulses is rounded to the nearer one, or in the middle to the one nearer to the zero pulse.
 """
 
 from __future__ import annotations
@@ -23,10 +22,25 @@ if TYPE_CHECKING:
     from .joint import Limit
     from .robot import Robot
 
+# Of a pulse: a limit that was computed from a pulse is at that pulse.
+ROUNDING = 1e-6
+
+
+class NoServo(UnknownName):
+    """There is no such joint, or it has no servo; the message lists those that have one."""
+
+
+class NoPulse(ValueError):
+    """A pulse that does not exist, or a position that no pulse gives; the message has the range."""
+
+
+class NoModel(ValueError):
+    """A file that is not a model of the driver; the message says why."""
+
 
 @dataclass(frozen=True)
 class ServoGroup:
-    """Servos whose pulses map to joint angles: radians = sign * (pulse - zero_pulse) * rad_per_pulse."""
+    """Servos whose pulses map to joint positions: radians = sign * (pulse - zero_pulse) * rad_per_pulse."""
 
     name: str
     joints: tuple[str, ...]
@@ -37,25 +51,17 @@ class ServoGroup:
     source: Source = NO_SOURCE
 
     def radians(self, pulse: int) -> float:
-        """Return the joint angle of a pulse; a flipped servo turns against its pulses."""
+        """Return the joint position of a pulse (rad or m)."""
         difference = self.zero_pulse - pulse if self.flipped else pulse - self.zero_pulse
         return difference * self.rad_per_pulse
 
-
-# Of a pulse: a limit that was computed from a pulse is at that pulse.
-ROUNDING = 1e-6
-
-
-class NoServo(UnknownName):
-    """There is no such joint, or it has no servo; the message says which have one."""
-
-
-class NoPulse(ValueError):
-    """A pulse that does not exist, or a position that no pulse gives; the message says what there is."""
+    def exact_pulse(self, position: float) -> float:
+        """Return the pulse of a position (rad or m), not rounded."""
+        return position / self.rad_per_pulse * (-1 if self.flipped else 1) + self.zero_pulse
 
 
 class Nearest(NamedTuple):
-    """The pulse nearest to a position: what position it gives, and how far that is off (given minus asked)."""
+    """The pulse nearest to a position, its position (rad or m), and the difference (its position minus requested)."""
 
     pulse: int
     position: float
@@ -75,17 +81,12 @@ def servo_of(robot: Robot, joint: str) -> ServoGroup:
 
 
 def to_radians(robot: Robot, pulses: Mapping[str, int]) -> dict[str, float]:
-    """Return the joint positions of pulses, by joint name. Raises NoServo, NoPulse."""
+    """Return the joint positions (rad or m) of pulses, by joint name. Raises NoServo, NoPulse."""
     return {joint: position_of(servo_of(robot, joint), pulse, joint) for joint, pulse in pulses.items()}
 
 
-def to_pulses(robot: Robot, positions: Mapping[str, float]) -> dict[str, Nearest]:
-    """Return the nearest pulses of joint positions, by joint name. Raises NoServo, NoPulse."""
-    return {joint: nearest(servo_of(robot, joint), position, joint) for joint, position in positions.items()}
-
-
 def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
-    """Return the position that a pulse gives. Raises NoPulse if it is no whole number or outside the pulse range."""
+    """Return the position (rad or m) of a pulse. Raises NoPulse if it is not an integer or outside the pulse range."""
     low, high = group.pulse_range
     if not isinstance(pulse, Integral) or not low <= pulse <= high:
         why = "outside the range" if isinstance(pulse, Integral) else "a pulse is a whole number"
@@ -94,37 +95,33 @@ def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
 
 
 def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
-    """Return the pulse nearest to a position. Raises NoPulse where that lies outside the pulse range."""
+    """Return the pulse nearest to a position (rad or m). Raises NoPulse if it is outside the pulse range."""
     low, high = group.pulse_range
-    exact = position / group.rad_per_pulse * (-1 if group.flipped else 1) + group.zero_pulse
+    exact = group.exact_pulse(position)
     if not low - 0.5 <= exact <= high + 0.5:
         first, last = travel(group)
-        told = f"the pulses {low} to {high} give {first:.6g} to {last:.6g}"
-        raise NoPulse(f"no pulse gives the position {position:.6g}{_of(joint)}: {told}")
-    around = {min(max(math.floor(exact), low), high), min(max(math.ceil(exact), low), high)}
-    pulse = min(around, key=lambda one: (abs(group.radians(one) - position), abs(one - group.zero_pulse)))
-    given = group.radians(pulse)
-    return Nearest(pulse, given, given - position)
+        span = f"the pulses {low} to {high} give {first:.6g} to {last:.6g}"
+        raise NoPulse(f"no pulse gives the position {position:.6g}{_of(joint)}: {span}")
+    candidates = {min(max(math.floor(exact), low), high), min(max(math.ceil(exact), low), high)}
+    pulse = min(candidates, key=lambda one: (abs(group.radians(one) - position), abs(one - group.zero_pulse)))
+    return Nearest(pulse, group.radians(pulse), group.radians(pulse) - position)
 
 
 def travel(group: ServoGroup) -> tuple[float, float]:
-    """Return the smallest and the largest position that pulses give."""
+    """Return the smallest and the largest position (rad or m) of the pulses."""
     first, last = (group.radians(pulse) for pulse in group.pulse_range)
     return min(first, last), max(first, last)
 
 
 def within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:
-    """Return the smallest and the largest pulse within the limits of a joint; None if there is none."""
+    """Return the smallest and the largest pulse within the limits of a joint, or None if there is none."""
     low, high = group.pulse_range
-    bounds = (limit.lower, limit.upper) if limit is not None else (None, None)
-    for bound, upper in zip(bounds, (False, True), strict=True):
-        if bound is None:
-            continue
-        exact = bound / group.rad_per_pulse * (-1 if group.flipped else 1) + group.zero_pulse
+    for bound, is_upper in ((limit.lower, False), (limit.upper, True)) if limit is not None else ():
+        exact = math.inf if bound is None else group.exact_pulse(bound)
         if not math.isfinite(exact):
             continue
-        # The upper limit bounds the pulses above where they count with the position, below where against it.
-        if upper is (group.flipped == (group.rad_per_pulse < 0)):
+        # The upper limit bounds the pulses above if they increase with the position, otherwise below.
+        if is_upper is (group.flipped == (group.rad_per_pulse < 0)):
             high = min(high, math.floor(exact + ROUNDING))
         else:
             low = max(low, math.ceil(exact - ROUNDING))
@@ -135,12 +132,8 @@ def _of(joint: str) -> str:
     return f' of joint "{joint}"' if joint else ""
 
 
-class NoModel(ValueError):
-    """A file that is no model of the driver; the message says why."""
-
-
 class Compared(NamedTuple):
-    """How many pulses of how many joints a model of the driver was asked for, and what it says otherwise."""
+    """The number of joints and pulses that were compared with a model of the driver, and the differences."""
 
     joints: int
     pulses: int
@@ -148,32 +141,11 @@ class Compared(NamedTuple):
 
 
 def against_model(robot: Robot, content: bytes) -> Compared:
-    """Hold the driver's model (robot_model.json) against the description: each pulse of each of its joints.
+    """Compare the driver's model (robot_model.json) with the description: each pulse of each of its joints.
 
     The driver computes (pulse - zero) * rad_per_pulse, or (zero - pulse) * rad_per_pulse if flipped. Equal means the
     same double. Raises NoModel.
     """
-    model = _model(content)
-    differences: list[str] = []
-    pulses = 0
-    for joint in model.joints:
-        try:
-            group = servo_of(robot, joint)
-        except NoServo as problem:
-            differences.append(str(problem.args[0]))
-            continue
-        low, high = group.pulse_range
-        pulses += high - low + 1
-        apart = [pulse for pulse in range(low, high + 1) if model.radians(pulse) != group.radians(pulse)]
-        if apart:
-            first = apart[0]
-            told = f"pulse {first} is {model.radians(first)!r} there, {group.radians(first)!r} in the description"
-            differences.append(f'joint "{joint}": {told} ({len(apart):,} of {high - low + 1:,} pulses differ)')
-    return Compared(len(model.joints), pulses, tuple(differences))
-
-
-def _model(content: bytes) -> ServoGroup:
-    """Return the calibration in a model of the driver; its pulse range is empty, for it says none."""
     try:
         entry = json_of(content)["pulse_to_rad"]
         joints, rad, zero, flipped = (entry[key] for key in ("joints", "rad_per_pulse", "zero", "flipped"))
@@ -183,4 +155,20 @@ def _model(content: bytes) -> ServoGroup:
     numbers = all(isinstance(number, (int, float)) and not isinstance(number, bool) for number in (rad, zero))
     if not (names and numbers and isinstance(flipped, bool)):
         raise NoModel("its pulse_to_rad has values of other kinds than a list of names, two numbers, true or false")
-    return ServoGroup("model", tuple(joints), rad, zero, flipped, (0, 0))
+    model = ServoGroup("model", tuple(joints), rad, zero, flipped, (0, 0))
+    differences: list[str] = []
+    count = 0
+    for joint in model.joints:
+        try:
+            group = servo_of(robot, joint)
+        except NoServo as problem:
+            differences.append(str(problem.args[0]))
+            continue
+        low, high = group.pulse_range
+        count += high - low + 1
+        unequal = [pulse for pulse in range(low, high + 1) if model.radians(pulse) != group.radians(pulse)]
+        if unequal:
+            first = unequal[0]
+            values = f"pulse {first} is {model.radians(first)!r} there, {group.radians(first)!r} in the description"
+            differences.append(f'joint "{joint}": {values} ({len(unequal):,} of {high - low + 1:,} pulses differ)')
+    return Compared(len(model.joints), count, tuple(differences))

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import count
-from typing import NamedTuple
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .simulation import Contact, Values
@@ -111,83 +110,46 @@ class HeightMap:
 
     def boxes(self, form: str = ROWS) -> tuple[Box, ...]:
         """Return the body as boxes: in ``rows``, ``merged`` or ``grounded``."""
-        if form not in self._made:
-            self._made[form] = self._boxes(form)
-        return self._made[form]
+        if form not in self._boxes:
+            layers = [[self._layer(i, j, form) for j in range(len(row))] for i, row in enumerate(self.heights)]
+            boxes = _rectangles(layers, grow=form == MERGED)
+            if form == MERGED:  # grown along y instead, if these are fewer
+                turned = _rectangles(list(zip(*layers, strict=True)), grow=True)
+                if len(turned) < len(boxes):
+                    boxes = [(left, top, right, under, layer) for top, left, under, right, layer in turned]
+                boxes.sort()
+            (x, y), c = self.origin, self.cell
+            self._boxes[form] = tuple(
+                Box((x + top * c, y + left * c, low), (x + under * c, y + right * c, high))
+                for top, left, under, right, (low, high) in boxes
+            )
+        return self._boxes[form]
 
-    @cached_property  # each format asks for them, and the proof of what it wrote
-    def _made(self) -> dict[str, tuple[Box, ...]]:
+    @cached_property  # each format uses them, and the proof of what it wrote
+    def _boxes(self) -> dict[str, tuple[Box, ...]]:
         return {}
 
-    def _boxes(self, form: str) -> tuple[Box, ...]:
-        known: dict[tuple[float, float], _Layer | None] = {}  # a map has few heights
-        layers: list[list[_Layer | None]] = []
-        for i, row in enumerate(self.heights):
-            layers.append([])
-            for j, height in enumerate(row):
-                cell = height, self.bottom_of(i, j)
-                if cell not in known:
-                    known[cell] = self._layer(height, cell[1], form) if height > 0 else None
-                layers[i].append(known[cell])
-        x0, y0 = self.origin
-        made = []
-        for rectangle in _merged(layers) if form == MERGED else _runs(layers):
-            low, high = rectangle.value
-            lower = (x0 + rectangle.top * self.cell, y0 + rectangle.left * self.cell, low)
-            made.append(Box(lower, (x0 + rectangle.under * self.cell, y0 + rectangle.right * self.cell, high)))
-        return tuple(made)
-
-    def _layer(self, height: float, bottom: float, form: str) -> _Layer | None:
-        """Return from where to where the body reaches in a cell (m), as the boxes have it; None if there is none."""
-        high = round(_steps(height, self.step) * self.step, 12)
+    def _layer(self, i: int, j: int, form: str) -> tuple[float, float] | None:
+        """Return the lower and upper end of the body in a cell (m) as boxes have it, or None."""
+        height, low = self.heights[i][j], self.bottom_of(i, j)
+        if height <= 0:
+            return None
+        high = round(math.ceil(height / self.step - 1e-6) * self.step, 12)  # without a step for rounding
         if form == GROUNDED:
             return 0.0, high
-        low = bottom
         if not isinstance(self.bottom, (int, float)):
             low = round(math.floor(low / self.step + 1e-6) * self.step, 12)
-        return (low, high) if low < high and height > bottom else None
+        return (low, high) if low < high and self.is_body(i, j) else None
 
 
 _Layer = tuple[float, float]
+_Rectangle = tuple[int, int, int, int, _Layer]  # from row to before row, from column to before column
 
 
-class _Rectangle(NamedTuple):
-    """Cells of one value: from row ``top`` to before ``under``, from column ``left`` to before ``right``."""
-
-    top: int
-    left: int
-    under: int
-    right: int
-    value: _Layer
-
-
-def _runs(cells: Sequence[Sequence[_Layer | None]]) -> list[_Rectangle]:
-    """Return the runs of equal cells within each row, in order."""
-    made = []
-    for i, row in enumerate(cells):
-        start = 0
-        for j in range(1, len(row) + 1):
-            if j < len(row) and row[j] == row[start]:
-                continue
-            value = row[start]
-            if value is not None:
-                made.append(_Rectangle(i, start, i + 1, j, value))
-            start = j
-    return made
-
-
-def _merged(cells: Sequence[Sequence[_Layer | None]]) -> list[_Rectangle]:
-    """Return equal cells as rectangles: runs of rows grown along x, or of columns grown along y if these are fewer."""
-    across = _grown(cells)
-    turned = _grown(list(zip(*cells, strict=True)))
-    along = [_Rectangle(one.left, one.top, one.right, one.under, one.value) for one in turned]
-    return sorted(along) if len(along) < len(across) else sorted(across)
-
-
-def _grown(cells: Sequence[Sequence[_Layer | None]]) -> list[_Rectangle]:
-    """Return the runs of each row, each grown over the rows below as long as they have the same cells free."""
+def _rectangles(cells: Sequence[Sequence[_Layer | None]], grow: bool) -> list[_Rectangle]:
+    """Return the runs of equal cells of each row; ``grow`` extends each over the rows below that have the same free."""
     taken = [[False] * len(row) for row in cells]
-    made = []
+    made: list[_Rectangle] = []
     for i, row in enumerate(cells):
         left = 0
         while left < len(row):
@@ -198,20 +160,15 @@ def _grown(cells: Sequence[Sequence[_Layer | None]]) -> list[_Rectangle]:
             while right < len(row) and row[right] == value and not taken[i][right]:
                 right += 1
             under = i + 1
-            while under < len(cells) and all(
-                cells[under][j] == value and not taken[under][j] for j in range(left, right)
-            ):
+            while grow and under < len(cells):
+                if any(cells[under][j] != value or taken[under][j] for j in range(left, right)):
+                    break
                 under += 1
             for k in range(i, under):
                 taken[k][left:right] = [True] * (right - left)
-            made.append(_Rectangle(i, left, under, right, value))
+            made.append((i, left, under, right, value))
             left = right
     return made
-
-
-def _steps(height: float, step: float) -> int:
-    """Return the number of steps that reach the height; an exact multiple is not rounded up by float noise."""
-    return math.ceil(height / step - 1e-6) if height > 0 else 0
 
 
 Geometry = Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh | HeightMap
@@ -341,7 +298,13 @@ def volume_of(geometry: Geometry) -> float:
 
 
 def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
-    """Return the volume of a solid (m^3) and its moments about its middle for a mass of 1 (m^2)."""
+    """Return the volume of a solid (m^3) and its moments about its middle for a mass of 1 (m^2).
+
+    Box, cylinder and sphere: D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias".
+    Capsule: a cylinder and two half spheres, each with its centre of mass 3/8 of the radius from the flat side
+    (F. P. Beer, E. R. Johnston, "Vector Mechanics for Engineers: Statics", table of centroids of volumes).
+    Raises ValueError for a mesh or a height map.
+    """
     if isinstance(geometry, Box):
         x, y, z = geometry.size
         return x * y * z, ((y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12)
@@ -353,20 +316,17 @@ def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
         across = (3 * r * r + length * length) / 12
         return math.pi * r * r * length, (across, across, r * r / 2)
     if isinstance(geometry, Capsule):
-        return _capsule(geometry.radius, geometry.length)
+        r, length = geometry.radius, geometry.length
+        tube, ends = math.pi * r * r * length, 4 / 3 * math.pi * r**3
+        volume = tube + ends
+        along = (tube * r * r / 2 + ends * 2 / 5 * r * r) / volume
+        # A half sphere about its own centre: 2/5 r^2 about the flat side, less the way to that side (3/8 r), plus the
+        # way to the middle of the capsule (l/2 + 3/8 r).
+        end = 2 / 5 * r * r + length * length / 4 + 3 / 8 * r * length
+        across = (tube * (3 * r * r + length * length) / 12 + ends * end) / volume
+        return volume, (across, across, along)
     if isinstance(geometry, Ellipsoid):
         x, y, z = (radius * radius for radius in geometry.radii)
         return 4 / 3 * math.pi * math.prod(geometry.radii), ((y + z) / 5, (x + z) / 5, (x + y) / 5)
     what = "a mesh" if isinstance(geometry, Mesh) else type(geometry).__name__
     raise ValueError(f"the volume of {what} is not known")
-
-
-def _capsule(r: float, length: float) -> tuple[float, Vector]:
-    tube, ends = math.pi * r * r * length, 4 / 3 * math.pi * r**3
-    volume = tube + ends
-    along = (tube * r * r / 2 + ends * 2 / 5 * r * r) / volume
-    # A half sphere about its own centre: 2/5 r^2 about the flat side, less the way to that side (3/8 r), plus the
-    # way to the middle of the capsule (l/2 + 3/8 r).
-    end = 2 / 5 * r * r + length * length / 4 + 3 / 8 * r * length
-    across = (tube * (3 * r * r + length * length) / 12 + ends * end) / volume
-    return volume, (across, across, along)

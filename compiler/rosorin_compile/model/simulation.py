@@ -1,6 +1,6 @@
-"""What only a simulation has of links, joints, shapes and the base: actuators, contact, marks, and how the root stands.
+"""Values that only simulations use: actuators, contact, tendons, constraints, and the elements of sensors.
 
-Attributes that the language has no word for are kept under the names that MuJoCo gives them, in SI units (``Values``).
+Attributes that the language has no key for are kept under their names in MuJoCo, in SI units (``Values``).
 """
 
 from __future__ import annotations
@@ -8,11 +8,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 from .geometry import IDENTITY, Pose
-from .simulated import Attribute
 
+# The value of an attribute: a number in SI units, text, true or false, or several of them. None: left out.
+Attribute = float | str | bool | tuple[float | str | bool, ...] | None
 Values = Mapping[str, Attribute]
 Rename = Callable[[str], str]
 
@@ -21,24 +23,53 @@ _LINKS = frozenset(("body", "body1", "body2", "target", "site", "site1", "site2"
 _LINKS |= {"slidersite", "cranksite", "objname", "refname", "subtree1", "subtree2"}
 _JOINTS = frozenset(("joint", "joint1", "joint2", "jointinparent"))
 _SHAPES = frozenset(("geom", "geom1", "geom2"))
-# Names that the MJCF makes of that of a joint that moves in several ways, and of that of a link for its shapes.
-_ONE_WAY = re.compile(r"(.+)(_TX|_TY|_TZ|_RZ|_R)")
-_SHAPE = re.compile(r"(.+)(_(?:collision|visual)_\d+)")
+# The suffixes of the names that the MJCF derives from that of a joint with several coordinates, and of a link.
+_JOINT_SUFFIX = re.compile(r"(.+)(_TX|_TY|_TZ|_RZ|_R)")
+_SHAPE_SUFFIX = re.compile(r"(.+)(_(?:collision|visual)_\d+)")
 
 POSITION, VELOCITY, MOTOR, GENERAL = "position", "velocity", "motor", "general"
+SHARED_LAYER = "default"  # the contact layer of shapes that name no other
+SENSOR_ELEMENT, BODY_ELEMENT, TEMPLATE_ELEMENT = "sensor", "body", "template"
+AT_JOINT = "joint"
+CLASSIC = "classic"
 
-# The layer of shapes that say no other.
-SHARED_LAYER = "default"
+
+class Renames:
+    """New names of links and joints in attributes of MuJoCo, also where they are part of a name."""
+
+    def __init__(self, link: Rename, joint: Rename) -> None:
+        self.link = link
+        self._joint = joint
+
+    def joint(self, name: str) -> str:
+        """Return the new name of a joint, or of one of the several that MuJoCo has for it."""
+        return _rename(name, self._joint, _JOINT_SUFFIX)
+
+    def shape(self, name: str) -> str:
+        """Return the new name of a shape, which may contain that of its link."""
+        return _rename(name, self.link, _SHAPE_SUFFIX)
+
+    def values(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return attributes with the new names in them."""
+        made = dict(values)
+        for words, rename in ((_LINKS, self.link), (_JOINTS, self.joint), (_SHAPES, self.shape)):
+            made |= {word: rename(made[word]) for word in words & made.keys() if isinstance(made[word], str)}
+        return made
+
+
+def _rename(name: str, rename: Rename, suffix: re.Pattern[str]) -> str:
+    match = suffix.fullmatch(name)
+    return rename(match[1]) + match[2] if match and rename(name) == name else rename(name)
 
 
 @dataclass(frozen=True)
 class Actuator:
     """What drives a joint, a tendon, a site or a body.
 
-    ``targets`` are what it acts on by the word of MuJoCo (joint, tendon, site, refsite, ...); empty for one that stands
-    with its joint, whose name it has if ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or N/m,
-    N*s/m); ``damping`` is that of the drive, seen at the joint. ``range`` is what it can be asked for; None is what its
-    kind and joint say, and with ``unlimited`` anything. ``force`` is the smallest and largest force.
+    ``targets`` are what it acts on by MuJoCo's attribute (joint, tendon, site, refsite, ...); empty for the actuator of
+    a joint, which has the name of the joint if ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or
+    N/m, N*s/m); ``damping`` is that of the drive at the joint. ``range`` is that of its command: None is what its type
+    and joint imply, and ``unlimited`` is no limit. ``force`` is the smallest and largest force (N or N*m).
     """
 
     type: str = POSITION
@@ -55,18 +86,18 @@ class Actuator:
     mjcf: Values = field(default_factory=dict, hash=False)
 
     def renamed(self, link: Rename, joint: Rename) -> Actuator:
-        """Return it with other names of links and joints."""
+        """Return it with new names of links and joints."""
         return replace(self, targets=Renames(link, joint).values(self.targets))
 
     @property
     def holds_position(self) -> bool:
-        """Whether it is asked for a position, and holds it."""
+        """Whether its command is a position."""
         return self.type == POSITION
 
 
 @dataclass(frozen=True)
 class Contact:
-    """How a shape touches: the layers that it is on and those that it touches (None: the shared one), and how."""
+    """How a shape touches: the layers that it is on and those that it touches (None: the shared one), and values."""
 
     layers: tuple[str, ...] | None = None
     touches: tuple[str, ...] | None = None
@@ -74,15 +105,15 @@ class Contact:
 
     @property
     def sliding_friction(self) -> float | None:
-        """The coefficient of sliding friction, the first of the three of MuJoCo; None if it is not given."""
-        given = self.values.get("friction")
-        first = given[0] if isinstance(given, tuple) and given else given
+        """The coefficient of sliding friction, the first of MuJoCo's three, or None."""
+        friction = self.values.get("friction")
+        first = friction[0] if isinstance(friction, tuple) and friction else friction
         return float(first) if isinstance(first, (int, float)) else None
 
 
 @dataclass(frozen=True)
 class Marked:
-    """Something that a link has in simulation alone: a site, a camera or a light (``tag``), where it sits in it."""
+    """A site, a camera or a light (``tag``) of a link, at ``pose`` in it."""
 
     tag: str
     name: str
@@ -92,10 +123,10 @@ class Marked:
 
 @dataclass(frozen=True)
 class Root:
-    """How the root link stands in the world, and what a free joint there is called and does.
+    """The pose of the root link in the world, and the name and attributes of a free joint there.
 
-    ``placed`` says that the description says its pose: a free base that has none stands on the floor (``standing``).
-    ``world`` says that it is no body in the world, but the world itself.
+    ``placed``: the description has the pose; a free base without one stands on the floor (``rest_pose``). ``world``: it
+    is not a body in the world, but the world itself.
     """
 
     pose: Pose = IDENTITY
@@ -108,30 +139,97 @@ class Root:
 AT_ORIGIN = Root()
 
 
-class Renames:
-    """Other names of links and joints in what a simulation has, also where they are part of a name."""
+@dataclass(frozen=True)
+class Entry:
+    """An entry of one of MuJoCo's lists, such as constraints or sensors: its element, name and attributes."""
 
-    def __init__(self, link: Rename, joint: Rename) -> None:
-        self.link = link
-        self._joint = joint
+    tag: str
+    name: str
+    values: Values = field(default_factory=dict, hash=False)
 
-    def joint(self, name: str) -> str:
-        """Return the other name of a joint, or of one of the several that MuJoCo has for it."""
-        return _in_one(name, self._joint, _ONE_WAY)
-
-    def shape(self, name: str) -> str:
-        """Return the other name of a shape, which may have that of its link."""
-        return _in_one(name, self.link, _SHAPE)
-
-    def values(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return attributes with the other names in them."""
-        by_word = ((_LINKS, self.link), (_JOINTS, self.joint), (_SHAPES, self.shape))
-        made = dict(values)
-        for words, rename in by_word:
-            made |= {word: rename(made[word]) for word in words & made.keys() if isinstance(made[word], str)}
-        return made
+    def renamed(self, link: Rename, joint: Rename) -> Entry:
+        """Return it with new names of links and joints."""
+        return replace(self, values=Renames(link, joint).values(self.values))
 
 
-def _in_one(name: str, rename: Rename, made: Any) -> str:
-    found = None if rename(name) != name else made.fullmatch(name)
-    return rename(found[1]) + found[2] if found else rename(name)
+@dataclass(frozen=True)
+class Replicas:
+    """Copies of an element: how many, and the pose of each relative to the previous one."""
+
+    count: int
+    step: Pose
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """An element of the MJCF for a sensor.
+
+    ``kind`` is SENSOR_ELEMENT (in the list of sensors), BODY_ELEMENT (in the body of ``link``) or TEMPLATE_ELEMENT
+    (text of a template, in that body, or in ``section`` of the file). ``element`` is the name of the element, or the
+    file of the template. ``pose`` is its pose in the link; None is the link's own frame.
+    """
+
+    kind: str
+    element: str
+    name: str
+    link: str
+    pose: Pose | None = None
+    attributes: Mapping[str, Attribute] = field(default_factory=dict)
+    replicas: Replicas | None = None
+    section: str = ""
+
+    @property
+    def site(self) -> str:
+        """The site that a sensor element measures at: that of its link, or its own if it has a pose."""
+        return self.link if self.pose is None else f"{self.name}_site"
+
+
+@dataclass(frozen=True)
+class SdfElement:
+    """An element of SDF: a value, or attributes and elements. Numbers are in SI units."""
+
+    name: str
+    value: float | str | bool | None = None
+    attributes: Mapping[str, float | str | bool] = field(default_factory=dict)
+    elements: tuple[SdfElement, ...] = ()
+
+    def words(self) -> Any:
+        """Return it like a description has it: a value, or a mapping of attributes and elements."""
+        if self.value is not None:
+            return self.value
+        attributes = {"attributes": dict(self.attributes)} if self.attributes else {}
+        return {**attributes, **{element.name: element.words() for element in self.elements}}
+
+
+@dataclass(frozen=True)
+class GazeboSensor:
+    """A ``<sensor>`` of SDF, at ``pose`` in ``link``, with the axes of Gazebo (a camera looks along x, z is up).
+
+    With ``at_joint``, ``link`` is the name of a joint. Messages carry the frame ``stamp``. ``feels`` is the link whose
+    shapes a contact sensor observes. ``without`` are names of elements that the description leaves out.
+    """
+
+    type: str
+    name: str
+    link: str
+    pose: Pose = IDENTITY
+    stamp: str = ""
+    elements: tuple[SdfElement, ...] = ()
+    at_joint: bool = False
+    feels: str = ""
+    without: frozenset[str] = frozenset()
+
+    # The element that names the frame of its messages, by reader. SDF up to 1.11 has none; in Gazebo classic a plug-in
+    # sets the frame.
+    FRAME_ELEMENTS: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
+    )
+    # The names of types and elements in Gazebo classic where they differ (gazebo11:gazebo/sensors).
+    CLASSIC_NAMES: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
+    )
+
+    def in_classic(self) -> GazeboSensor:
+        """Return it with the names of Gazebo classic."""
+        elements = (replace(item, name="ray" if item.name == "lidar" else item.name) for item in self.elements)
+        return replace(self, type=self.CLASSIC_NAMES.get(self.type, self.type), elements=tuple(elements))

@@ -1,7 +1,7 @@
 """scene: a world for the MJCF of a robot, so that a person who opens it in MuJoCo sees the robot in light, on a floor.
 
 It includes the MJCF, which has the robot and nothing else. The floor is at z = 0, where the MJCF puts a free base (see
-``model.standing``); below a robot that is held lower, it is as low as that robot reaches. The camera ``overview`` and
+``model.rest_pose``); below a robot that is held lower, it is as low as that robot reaches. The camera ``overview`` and
 the free one of viewers are placed so that the robot fills the picture. MuJoCo looks for files that an included file
 names, such as meshes, from the folder of the including one: both must be in one folder.
 
@@ -112,7 +112,7 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     """
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.mesh_vertices import clouds_of
-    from rosorin_compile.model.standing import home_of, reach, stands_at
+    from rosorin_compile.mujoco.rest_pose import home_of, reach, stands_at
 
     home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
     at = stands_at(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Inertial, Link, Mesh, Vector
 from rosorin_compile.model.bounds import Bounds, ball_of, bounds_of
-from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.model.shape import volume_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import NUMBERS, rule
@@ -102,7 +101,7 @@ def _plausible(case: Case, link: Link) -> Iterator[Diagnostic]:
         yield from _density(case, link, path)
     if inertial.mass <= NO_MASS:
         return
-    moments = None if exists(case.tree, (*path, "of")) else principal_moments(inertial)
+    moments = None if exists(case.tree, (*path, "of")) else inertial.principal_moments
     if _is_usual(link, inertial, moments):
         return
     bounds, whole = _bounds(link)

@@ -106,7 +106,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
     drive = case.robot.drive
     if drive is None or not _is_sound(case, drive):
         return
-    from rosorin_compile.model.driving import axis_in_base
+    from rosorin_compile.model.drive import axis_in_base
 
     base = drive.frame or case.robot.root
     for role, joint, path in _named(case, drive):
@@ -150,7 +150,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
     drive = case.robot.drive
     if drive is None or not _is_sound(case, drive):
         return
-    from rosorin_compile.model.driving import place_in_base
+    from rosorin_compile.model.drive import place_in_base
 
     at = {name: place_in_base(case.robot, drive, name) for names in drive.joints.values() for name in names}
     found = list(_misplaced(case, drive, at))
@@ -195,7 +195,7 @@ def _misplaced(case: Case, drive: Drive, at: Mapping[str, Vector]) -> Iterator[D
 
 def _axle(case: Case, drive: Drive, at: Mapping[str, Vector]) -> Iterator[Diagnostic]:
     """Yield what is wrong with the axle that is not steered."""
-    from rosorin_compile.model.driving import steering_of
+    from rosorin_compile.model.drive import steering_of
 
     rolling = drive.joints.get("rolling", ())
     fixed = rolling or tuple(name for name in drive.wheels if not steering_of(case.robot, drive, name))
@@ -214,7 +214,7 @@ def _axle(case: Case, drive: Drive, at: Mapping[str, Vector]) -> Iterator[Diagno
 
 def _moves(case: Case) -> bool:
     """Say whether the speeds of the wheels say how the base moves."""
-    from rosorin_compile.model.driving import driving_of
+    from rosorin_compile.model.drive import driving_of
 
     try:
         driving_of(case.robot).velocity({})
@@ -242,7 +242,7 @@ def _uneven(case: Case, drive: Drive, at: Mapping[str, Vector]) -> Iterator[Diag
 
 def _radii(case: Case, drive: Drive) -> dict[str, float] | None:
     """Return the radii of the wheels (m); None where one is not known."""
-    from rosorin_compile.model.driving import rolling_radius
+    from rosorin_compile.model.drive import rolling_radius
 
     found = {name: drive.radius or rolling_radius(case.robot, name) for name in drive.wheels}
     known = {name: radius for name, radius in found.items() if radius}
@@ -265,7 +265,7 @@ def radii(case: Case) -> Iterator[Diagnostic]:
         message = f"the radius of the wheels is {number(drive.radius)} m"
         yield case.problem("drive-radius", message, ("drive", "radius"), "write a positive length")
         return
-    from rosorin_compile.model.driving import rolling_radius
+    from rosorin_compile.model.drive import rolling_radius
 
     for _, joint, path in _named(case, drive):
         if joint.name not in drive.wheels:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from functools import partial
 
 from rosorin_compile.model import Link
-from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 
@@ -55,7 +54,7 @@ def _physical(case: Case, link: Link) -> Iterator[Diagnostic]:
         message = f'the mass of link "{link.name}" is {number(inertial.mass)} kg; a mass is above zero'
         help = "leave inertial out for a frame without mass"
         yield case.problem("mass-not-positive", message, (*path, "mass"), help)
-    low, middle, high = principal_moments(inertial)
+    low, middle, high = inertial.principal_moments
     if high == low == 0 and not inertial.mass > 0:
         return
     moments = f"{number(low)}, {number(middle)} and {number(high)} kg*m^2"

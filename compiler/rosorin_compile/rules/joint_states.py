@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Joint, Robot
-from rosorin_compile.model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
+from rosorin_compile.model.kinematics import Position, Positions, position_of
 from rosorin_compile.model.servos import to_radians
+from rosorin_compile.model.tf2 import of_rows, rows_of_rpy
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, did_you_mean
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.rule_registry import ASKING, Rule
@@ -45,6 +46,17 @@ MAX_STATES = 100_000
 _WHOLE = re.compile(r"[+-]?[0-9]{1,9}")
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _TURNS = ("revolute", "continuous")
+# The numbers of a joint as people write them, and the dimension of each.
+FORMS: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "planar": (("x", "y", "angle"),),
+    "floating": (("x", "y", "z", "roll", "pitch", "yaw"), ("x", "y", "z", "qx", "qy", "qz", "qw")),
+    "ball": (("roll", "pitch", "yaw"), ("qx", "qy", "qz", "qw")),
+}
+KINDS = {
+    **dict.fromkeys(("x", "y", "z"), LENGTH),
+    **dict.fromkeys(("angle", "roll", "pitch", "yaw"), ANGLE),
+    **dict.fromkeys(("qx", "qy", "qz", "qw"), NUMBER),
+}
 
 
 class Beyond(NamedTuple):
@@ -105,7 +117,8 @@ def place(robot: Robot, name: str, text: str) -> Position:
         raise RequestError(f'joint "{name}" is {joint.type}: write {forms}')
     numbers = tuple(_number(joint, part, KINDS[key]) for part, key in zip(parts, form, strict=True))
     if "roll" in form:
-        return from_angles(numbers)
+        *xyz, roll, pitch, yaw = numbers
+        return (*xyz, *of_rows(rows_of_rpy((roll, pitch, yaw))))
     if "qw" in form and not any(numbers[-4:]):
         raise RequestError(f'the quaternion of joint "{name}" is zero: {text}')
     return numbers
@@ -206,7 +219,7 @@ def beyond(robot: Robot, state: Positions) -> Iterator[Beyond]:
             leader = robot.joint[leader.mimic.joint]
         if leader.name not in state or joint.limit is None or joint.type == "continuous":
             continue
-        here = at(robot, joint, state)
+        here = position_of(robot, joint, state)
         lower, upper = joint.limit.lower, joint.limit.upper
         if isinstance(here, tuple):
             continue

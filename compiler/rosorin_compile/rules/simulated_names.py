@@ -14,8 +14,7 @@ from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION, of_top
 from rosorin_compile.language.expand.naming import ENDS, KINDS, names_of
 from rosorin_compile.language.mentions import Mention, givers, mentions
 from rosorin_compile.model import Robot
-from rosorin_compile.model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
-from rosorin_compile.model.simulation import AT_ORIGIN
+from rosorin_compile.model.simulation import AT_ORIGIN, BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path

@@ -8,9 +8,8 @@ from typing import Literal
 
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Publisher, Robot
 from rosorin_compile.model.joint import NODE
-from rosorin_compile.model.kinematics.graph import Graph, NoWay
-from rosorin_compile.model.kinematics.lookup import Answer, lookup
-from rosorin_compile.model.kinematics.quaternions import Position
+from rosorin_compile.model.kinematics import Graph, NoWay, Position
+from rosorin_compile.model.tf2 import Answer, lookup
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, UnknownName, did_you_mean, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ASKING, Rule

@@ -30,8 +30,7 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.shape import ROWS
-from rosorin_compile.model.simulated import CLASSIC, GazeboSensor
-from rosorin_compile.model.simulator import Entry
+from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, first_of, quoted
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.rule_registry import Heading, Rule

@@ -27,8 +27,7 @@ from rosorin_compile.model import (
     Transform,
     Vector,
 )
-from rosorin_compile.model.joint import UNPUBLISHED
-from rosorin_compile.model.motion import plane_axes
+from rosorin_compile.model.joint import UNPUBLISHED, plane_axes
 from support.machines import BOX, LIMIT
 from support.urdf_robots import emit, link, numbers, parsed
 

@@ -11,7 +11,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 pinocchio = pytest.importorskip("pinocchio")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Link, Pose, Robot, Shape, Sphere, Transform  # noqa: E402
-from rosorin_compile.model.standing import stands_at  # noqa: E402
+from rosorin_compile.mujoco.rest_pose import stands_at  # noqa: E402
 from support.machines import BODY, chain, exact_urdf, machine, overlapping  # noqa: E402
 from support.simulator import BASES, at_origin, contacts, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
 

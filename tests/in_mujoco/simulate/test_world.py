@@ -14,7 +14,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Limit, Link, Output, Robot
 from rosorin_compile.model.drive import Drive
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.model.standing import home_of
+from rosorin_compile.mujoco.rest_pose import home_of
 from rosorin_compile.mujoco.simulate.scenarios import hold, poses_of, swept_joints
 from rosorin_compile.mujoco.simulate.world import (
     FIXED,

@@ -14,8 +14,8 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.language.lower import lower
-from rosorin_compile.model import Robot
-from rosorin_compile.model.moveit import Ball, DisabledCollision, Moveit, VirtualJoint
+from rosorin_compile.model import DisabledCollision, Robot
+from rosorin_compile.ros.moveit import Ball, Moveit, VirtualJoint
 from support.cases import as_xml_comment, check
 from support.commands import Shown
 from support.paths import DATA

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.model.kinematics.lookup import lookup
+from rosorin_compile.model.tf2 import lookup
 from support.commands import Shown, ask
 from support.robots import RECORDED, compiled
 

@@ -21,8 +21,7 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.model.kinematics.lookup import Answer, lookup
-from rosorin_compile.model.kinematics.quaternions import of_rows, rows_of_rpy, rpy
+from rosorin_compile.model.tf2 import Answer, lookup, of_rows, rows_of_rpy, rpy
 from rosorin_compile.rules.transform import _result
 from support.paths import DATA
 from support.robots import compiled

@@ -11,7 +11,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Set
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.model import Pose, Sensor
+from rosorin_compile.formats.gazebo_sensors import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
+from rosorin_compile.model import Pose
 from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.imu import with_noise
 
@@ -78,10 +79,10 @@ def _form(element: Element, above: tuple[str, ...], modern: bool) -> str:
     tag = ALIASES.get(element.tag, element.tag) if modern and len(above) == 1 else element.tag
     start = tag + "".join(f" {name}={_number(value)}" for name, value in sorted(element.attrib.items()))
     text = " ".join(map(_number, (element.text or "").split()))
-    text = Sensor.SDF_TRUTH.get(text, text) if tag in Sensor.SDF_FLAGS else text
+    text = SDF_TRUTH.get(text, text) if tag in SDF_FLAGS else text
     text = _pose(text) if tag == "pose" and not element.attrib else text
     if not len(element):
-        default = Sensor.SDF_DEFAULTS.get((above[-1], tag)) if above and not element.attrib else None
+        default = SDF_DEFAULTS.get((above[-1], tag)) if above and not element.attrib else None
         same = default is not None and text == (_pose(default) if tag == "pose" else _number(default))
         return "" if same else f"<{start}>{text}</>"
     inner = [(child.tag, _form(child, (*above, tag), modern)) for child in element]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Inertial, Joint, Pose, Robot, Sensor
 from rosorin_compile.model.geometry import IDENTITY, pose_of
-from rosorin_compile.model.simulated import CLASSIC, GazeboSensor
+from rosorin_compile.model.simulation import CLASSIC, GazeboSensor
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, vector
 from rosorin_compile.source.rule_registry import FORMATS, Rule

@@ -113,7 +113,7 @@ def too_much(problem: ValueError) -> Diagnostic:
 def standing_still(robot: Robot, carried: frozenset[str]) -> Iterator[Diagnostic]:
     """Yield a note on links whose mass is in the URDF, but not the joints that move it."""
     names = []
-    for name, (carrier, _) in robot.carriers(carried).items():
+    for name, (carrier, _) in robot.carriers(frozenset(carried)).items():
         if name != carrier and robot.link[name].inertial is not None and robot.moves_between(name, carrier):
             names.append(name)
     if names:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence, Set
 
 from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Transform, Vector
+from rosorin_compile.model.bounds import along
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, norm, pose_of
-from rosorin_compile.model.motion import plane_axes
+from rosorin_compile.model.joint import plane_axes
 from rosorin_compile.model.shape import ROWS, plain
-from rosorin_compile.model.standing import along
 
 _LAST = ("what the last set of frames leaves out",)
 _DIRECTIONS = 360  # around an axle, beside that of the middle of a shape: 40 um are missing at 1 m
@@ -67,7 +67,7 @@ def _lost_of(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tup
 def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[Shape, Transform]]]:
     """Return the shapes, no meshes, of what is not carried and turns on a wheel that is, by wheel, placed in it."""
     found: dict[str, list[tuple[Shape, Transform]]] = {}
-    for name, (carrier, place) in robot.carriers(carried).items():
+    for name, (carrier, place) in robot.carriers(frozenset(carried)).items():
         solids = robot.link[name].collision if name not in carried else ()
         joint = robot.joint_to.get(carrier)
         if solids and joint is not None and joint.type == "continuous" and robot.moves_between(name, carrier):

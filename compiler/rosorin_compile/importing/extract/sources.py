@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.model import Mesh, Robot
-from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
+from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, did_you_mean
@@ -84,7 +84,7 @@ class MeshSource:
         """Return a part for each mesh file. Raises RequestError, ExtractProblem."""
         parts: dict[str, Part] = {}
         for name in self.names:
-            mesh = TriangleMesh.load(Path(name), self.scale)
+            mesh = load_mesh(Path(name), self.scale)
             longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
             if longest > _LONGEST_PART:
                 message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
@@ -189,7 +189,7 @@ class RobotSource:
                 self.diagnostics.append(Diagnostic("mesh-missing", WARNING, message, span, (), help))
                 continue
             try:
-                mesh = TriangleMesh.load(Path(files.shown(path)), shape.geometry.scale)
+                mesh = load_mesh(Path(files.shown(path)), shape.geometry.scale)
             except ExtractProblem as problem:
                 self.diagnostics.append(replace(problem.diagnostic, severity=WARNING, span=span))
                 continue

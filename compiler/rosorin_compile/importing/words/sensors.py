@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.compare.proof import Tolerance
+from rosorin_compile.formats.gazebo_sensors import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
 from rosorin_compile.model import Robot, Sensor
 
 from .blocks import Unsayable, plain
@@ -101,8 +102,8 @@ def _value(element: Element, exact: bool) -> Any:
         raise Unsayable(f"an element is called <{element.tag}>")
     if (element.attrib or len(element)) and text:
         raise Unsayable(f"<{element.tag}> has a text beside attributes or elements")
-    if element.tag in Sensor.SDF_FLAGS and text in Sensor.SDF_TRUTH and not exact:
-        return Sensor.SDF_TRUTH[text] == "true"
+    if element.tag in SDF_FLAGS and text in SDF_TRUTH and not exact:
+        return SDF_TRUTH[text] == "true"
     if element.attrib or len(element) or not text:
         attributes = {name: plain(value) if exact else _scalar(value) for name, value in element.attrib.items()}
         return {**({"attributes": attributes} if attributes else {}), **_elements(element, exact)}
@@ -270,7 +271,7 @@ def _camera_words(camera: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(hfov, float) and math.radians(1) <= hfov <= _WIDEST:
         made["hfov"] = hfov
     for section, key in (("image", "width"), ("image", "height"), ("clip", "near"), ("clip", "far")):
-        value = _inner(camera, section).get(key, float(Sensor.SDF_DEFAULTS[section, key]))
+        value = _inner(camera, section).get(key, float(SDF_DEFAULTS[section, key]))
         if section == "image" and _is_count(value):
             made[key] = int(value)
         elif section == "clip" and _is_positive(value) and value >= _SMALLEST:
@@ -389,5 +390,5 @@ def _same(one: Any, other: Any) -> bool:
 def _is_default(path: tuple[str, ...], value: Any) -> bool:
     if isinstance(value, dict):
         return bool(value) and all(_is_default((*path, key), item) for key, item in value.items())
-    default = Sensor.SDF_DEFAULTS.get(path[-2:])
+    default = SDF_DEFAULTS.get(path[-2:])
     return default is not None and _same(value, _scalar(default))

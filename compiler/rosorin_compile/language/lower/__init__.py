@@ -30,7 +30,7 @@ from rosorin_compile.model import (
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.model.link import Source
-from rosorin_compile.model.simulated import (
+from rosorin_compile.model.simulation import (
     BODY_ELEMENT,
     SENSOR_ELEMENT,
     TEMPLATE_ELEMENT,

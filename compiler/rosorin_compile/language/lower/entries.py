@@ -9,8 +9,7 @@ from rosorin_compile.model import Limit, Publisher
 from rosorin_compile.model.joint import NODE, Calibration, Dynamics, Mimic, SafetyController
 from rosorin_compile.model.link import NO_SOURCE, Source
 from rosorin_compile.model.shape import Material, Rgba
-from rosorin_compile.model.simulated import Attribute
-from rosorin_compile.model.simulation import Actuator
+from rosorin_compile.model.simulation import Actuator, Attribute
 
 from ..schema import fragment_at
 from .plainly import record_of

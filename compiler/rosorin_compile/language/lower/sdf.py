@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Link, Pose, Transform
 from rosorin_compile.model.bounds import bounds_of
 from rosorin_compile.model.geometry import IDENTITY, pose_of
-from rosorin_compile.model.simulated import AT_JOINT, GazeboSensor, SdfElement, Simulated
+from rosorin_compile.model.simulation import AT_JOINT, GazeboSensor, SdfElement, Simulated
 
 from ..expand.sensor_types import ChangedSensor
 from .plainly import pose_of_entry

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rosorin_compile.model.simulated import Attribute
-from rosorin_compile.model.simulation import Contact, Marked, Root
+from rosorin_compile.model.simulation import Attribute, Contact, Marked, Root
 
 from .entries import attribute_of, values_of
 from .plainly import pose_of_entry

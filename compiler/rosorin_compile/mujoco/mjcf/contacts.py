@@ -28,9 +28,9 @@ from typing import NamedTuple
 from rosorin_compile.model import Joint, Link, Mesh, Robot, Transform, Vector
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, norm, unit
-from rosorin_compile.model.motion import motion, plane_axes
+from rosorin_compile.model.joint import motion, plane_axes
 from rosorin_compile.model.shape import MERGED
-from rosorin_compile.model.touching import NEAR, Solid, Touching, around
+from rosorin_compile.mujoco.mjcf.proximity import NEAR, Solid, Touching, solid_of
 
 from .bodies import body_name, weld_groups
 from .height_fields import solids
@@ -133,7 +133,7 @@ def _places(robot: Robot) -> dict[str, Transform]:
 def _geoms(link: Link, form: str) -> list[Geom]:
     """Return the collision shapes of a link that become geoms and have a known size."""
     shapes = (solid for shape in link.collision for solid in solids(shape, form))
-    every = ((number, around(shape)) for number, shape in enumerate(shapes, start=1) if has_volume(shape.geometry))
+    every = ((number, solid_of(shape)) for number, shape in enumerate(shapes, start=1) if has_volume(shape.geometry))
     return [Geom(link.name, number, solid) for number, solid in every if solid is not None]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rosorin_compile.model import Inertial, Robot
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.mass import Inertia, along_link, principal_moments
+from rosorin_compile.model.mass import Inertia, along_link
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more
 from rosorin_compile.source.rule_registry import Heading, Rule
 
@@ -110,7 +110,7 @@ def _massless(robot: Robot, free: bool) -> Iterator[Diagnostic]:
 
 
 def _is_body(inertial: Inertial) -> bool:
-    return inertial.mass >= LEAST and principal_moments(inertial)[0] >= LEAST
+    return inertial.mass >= LEAST and inertial.principal_moments[0] >= LEAST
 
 
 def _impossible(robot: Robot) -> Iterator[Diagnostic]:
@@ -119,7 +119,7 @@ def _impossible(robot: Robot) -> Iterator[Diagnostic]:
     for link in robot.links:
         if link.inertial is None or id(link.inertial) in fine or not has_mass(link.inertial):
             continue
-        low, middle, high = principal_moments(link.inertial)
+        low, middle, high = link.inertial.principal_moments
         products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
         taken_for_zero = link.inertial.mass < 0 or (low < 0 and not products)
         if taken_for_zero:

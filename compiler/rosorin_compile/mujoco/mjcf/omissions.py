@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from rosorin_compile.model import Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Sphere
 from rosorin_compile.model.shape import MERGED
-from rosorin_compile.model.simulated import SENSOR_ELEMENT, Simulated
+from rosorin_compile.model.simulation import SENSOR_ELEMENT, Simulated
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, first_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import cannot_carry
 from rosorin_compile.formats.imported import LeftOut
 from rosorin_compile.model import Vector
-from rosorin_compile.model.motion import plane_axes
+from rosorin_compile.model.joint import plane_axes
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, and_here
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Output, Robot
-from rosorin_compile.model.simulated import Attribute
-from rosorin_compile.model.simulation import GENERAL, MOTOR, VELOCITY, Actuator
+from rosorin_compile.model.simulation import GENERAL, MOTOR, VELOCITY, Actuator, Attribute
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.rule_registry import Heading, Rule

@@ -56,11 +56,10 @@ from rosorin_compile.model import (
     Vector,
 )
 from rosorin_compile.model.looks import colours_of
-from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.model.mesh_vertices import clouds_of
 from rosorin_compile.model.shape import Material
-from rosorin_compile.model.simulated import Attribute
-from rosorin_compile.model.standing import home_of, stands_at
+from rosorin_compile.model.simulation import Attribute
+from rosorin_compile.mujoco.rest_pose import home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
@@ -335,7 +334,7 @@ class _Printer:
         pos, mass, six = vector(inertial.pose.xyz, self.number), self.number(inertial.mass), along_link_of(inertial)
         if not any(six[3:]):
             return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed(self.number, six)[:3]))
-        if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not has_products(inertial):
+        if inertial.principal_moments[0] < LEAST_EIGENVALUE and not has_products(inertial):
             own = " ".join(inertial.printed(self.number)[:3])
             return attributes(**{"pos": pos, **self.place(inertial.pose), "mass": mass, "diaginertia": own})
         return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed(self.number, six)))

@@ -10,11 +10,10 @@ from collections.abc import Callable, Sequence
 from rosorin_compile.formats.templating import attributes
 from rosorin_compile.model import Joint, Pose, Robot, Vector
 from rosorin_compile.model.geometry import pose_of
-from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.model.motion import plane_axes
+from rosorin_compile.model.joint import Dynamics, plane_axes
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.model.simulated import Attribute
-from rosorin_compile.model.standing import HOME, home_of
+from rosorin_compile.model.simulation import Attribute
+from rosorin_compile.mujoco.rest_pose import HOME, home_of
 from rosorin_compile.source.numbers import NumberFormat, numbers, vector
 from rosorin_compile.source.xml.escaping import Markup
 

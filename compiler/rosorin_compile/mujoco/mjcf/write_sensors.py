@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Pose, Robot, Sensor
-from rosorin_compile.model.simulated import (
+from rosorin_compile.model.simulation import (
     BODY_ELEMENT,
     SENSOR_ELEMENT,
     TEMPLATE_ELEMENT,

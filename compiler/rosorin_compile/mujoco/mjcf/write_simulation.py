@@ -10,9 +10,8 @@ from typing import NamedTuple
 from rosorin_compile.formats.templating import attributes
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.shape import Material
-from rosorin_compile.model.simulated import Attribute
-from rosorin_compile.model.simulation import Contact, Marked, Values
-from rosorin_compile.model.simulator import ContactPair, Entry, Tendon
+from rosorin_compile.model.simulation import Attribute, Contact, Entry, Marked, Values
+from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Tendon
 from rosorin_compile.source.numbers import NumberFormat
 from rosorin_compile.source.xml.escaping import Markup
 

@@ -16,7 +16,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Joint, Robot, Twist
-from rosorin_compile.model.standing import HOME, home_of
+from rosorin_compile.mujoco.rest_pose import HOME, home_of
 from rosorin_compile.source.progress import Progress
 
 from .world import FREE, POSITION, VELOCITY, SimulationDiverged, Touch, World, single_joints

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.control import JOINT_WORDS, POSITION, VELOCITY
+from rosorin_compile.ros.sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
 from rosorin_compile.source.diagnostics import WARNING, did_you_mean, listed, nearest, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 

@@ -12,9 +12,8 @@ from itertools import takewhile
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Controller, Edge, Robot
-from rosorin_compile.model.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY
-from rosorin_compile.model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
-from rosorin_compile.model.driving import Driving, Wheel, driving_of
+from rosorin_compile.model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE, Driving, Wheel, driving_of
+from rosorin_compile.ros.sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 
 from ..parameters import tables
 from .types import SHORT, full

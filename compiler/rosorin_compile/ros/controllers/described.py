@@ -8,7 +8,7 @@ from typing import Any
 
 from rosorin_compile.formats.distributions import described_by, title
 from rosorin_compile.model import Edge, Output, Robot
-from rosorin_compile.model.control import POSITION, VELOCITY
+from rosorin_compile.ros.sections.control.hardware import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.tf_tree import is_tree
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted

@@ -12,7 +12,6 @@ from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
 from rosorin_compile.formats.distributions import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Output, Robot
-from rosorin_compile.model.controllers import flat
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import Heading, Rule
 
@@ -20,6 +19,7 @@ from ..parameters import files
 from ..parameters.files import Node, asked
 from ..parameters.tables import MANAGER, Kind, controller, manager
 from ..parameters.values import converted
+from ..sections.controllers import flat
 from .derived import Derived, derived
 from .types import full
 

@@ -12,9 +12,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
-from rosorin_compile.model.footprint import CORNERS, Footprint, footprint, padded, solids
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
-from rosorin_compile.model.tucked import left_out
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -23,6 +21,7 @@ from ..controllers.derived import owned
 from ..controllers.topics import Driver, drivers
 from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of
 from ..parameters.files import Node, Parameters, asked, parameters_of, text
+from .footprint import CORNERS, Footprint, footprint, left_out, padded, solids
 from .scans import PLANAR, scan_topic, seen_by_slam, topic_of
 
 RULES = (

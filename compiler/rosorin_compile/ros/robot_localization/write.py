@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.model.driving import driving_of
+from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error, listed, quoted, swaps
 from rosorin_compile.source.rule_registry import Heading, Rule

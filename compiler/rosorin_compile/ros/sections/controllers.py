@@ -9,7 +9,7 @@ from rosorin_compile.language.annotations import named_as
 from rosorin_compile.language.lower.entries import Problem, entries_of
 from rosorin_compile.language.lower.plainly import record_of
 from rosorin_compile.language.misnamed import name_meant
-from rosorin_compile.model.controllers import Controller, flat
+from rosorin_compile.model import Controller
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -28,6 +28,21 @@ def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...
         )
         for name, entry in entries_of(tree, "controllers")
     )
+
+
+def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return nested parameters by their full keys.
+
+    >>> flat({"a": {"b": 1, "c.d": 2}})
+    {'a.b': 1, 'a.c.d': 2}
+    """
+    found: dict[str, Any] = {}
+    for key, value in params.items():
+        if isinstance(value, Mapping):
+            found |= flat(value, f"{above}{key}.")
+        else:
+            found[f"{above}{key}"] = value
+    return found
 
 
 def _plain(value: Any) -> Any:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 
 from rosorin_compile.model import Joint, Output
-from rosorin_compile.model.moveit import EndEffector, Group
+from rosorin_compile.ros.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.tf_tree import is_tree
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, did_you_mean, first_of, quoted

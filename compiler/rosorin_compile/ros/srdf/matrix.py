@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import DisabledCollision, Mesh, Shape, Transform
-from rosorin_compile.model.moveit import Pair
+from rosorin_compile.ros.moveit import Pair
 from rosorin_compile.source.files import read_bytes
 
 if TYPE_CHECKING:

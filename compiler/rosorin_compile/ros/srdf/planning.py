@@ -16,8 +16,8 @@ from rosorin_compile.formats.urdf.solids import solids
 from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING
-from rosorin_compile.model.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.model.robot import JointPose
+from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 
 from . import matrix
 from .matrix import ordered

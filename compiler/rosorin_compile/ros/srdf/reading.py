@@ -14,8 +14,8 @@ from rosorin_compile.formats.format import Joined, Opened, Placed
 from rosorin_compile.formats.urdf.reading import Reading, correction, named
 from rosorin_compile.formats.urdf.values import ANGLES, LENGTHS, PLAIN, number_of, numbers
 from rosorin_compile.language.lower import lower
-from rosorin_compile.model import Output, Robot, Transform
-from rosorin_compile.model.moveit import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
+from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
+from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.source.diagnostics import Span, has_errors, nearest, quoted
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.xml.markup import Element
@@ -361,7 +361,7 @@ class _Joining:
             self.reading.ignored("a pair of links that is named a second time has no effect", element.span)
         else:
             reason = element.attributes.get("reason")
-            why = Placed(USER, element.span)
+            why = Placed(DisabledCollision.reason, element.span)
             if reason is not None and reason.value.strip():
                 why = Placed(reason.value.strip(), reason.span)
             links = Placed([one, other], element.span)

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import Output, Robot
-from rosorin_compile.model.moveit import FIXED, USER
+from rosorin_compile.model import DisabledCollision, Output, Robot
+from rosorin_compile.ros.moveit import FIXED
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from .matrix import ordered
@@ -149,7 +149,7 @@ def _spheres(element: Element, entries: Any, _: Any) -> None:
 
 
 def _disabled(element: Element, _: Any, sets: Any) -> None:
-    sets["disabled_collisions"].add(f"{_pair(element)} ({element.get('reason', USER)})")
+    sets["disabled_collisions"].add(f"{_pair(element)} ({element.get('reason', DisabledCollision.reason)})")
 
 
 def _pair(element: Element) -> str:

@@ -10,8 +10,8 @@ from typing import Any
 
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import DisabledCollision, Output, Pose, Robot
-from rosorin_compile.model.moveit import FIXED, PLANAR, Ball, Group
 from rosorin_compile.model.robot import JointPose
+from rosorin_compile.ros.moveit import FIXED, PLANAR, Ball, Group
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, error, first_of
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector
 from rosorin_compile.source.rule_registry import Heading, Rule

@@ -25,10 +25,10 @@ from rosorin_compile.model import (
     Shape,
     Sphere,
 )
+from rosorin_compile.model.field_of_view import numbers, placed, seen_by
 from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.model.seen import numbers, placed, seen_by
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.shape import Rgba
 

@@ -24,7 +24,7 @@ from rosorin_compile.viewer.showing import Shown, look
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot, Transform, Vector
-    from rosorin_compile.model.kinematics.quaternions import Position
+    from rosorin_compile.model.kinematics import Position
     from rosorin_compile.request import Request
 
     from .triangles import MeshParts

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from rosorin_compile.model.sections import Section
-from rosorin_compile.model.simulation import Actuator
-from rosorin_compile.model.simulator import ContactPair, Entry, Tendon
+from rosorin_compile.model.simulation import Actuator, Entry
+from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Tendon
 from rosorin_compile.source.rule_registry import checks_of
 
 from .lowering import (

@@ -14,9 +14,8 @@ from rosorin_compile.language.lower.entries import Problem, actuator_of, entries
 from rosorin_compile.language.lower.plainly import pose_of_entry
 from rosorin_compile.language.lower.simulation import others, reworded
 from rosorin_compile.model import Pose
-from rosorin_compile.model.simulated import Attribute
-from rosorin_compile.model.simulation import Actuator
-from rosorin_compile.model.simulator import ContactPair, Entry, Stop, Tendon
+from rosorin_compile.model.simulation import Actuator, Attribute, Entry
+from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Stop, Tendon
 
 TARGETS = {
     "joint": "joint",

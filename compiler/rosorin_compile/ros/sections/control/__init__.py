@@ -8,8 +8,16 @@ from typing import Any, TypeVar
 from rosorin_compile.language.lower.entries import Problem, entries_of
 from rosorin_compile.language.lower.plainly import plain, record_of
 from rosorin_compile.language.misnamed import name_meant
-from rosorin_compile.model.control import SENSOR_WORDS, SYSTEM, Block, Component, End, Interface, Transmission
 from rosorin_compile.model.sections import Section
+from rosorin_compile.ros.sections.control.hardware import (
+    SENSOR_WORDS,
+    SYSTEM,
+    Block,
+    Component,
+    End,
+    Interface,
+    Transmission,
+)
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of
 from rosorin_compile.source.rule_registry import Heading, rule

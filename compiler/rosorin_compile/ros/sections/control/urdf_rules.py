@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from rosorin_compile.formats.distributions import HUMBLE, title
 from rosorin_compile.formats.urdf.masses import joints_of
 from rosorin_compile.model import Joint, Output, Robot
-from rosorin_compile.model.control import (
+from rosorin_compile.ros.sections.control.hardware import (
     ACCELERATION,
     ACTUATOR,
     EFFORT,

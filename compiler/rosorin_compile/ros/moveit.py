@@ -1,25 +1,14 @@
-"""What MoveIt has to know of a robot beside its URDF: groups of joints, end effectors, pairs that need no check.
-
-Which joints a group has is a question about one URDF: the format ``srdf`` answers it (``planning``).
-"""
+"""The value of the section ``moveit``: planning groups, end effectors, and pairs of links that need no check."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
 
-from .geometry import Vector
-from .link import NO_SOURCE, Source
-
-ADJACENT, DEFAULT, ALWAYS, NEVER, USER = "Adjacent", "Default", "Always", "Never", "User"
-REASONS = (ADJACENT, DEFAULT, ALWAYS, NEVER, USER)
-"""The words that MoveIt has for why a pair of links is not checked; any other is read as User."""
+from rosorin_compile.model import DisabledCollision, Vector
+from rosorin_compile.model.link import NO_SOURCE, Source
 
 FIXED, PLANAR, FLOATING = "fixed", "planar", "floating"
-VIRTUAL_JOINT = "virtual_joint"  # its name, where none is given
-
-TRIALS, SEED, ALWAYS_SHARE, CLEARANCE = 10_000, 1, 0.95, 0.001
 
 Pair = tuple[str, str]
 
@@ -57,7 +46,7 @@ class VirtualJoint:
 
     type: str = ""
     parent: str = ""
-    name: str = VIRTUAL_JOINT
+    name: str = "virtual_joint"
 
 
 @dataclass(frozen=True)
@@ -69,36 +58,16 @@ class Ball:
 
 
 @dataclass(frozen=True)
-class DisabledCollision:
-    """A pair of links that is not checked, and why: ``reason`` is one of ``REASONS``, the words of MoveIt.
-
-    ``nearest`` is the smallest distance that was seen (m, below zero inside each other), ``beyond`` one that was never
-    reached; None where nobody looked.
-    """
-
-    ADJACENT: ClassVar[str] = ADJACENT
-    DEFAULT: ClassVar[str] = DEFAULT
-    ALWAYS: ClassVar[str] = ALWAYS
-    NEVER: ClassVar[str] = NEVER
-    REASONS: ClassVar[tuple[str, ...]] = REASONS
-
-    links: Pair
-    reason: str = USER
-    nearest: float | None = None
-    beyond: float | None = None
-
-
-@dataclass(frozen=True)
 class CollisionSearch:
     """How a matrix is computed: how many states are tried, where they begin, and the share that counts as always.
 
     ``clearance`` is how near (m) a pair may come that is called Never.
     """
 
-    trials: int = TRIALS
-    seed: int = SEED
-    always: float = ALWAYS_SHARE
-    clearance: float = CLEARANCE
+    trials: int = 10_000
+    seed: int = 1
+    always: float = 0.95
+    clearance: float = 0.001
 
 
 @dataclass(frozen=True)
@@ -178,33 +147,3 @@ class Moveit:
             joint_properties={joint(name): said for name, said in self.joint_properties.items()},
             matrix=self.matrix and self.matrix.renamed(link, joint),
         )
-
-
-def said_of(moveit: Moveit | None) -> dict[str, str]:
-    """Return what is said for MoveIt, each thing in words; nothing of how the matrix is computed."""
-    if moveit is None:
-        return {}
-    said: dict[str, str] = {}
-    for group in moveit.groups:
-        chain = [f"{group.chain[0]} to {group.chain[1]}"] if group.chain else []
-        said[f"group {group.name}"] = ", ".join([*chain, *group.joints, *group.links, *group.groups])
-        if group.states is not None:
-            said[f"states of {group.name}"] = ", ".join(f"{name} ({pose})" for name, pose in group.states.items())
-    for one in moveit.end_effectors:
-        by = f" by {one.parent_group}" if one.parent_group else ""
-        said[f"end effector {one.name}"] = f"{one.group} on {one.parent}{by}"
-    virtual = moveit.virtual_joint
-    kind = f"{virtual.type or 'as the base is'} {virtual.parent}".strip() if virtual else ""
-    said["virtual joint"] = f"{virtual.name}: {kind}" if virtual else ""
-    said["passive joints"] = ", ".join(sorted(moveit.passive_joints))
-    said["links that are not checked"] = ", ".join(sorted(moveit.unchecked_links))
-    for pair in moveit.checked:
-        said[f"collision of {' and '.join(sorted(pair))}"] = "checked"
-    for off in (*moveit.disabled, *(moveit.matrix.pairs if moveit.matrix else ())):
-        said[f"collision of {' and '.join(sorted(off.links))}"] = f"off ({off.reason})"
-    for link, balls in moveit.spheres.items():
-        numbers = (" ".join(f"{number:g}" for number in (*ball.xyz, ball.radius)) for ball in balls)
-        said[f"spheres of {link}"] = ", ".join(numbers) or "none at all"
-    for joint, properties in moveit.joint_properties.items():
-        said[f"properties of {joint}"] = ", ".join(f"{name} {value}" for name, value in properties.items())
-    return {name: text for name, text in said.items() if text}

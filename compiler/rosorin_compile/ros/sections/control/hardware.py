@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from .link import NO_SOURCE, Source
+from rosorin_compile.model.link import NO_SOURCE, Source
 
 SYSTEM, ACTUATOR, SENSOR = "system", "actuator", "sensor"
 

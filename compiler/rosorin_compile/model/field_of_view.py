@@ -1,0 +1,129 @@
+"""The field of view of a sensor, from its simulation elements: a pyramid, rays, a contact zone, or axes.
+
+Elements of MuJoCo are used first, and those of Gazebo where there are none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from .geometry import IDENTITY, Pose, pose_of
+from .robot import Sensor
+from .simulation import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, Simulated
+
+Data = dict[str, "Any"]
+
+_FLAT = 1e-9  # rad; rays closer than this to a layer are in it
+_DIGITS = 12
+_LAYERS = 1000  # of a lidar; more than that are reduced to so many, between the same two
+_IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # an image frame in one that looks along x
+_CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # and in a camera of MuJoCo, which looks along -z with y up
+_AXES = ("gyro", "accelerometer", "magnetometer", "force", "torque")
+_GAZEBO_AXES = ("imu", "magnetometer", "force_torque")
+
+
+def placed(pose: Pose) -> Data:
+    """Return a pose as a page has it: metres, and radians about the fixed axes x, y, z."""
+    return {"xyz": numbers(pose.xyz), "rpy": numbers(pose.rpy)}
+
+
+def numbers(values: Sequence[float]) -> list[float]:
+    """Return numbers without minus zero."""
+    return [value + 0.0 for value in values]
+
+
+def seen_by(sensor: Sensor) -> list[Data]:
+    """Return the views of a sensor, empty where its type has none.
+
+    Fans that differ only in their elevation become layers of one fan.
+    """
+    views = [view for one in sensor.simulated if (view := _of_mujoco(one))]
+    views = views or [view for one in sensor.gazebo if not one.at_joint and (view := _of_gazebo(one))]
+    if not views and any(one.type in _GAZEBO_AXES for one in sensor.gazebo):
+        views = [{"kind": "axes", "frame": sensor.frame, **placed(IDENTITY)}]
+    merged: list[Data] = []
+    for view in views:
+        same = next((one for one in merged if {**one, "layers": 0} == {**view, "layers": 0}), None)
+        if same is None:
+            merged.append(view)
+        elif "layers" in view:
+            same["layers"] += [rise for rise in view["layers"] if min(abs(rise - r) for r in same["layers"]) > _FLAT]
+    return merged
+
+
+def _of_mujoco(one: Simulated) -> Data | None:
+    pose, attributes = one.pose or IDENTITY, one.attributes
+    place = {"frame": one.link, **placed(pose)}
+    if one.kind == BODY_ELEMENT and one.element == "camera":
+        fovy, resolution = attributes.get("fovy"), attributes.get("resolution")
+        if not isinstance(fovy, float | int) or not isinstance(resolution, tuple):
+            return None
+        wide, tall = (float(value) for value in resolution)
+        vertical = math.radians(float(fovy))
+        horizontal = 2 * math.atan(math.tan(vertical / 2) * wide / tall)
+        return _frustum(one.link, pose, _CAMERA, horizontal, vertical)
+    if one.kind == BODY_ELEMENT and one.element == "site" and attributes.get("type") == "box":
+        size = attributes.get("size")
+        if not isinstance(size, tuple) or not all(isinstance(half, float | int) for half in size):
+            return None
+        return {"kind": "box", **place, "size": [2 * float(half) for half in size]}
+    if one.kind != SENSOR_ELEMENT:
+        return None
+    if one.element != "rangefinder" or one.pose is None:
+        return {"kind": "axes", **place} if one.element in _AXES else None
+    # A rangefinder measures along z of its site, and its copies are turned about z of the link.
+    x, y, z = pose.transform().rotate((0.0, 0.0, 1.0))
+    copies, cutoff = one.replicas, attributes.get("cutoff")
+    fan: Data = {"kind": "fan", "frame": one.link, "xyz": numbers(pose.xyz), "rpy": [0.0, 0.0, 0.0]}
+    fan |= {"layers": [math.atan2(z, math.hypot(x, y))], "first": math.atan2(y, x)}
+    fan |= {"step": copies.step.rpy[2] if copies else 0.0, "count": copies.count if copies else 1}
+    return fan | ({"range": float(cutoff)} if isinstance(cutoff, float | int) and cutoff > 0 else {})
+
+
+def _frustum(frame: str, pose: Pose, turn: Pose, horizontal: float, vertical: float) -> Data:
+    image = pose_of(pose.transform().then(turn.transform()))
+    roll, pitch, yaw = (round(angle, _DIGITS) for angle in image.rpy)
+    place = placed(Pose(pose.xyz, (roll, pitch, yaw)))
+    return {"kind": "frustum", "frame": frame, **place, "hfov": horizontal, "vfov": vertical}
+
+
+def _of_gazebo(one: GazeboSensor) -> Data | None:
+    """Return the view of a sensor of Gazebo, which looks along x."""
+    wide, width, height = (_number(one, *path) for path in (("horizontal_fov",), ("width",), ("height",)))
+    if wide and width and height:
+        return _frustum(one.link, one.pose, _IMAGE, wide, 2 * math.atan(math.tan(wide / 2) * height / width))
+    if "lidar" not in one.type and one.type != "ray":
+        return None
+    count, first, last = (_number(one, "horizontal", key) for key in ("samples", "min_angle", "max_angle"))
+    layers, lowest, highest = (_number(one, "vertical", key) for key in ("samples", "min_angle", "max_angle"))
+    layers = min(layers, _LAYERS)
+    step = (last - first) / (count - 1) if count > 1 else 0.0
+    rise = (highest - lowest) / (layers - 1) if layers > 1 else 0.0
+    fan: Data = {"kind": "fan", "frame": one.link, **placed(one.pose)}
+    fan["layers"] = [lowest + rise * layer for layer in range(int(layers) or 1)]
+    fan |= {"first": first, "step": step, "count": int(count) or 1}
+    reach = _number(one, "range", "max")
+    return fan | ({"range": reach} if 0 < reach < math.inf else {})
+
+
+def _number(one: GazeboSensor, *path: str) -> float:
+    """Return the number of the first element at the end of a path of names, whatever is between them, or 0."""
+    elements, value = one.elements, None
+    for name in path:
+        found = next((element for element in _all(elements) if element.name == name), None)
+        if found is None:
+            return 0.0
+        elements, value = found.elements, found.value
+    try:
+        number = float(value or 0.0)
+    except ValueError:
+        return 0.0
+    return number if math.isfinite(number) else 0.0
+
+
+def _all(elements: Sequence[SdfElement]) -> Iterator[SdfElement]:
+    for element in elements:
+        yield element
+        yield from _all(element.elements)

@@ -13,46 +13,13 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Joint, Pose, Transform
 from rosorin_compile.model.geometry import plane_axes
+from support.paths import DATA
 from support.reading import leaves_of
 from support.robots import compiled_text, sound
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-ROBOT = """
-robot: mobile
-publishers: {tracker: {}}
-links:
-  world_frame: {}
-  base: &body {inertial: {mass: 2, xyz: [0.1, 0, 0], inertia: {ixx: 1, iyy: 2, izz: 2.5}}}
-  table: *body
-  "tool 1": *body
-  finger: *body
-joints:
-  free: {type: floating, parent: world_frame, child: base, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3], publisher: tracker}
-  sliding:
-    type: planar
-    parent: base
-    child: table
-    xyz: [0.5, 0.1, -1]
-    rpy: [0.3, -0.2, 1]
-    axis: AXIS
-    publisher: tracker
-    limit: {lower: -1, upper: 1, effort: 5, velocity: 1}
-    dynamics: {damping: 1}
-  "ns/turn": {type: continuous, parent: table, child: tool 1, xyz: [0, 0, 0.2], axis: [0, 1, 0]}
-  follow:
-    type: continuous
-    parent: tool 1
-    child: finger
-    axis: [1, 0, 0]
-    mimic: {joint: ns/turn, multiplier: 2, offset: 0.5}
-poses: {home: {positions: {ns/turn: 0.5}}}
-outputs:
-  urdf: {file: a.urdf}
-  mjcf: {file: a.xml}
-  frames: {file: a.md}
-  robot_model: {file: a.json}
-"""
+ROBOT = (DATA / "robots/planar_floating.yaml").read_text("utf-8")
 AXES = [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (-0.36, 0.48, -0.8)]
 
 

@@ -13,57 +13,14 @@ from rosorin_compile.compare.committed import compare, lines
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.xml.elements import damage, indented
 from support.images import png
+from support.paths import DATA
 from support.reading import leaves_of
 from support.robots import compiled_text, sound
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 OUTPUTS = "outputs: {urdf: {file: a.urdf}, mjcf: {file: a.xml}, frames: {file: a.md}, static_tf: {file: a.launch.py}}\n"
-ROBOT = """
-robot: carrier
-materials:
-  "Light Grey": {rgba: [0.7, 0.7, 0.7, 1]}
-  wood: {texture: "package://carrier/wood.png"}
-  empty: {}
-links:
-  "base link":
-    inertial: {mass: 2, inertia: {ixx: 1, iyy: 1, izz: 1}}
-    visual:
-      - {box: {size: [1, 1, 1]}, name: top, material: Light Grey}
-      - {box: {size: [1, 1, 1]}, material: wood}
-      - {sphere: {radius: 1}, rgba: [1, 0, 0, 1], texture: a.png}
-      - {sphere: {radius: 1}, rgba: [0, 1, 0, 1], material: green}
-      - {sphere: {radius: 1}, material: green, urdf_elements: ["<verbose value='1'/>"]}
-    collision:
-      - {capsule: {radius: 0.1, length: 0.5}, name: "c 1", urdf_elements: ["<verbose value='1'/>", "<contact/>"]}
-    urdf_elements:
-      - <controller:x a="1"/>
-  "ns/arm":
-    inertial: {mass: 2, inertia: {ixx: 1, iyy: 1, izz: 1}}
-joints:
-  "joint 1/a":
-    type: revolute
-    parent: base link
-    child: ns/arm
-    axis: [0, 0, 1]
-    limit: {lower: -10 deg, upper: 1, effort: 1, velocity: 1}
-    calibration: {rising: 10 deg, reference_position: 0.5}
-    safety_controller: {soft_lower_limit: -0.1, k_position: 15, k_velocity: 10}
-    urdf_elements: [<x/>]
-poses: {"at rest": {positions: {joint 1/a: 0.3}}}
-urdf_elements:
-  - |
-    <gazebo reference="base link">
-      <!-- kept -->
-      <mu1>0.2</mu1>
-
-      <plugin name="p" filename="x.so">
-        <text>two
-      lines</text>
-      </plugin>
-    </gazebo>
-  - <transmission name="t"><type>a/B</type></transmission>
-"""
+ROBOT = (DATA / "robots/urdf_more.yaml").read_text("utf-8")
 
 
 def test_the_urdf_word_for_word(tmp_path):
@@ -71,79 +28,7 @@ def test_the_urdf_word_for_word(tmp_path):
     assert artifacts["urdf"].splitlines()[2:] == GOLDEN.splitlines()
 
 
-GOLDEN = """\
-<robot name="carrier">
-  <material name="Light Grey"><color rgba="0.7 0.7 0.7 1"/></material>
-  <material name="empty"></material>
-  <material name="wood"><texture filename="package://carrier/wood.png"/></material>
-  <link name="base link">
-    <inertial>
-      <origin xyz="0 0 0" rpy="0 0 0"/>
-      <mass value="2"/>
-      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-    </inertial>
-    <visual name="top">
-      <origin xyz="0 0 0" rpy="0 0 0"/>
-      <geometry><box size="1 1 1"/></geometry>
-      <material name="Light Grey"></material>
-    </visual>
-    <visual>
-      <origin xyz="0 0 0" rpy="0 0 0"/>
-      <geometry><box size="1 1 1"/></geometry>
-      <material name="wood"></material>
-    </visual>
-    <visual>
-      <origin xyz="0 0 0" rpy="0 0 0"/>
-      <geometry><sphere radius="1"/></geometry>
-      <material name="base link_3"><color rgba="1 0 0 1"/><texture filename="a.png"/></material>
-    </visual>
-    <visual>
-      <origin xyz="0 0 0" rpy="0 0 0"/>
-      <geometry><sphere radius="1"/></geometry>
-      <material name="green"><color rgba="0 1 0 1"/></material>
-    </visual>
-    <visual>
-      <origin xyz="0 0 0" rpy="0 0 0"/>
-      <geometry><sphere radius="1"/></geometry>
-      <material name="green"></material>
-      <verbose value='1'/>
-    </visual>
-    <collision name="c 1">
-      <origin xyz="0 0 0" rpy="0 0 0"/>
-      <geometry><cylinder radius="0.1" length="0.7"/></geometry>
-      <verbose value='1'/>
-      <contact/>
-    </collision>
-    <controller:x a="1"/>
-  </link>
-  <link name="ns/arm">
-    <inertial>
-      <origin xyz="0 0 0" rpy="0 0 0"/>
-      <mass value="2"/>
-      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-    </inertial>
-  </link>
-  <joint name="joint 1/a" type="revolute">
-    <parent link="base link"/><child link="ns/arm"/>
-    <origin xyz="0 0 0" rpy="0 0 0"/>
-    <axis xyz="0 0 1"/>
-    <calibration rising="0.1745329251994" reference_position="0.5"/>
-    <limit lower="-0.1745329251994" upper="1" effort="1" velocity="1"/>
-    <safety_controller soft_lower_limit="-0.1" k_position="15" k_velocity="10"/>
-    <x/>
-  </joint>
-  <gazebo reference="base link">
-  <!-- kept -->
-  <mu1>0.2</mu1>
-
-  <plugin name="p" filename="x.so">
-    <text>two
-  lines</text>
-  </plugin>
-</gazebo>
-  <transmission name="t"><type>a/B</type></transmission>
-</robot>
-"""
+GOLDEN = (DATA / "robots/urdf_more.urdf").read_text("utf-8")
 
 
 def test_mujoco_has_the_colours_and_the_names(tmp_path):

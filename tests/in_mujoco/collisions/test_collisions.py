@@ -12,6 +12,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.collisions.search import Search
 from rosorin_compile.source.progress import Progress
 from support.commands import Shown, ask, write_files
+from support.paths import DATA
 
 pytest.importorskip("mujoco", minversion="4")
 trimesh = pytest.importorskip("trimesh")
@@ -19,41 +20,7 @@ pytest.importorskip("scipy")
 
 pytestmark = pytest.mark.slow  # MuJoCo, and thousands of states
 
-ROBOT = """\
-robot: reach
-links:
-  base: {collision: [{box: {size: [0.2, 0.2, 0.1]}}]}
-  mast: {collision: [{xyz: [0, 0, 0.3], box: {size: [0.04, 0.04, 0.5]}}]}
-  frame: {}
-  arm: {collision: [{xyz: [0.16, 0, 0], box: {size: [0.2, 0.02, 0.02]}}]}
-  tip: {collision: [{sphere: {radius: 2 mm}}]}
-  needle: {collision: [{sphere: {radius: 5 mm}}]}
-  shelf: {collision: [{box: {size: [0.1, 0.3, 0.02]}}]}
-  sleeve: {collision: [{box: {size: [0.06, 0.06, 0.02]}}]}
-  bolt: {collision: [{sphere: {radius: 0.01}}]}
-  wheel: {collision: [{cylinder: {radius: 0.05, length: 0.02}}]}
-joints:
-  base_mast: {type: fixed, parent: base, child: mast}
-  hoist:
-    {type: prismatic, parent: mast, child: frame, xyz: [0.03, 0, 0.2], axis: [0, 0, 1],
-     limit: {lower: 0, upper: 0.5, effort: 1, velocity: 1}}
-  pan:
-    {type: revolute, parent: frame, child: arm, axis: [0, 0, 1],
-     limit: {lower: -1.5, upper: 1.5, effort: 1, velocity: 1}}
-  slide:
-    {type: prismatic, parent: arm, child: tip, xyz: [0.3, 0, 0], axis: [1, 0, 0],
-     limit: {lower: 0, upper: 0.4, effort: 1, velocity: 1}}
-  base_needle: {type: fixed, parent: base, child: needle, xyz: [0.31234, 0.25678, 0.5]}
-  base_shelf: {type: fixed, parent: base, child: shelf, xyz: [0.5, -0.3, 0.5]}
-  lift:
-    {type: prismatic, parent: base, child: sleeve, xyz: [0, 0, 0.565], axis: [0, 0, -1],
-     limit: {lower: 0, upper: 0.45, effort: 1, velocity: 1}}
-  base_bolt: {type: fixed, parent: base, child: bolt, xyz: [0, 0, 0.1]}
-  axle: {type: continuous, parent: base, child: wheel, xyz: [0, 0.15, 0], rpy: [90 deg, 0, 0], axis: [0, 0, 1]}
-outputs:
-  urdf: {file: reach.urdf}
-  srdf: {file: reach.srdf}
-"""
+ROBOT = (DATA / "robots/collisions.yaml").read_text("utf-8")
 PROJECT = {"descriptions/reach/robot.yaml": ROBOT}
 MATRIX = Path("descriptions/reach/collisions.yaml")
 SOURCE = Path("descriptions/reach/robot.yaml")

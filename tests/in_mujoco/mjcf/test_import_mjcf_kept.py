@@ -16,43 +16,7 @@ pytestmark = pytest.mark.slow
 
 KEPT = sorted((DATA / "mjcf" / "kept").glob("*.xml"))
 
-GRIPPER = """<mujoco model="gripper">
-  <option timestep="0.001" cone="elliptic" impratio="10" gravity="0 0 -1.6"><flag eulerdamp="disable"/></option>
-  <asset>
-    <mesh name="sheet" file="meshes/sheet.obj" inertia="shell" scale="2 2 2"/>
-    <mesh name="corner" file="meshes/corner.obj"/>
-  </asset>
-  <worldbody>
-    <body name="palm">
-      <geom name="palm_box" type="box" size="0.1 0.1 0.02" mass="0.5"/>
-      <geom name="skin" type="mesh" mesh="sheet" density="10"/>
-      <geom name="twin" type="mesh" mesh="corner" density="10"/>
-      <body name="left" pos="0.1 0 0.1">
-        <joint name="left" axis="0 1 0" range="-20 60" damping="0.1"/>
-        <geom name="left_pad" type="box" size="0.01 0.02 0.05" mass="0.1"/>
-      </body>
-      <body name="right" pos="-0.1 0 0.1">
-        <joint name="right" axis="0 -1 0" range="-20 60" armature="0.01"/>
-        <geom name="right_pad" type="box" size="0.01 0.02 0.05" mass="0.1"/>
-      </body>
-      <body name="lift" pos="0 0 0.2">
-        <joint name="lift" type="slide" axis="0 0 1"/>
-        <geom name="lift_box" type="box" size="0.01 0.02 0.05" mass="0.1"/>
-        <body name="spin">
-          <joint name="spin" axis="0 0 1" range="-90 90" actuatorfrcrange="-2 2"/>
-          <geom name="spin_box" type="box" size="0.01 0.02 0.05" mass="0.1"/>
-        </body>
-      </body>
-    </body>
-  </worldbody>
-  <equality><joint joint1="right" joint2="left" solref="0.005 1" solimp="0.95 0.99 0.001"/></equality>
-  <actuator>
-    <position name="turn" joint="spin" kp="5" kv="0.5" ctrlrange="-0.5 0.5"/>
-    <position name="raise" joint="lift" kp="50"/>
-    <position name="grip" joint="left" kp="20" inheritrange="1"/>
-  </actuator>
-</mujoco>
-"""
+GRIPPER = (DATA / "robots/gripper.xml").read_text("utf-8")
 SHEET = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1e-4\nf 1 2 3\nf 1 3 4\nf 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n"
 CORNER = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 

@@ -13,53 +13,10 @@ from hypothesis import strategies as st
 from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.report import text as report
+from support.paths import DATA
 from support.robots import compiled_text
 
-HOPPER = """\
-robot: hopper
-links:
-  body:
-    inertial: {mass: 2, of: collision}
-    collision:
-      - {box: {size: [0.2, 0.2, 0.1]}, contact: {friction: [0.8, 0.01], layers: [body], touches: [floor]}}
-    sites: {top: {xyz: [0, 0, 5 cm]}}
-    cameras: {eye: {xyz: [0.1, 0, 0], rpy: [90 deg, 0, -90 deg], fovy: 60, resolution: [320, 240]}}
-parts:
-  leg:
-    links:
-      thigh:
-        inertial: {mass: 0.3, of: collision}
-        collision:
-          - {capsule: {radius: 1 cm, length: 10 cm}, contact: {layers: [feet], touches: [floor, feet], condim: 4}}
-        sites: {foot: {xyz: [0, 0, -6 cm]}}
-        mjcf_elements: ['<site name="knee" size="0.01" class="marks"/>']
-    joints:
-      hip:
-        type: revolute
-        parent: mount
-        child: thigh
-        axis: [0, 1, 0]
-        limit: {lower: -60 deg, upper: 60 deg, effort: 5, velocity: 3}
-        dynamics: {damping: 0.1, stiffness: 2, spring_reference: 10 deg}
-        actuator: {kp: 30, damping_ratio: 1}
-    mjcf_sensors:
-      touch: {kind: touch, site: foot}
-    mjcf_elements:
-      - <default><default class="marks"><site rgba="1 0 0 1"/></default></default>
-use:
-  left: {part: leg, parent: body, xyz: [0, 12 cm, -6 cm]}
-  right: {part: leg, parent: body, xyz: [0, -12 cm, -6 cm], mirror: y}
-tendons:
-  both: {joints: {left_hip: 1, right_hip: -1}, stiffness: 1, range: [-1, 1]}
-actuators:
-  swing: {tendon: both, type: motor, gear: 2, range: [-1, 1]}
-contact_layers: [floor, body, feet]
-root: {xyz: [0, 0, 0.3], damping: 0.01}
-poses:
-  home: {positions: {left_hip: 0.2, right_hip: 0.2}, controls: {swing: 0.1}}
-outputs:
-  mjcf: {file: hopper.xml, base: free}
-"""
+HOPPER = (DATA / "robots/hopper.yaml").read_text("utf-8")
 
 
 def mjcf(folder, text):

@@ -17,45 +17,9 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from support.launch import Command, Context, Failed, LaunchConfiguration, Started, command_line, parsed, performed, read
 from support.packages import FORMS, clean, names_in
-from support.paths import DOCS, ROOT, ROSORIN
+from support.paths import DATA, DOCS, ROOT, ROSORIN
 
-ARM = """\
-robot: arm
-include: [../../calibration/eye.yaml, parts/mast.yaml]
-args:
-  prefix: {type: text, default: "", help: before each name}
-  height: {type: length, default: 0.3 m, help: "of the mast: where the eye is"}
-  side: {one_of: [left, "right"], default: left}
-  twice: {type: length, default: "${2 * height}"}
-  label: {type: text, default: 'it''s "it"'}
-  rviz: {type: boolean, default: false, help: an argument with a name of ours}
-modes: {slam: a map is made}
-links: {"${prefix}base_link": {}}
-joints:
-  "${prefix}mast_joint":
-    type: fixed
-    parent: ${prefix}base_link
-    child: ${prefix}mast
-    xyz: [0, "${0.1 if side == 'left' else -0.1}", "${height}"]
-  "${prefix}eye_joint":
-    type: fixed
-    parent: ${prefix}mast
-    child: ${prefix}eye
-    xyz: ["${offset}", "${1 if rviz else 0}", "${twice}"]
-    publisher: {static_transform_publisher: tf_eye}
-  "${prefix}ear_joint":
-    source: {status: stand_in, note: "${label}"}
-    type: fixed
-    parent: ${prefix}mast
-    child: ${prefix}ear
-    publisher:
-      - {by: {static_transform_publisher: tf_ear}, when: not slam}
-      - {by: {static_transform_publisher: tf_other_ear}, when: slam}
-outputs:
-  full: {backend: urdf, file: arm.urdf}
-  frames_as_data: {backend: static_tf_json, file: static_tf.json}
-  note: {backend: template, template: note.txt.jinja, file: note.txt}
-"""
+ARM = (DATA / "robots/launched_arm.yaml").read_text("utf-8")
 FILES = {
     "descriptions/arm/robot.yaml": ARM,
     "descriptions/arm/parts/mast.yaml": "links: {'${prefix}mast': {}, '${prefix}eye': {}, '${prefix}ear': {}}\n",

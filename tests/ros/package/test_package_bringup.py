@@ -11,7 +11,7 @@ import yaml
 from rosorin_compile.cli.main import main
 from support.launch import Started, read
 from support.packages import names_in, written
-from support.paths import ROOT
+from support.paths import DATA, ROOT
 
 NAME = "rosorin_description"
 
@@ -87,36 +87,7 @@ def test_what_was_asked_once_holds_until_it_is_taken_back(tmp_path: Path) -> Non
     assert "control.launch.py" in (package / "launch/bringup.launch.py").read_text("utf-8")
 
 
-MECANUM = """\
-rosorin_compile: 1
-robot: cart
-links:
-  base_link: {collision: [{box: {size: [0.4, 0.3, 0.1]}, xyz: [0, 0, 0.1]}]}
-  "${name}_wheel":
-    for: {name: [front_left, front_right, rear_left, rear_right]}
-    inertial: {mass: 1, of: [{cylinder: {radius: 0.1, length: 0.05}}]}
-    collision: [{cylinder: {radius: 0.1, length: 0.05}, rpy: [90 deg, 0, 0]}]
-joints:
-  "${name}":
-    for: {"name, x, y": [[front_left, 1, 1], [front_right, 1, -1], [rear_left, -1, 1], [rear_right, -1, -1]]}
-    type: continuous
-    parent: base_link
-    child: ${name}_wheel
-    xyz: ["${0.2 * x}", "${0.2 * y}", 0]
-    axis: [0, 1, 0]
-drive:
-  mecanum: {front_left: front_left, front_right: front_right, rear_left: rear_left, rear_right: rear_right}
-publishers: {drive_controller: {package: controller_manager}}
-edges: [{parent: odom, child: base_link, publisher: drive_controller}]
-control:
-  base:
-    plugin: mock_components/GenericSystem
-    joints: {"${n}": {for: {n: [front_left, front_right, rear_left, rear_right]}, command: velocity, state: velocity}}
-controllers: {drive_controller: {type: mecanum_drive}}
-outputs:
-  urdf: {file: cart.urdf, control: DISTRIBUTION}
-  controllers: {file: controllers.yaml, distribution: DISTRIBUTION, namespace: NAMESPACE}
-"""
+MECANUM = (DATA / "robots/mecanum.yaml").read_text("utf-8")
 
 
 def cart(folder: Path, distribution: str, namespace: str) -> Path:

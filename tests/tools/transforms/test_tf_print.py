@@ -23,6 +23,7 @@ from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.model.tf2 import Answer, lookup, of_rows, rows_of_rpy, rpy
 from rosorin_compile.rules.transform import _result
+from support.paths import DATA
 from support.robots import compiled
 
 pytestmark = pytest.mark.slow
@@ -46,72 +47,7 @@ int main() {
 
 # Input, lines: the number of edges from SOURCE up, from TARGET up, whether each of the two has a parent; then an edge a
 # line, from the bottom up: x y z roll pitch yaw, as hexadecimal floats.
-TF2_ECHO = r"""
-#include <cstdio>
-#include <iomanip>
-#include <iostream>
-#include <string>
-#include <tf2/LinearMath/Matrix3x3.h>
-#include <tf2/LinearMath/Quaternion.h>
-#include <tf2/LinearMath/Transform.h>
-using namespace tf2;
-struct Side { Quaternion q{0, 0, 0, 1}; Vector3 v{0, 0, 0}; };
-static double number() { std::string word; std::cin >> word; return std::stod(word); }
-static bool by_quaternion;
-static Side read(int edges) {
-  Side side;
-  for (int i = 0; i < edges; i++) {
-    double n[6];
-    for (double & each : n) each = number();
-    Matrix3x3 turned;
-    turned.setRPY(n[3], n[4], n[5]);
-    Quaternion q;
-    q.setRPY(n[3], n[4], n[5]);
-    Transform kept(turned, Vector3(n[0], n[1], n[2]));
-    if (by_quaternion) kept.setRotation(q);
-    side.v = quatRotate(kept.getRotation(), side.v) + kept.getOrigin();
-    side.q = kept.getRotation() * side.q;
-  }
-  return side;
-}
-int main(int count, char **) {
-  by_quaternion = count > 1;
-  int up, down, source_has_parent, target_has_parent;
-  std::cout.precision(3);
-  std::cout.setf(std::ios::fixed, std::ios::floatfield);
-  while (std::cin >> up >> down >> source_has_parent >> target_has_parent) {
-    Side source = read(up), target = read(down), answer;
-    Quaternion back = source.q.inverse();
-    Vector3 origin = quatRotate(back, -source.v);
-    if (up == 0 && down == 0) {
-    } else if (up == 0 && source_has_parent) {
-      answer = target;
-    } else if (down == 0 && target_has_parent) {
-      answer.q = back;
-      answer.v = origin;
-    } else {
-      answer.v = quatRotate(back, target.v) + origin;
-      answer.q = back * target.q;
-    }
-    std::cout << "At time 0.0" << std::endl;
-    std::cout << "- Translation: [" << answer.v.x() << ", " << answer.v.y() << ", " << answer.v.z() << "]\n";
-    std::cout << "- Rotation: in Quaternion [" << answer.q.x() << ", " << answer.q.y() << ", "
-              << answer.q.z() << ", " << answer.q.w() << "]\n";
-    Matrix3x3 m(answer.q);
-    double yaw, pitch, roll, deg = 180.0 / 3.14159265358979323846;
-    m.getEulerYPR(yaw, pitch, roll);
-    std::cout << "- Rotation: in RPY (radian) [" << roll << ", " << pitch << ", " << yaw << "]\n";
-    std::cout << "- Rotation: in RPY (degree) [" << roll * deg << ", " << pitch * deg << ", " << yaw * deg << "]\n";
-    std::cout << "- Matrix:\n";
-    for (int i = 0; i < 3; i++) {
-      for (int j = 0; j < 3; j++) std::cout << " " << std::setw(6) << m[i][j];
-      std::cout << " " << std::setw(6) << answer.v[i] << std::endl;
-    }
-    for (double value : {0.0, 0.0, 0.0, 1.0}) std::cout << " " << std::setw(6) << value;
-    std::cout << std::endl;
-  }
-}
-"""
+TF2_ECHO = (DATA / "robots/tf2_echo.txt").read_text("utf-8")
 
 
 def text(answer: Answer) -> list[str]:

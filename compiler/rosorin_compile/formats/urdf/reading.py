@@ -13,8 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from rosorin_compile.rules.check import acceptable
-from rosorin_compile.rules.remarkable import FULL_TURN
-from rosorin_compile.rules.values import FAR
+from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq, Text

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from rosorin_compile.source.diagnostics import Diagnostic, swaps
-from rosorin_compile.source.letters import in_words, unseen
 from rosorin_compile.source.rule_registry import ARGUMENTS, SHAPE, Rule
 from rosorin_compile.source.tree import Map, Seq, locate
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.wording import counted
+from rosorin_compile.source.wording import counted, in_words, unseen
 
 from .expand.scope import Scope
 from .expand.tracing import problem_at
-from .misnamed import fallen_out, goes_on, is_meant, key_meant, word_meant
+from .misnamed import fallen_out, is_meant, key_meant, text_tails, word_meant
 from .schema import Steps, part_at, resolve, subject
 from .suggestions import (
     flag_meant,
@@ -91,10 +92,18 @@ class Complaint:
         return told
 
     def _make(
-        self, rule: str, message: str, help: str = "", path: Steps | None = None, key: bool = False
+        self,
+        rule: str,
+        message: str,
+        help: str | Callable[[], str] = "",
+        path: Steps | None = None,
+        key: bool = False,
     ) -> Diagnostic:
+        """Return an error; a help that takes long to compute is a function, which ``messages`` calls."""
         path = self.path if path is None else path
-        return problem_at(self.scope, self.tree, path, rule, message, help, key=key)
+        if isinstance(help, str):
+            return problem_at(self.scope, self.tree, path, rule, message, help, key=key)
+        return replace(problem_at(self.scope, self.tree, path, rule, message, key=key), suggest=help)
 
     def _kind(self) -> str:
         """Return the name of the kind of entry that complains, as tables of synonyms have it."""
@@ -106,12 +115,18 @@ class Complaint:
         known = self.part.get("properties", {})
         if not self.path:
             known = {**known, **dict.fromkeys(_EXPANDED)}
-        unexpected = self.misfit.unexpected()
+        unexpected = dict.fromkeys(self.misfit.unexpected())
+        tails, kind = text_tails(self.value, unexpected), self._kind()
         return [
-            self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
+            self._make(
+                "unknown-key",
+                f'{self.where} has no key "{key}"',
+                partial(key_meant, key, self.value, known, kind, self.path),
+                [*self.path, key],
+                True,
+            )
             for key in unexpected
-            if not goes_on(key, self.value, unexpected)
-            for help in [key_meant(key, self.value, known, self._kind())]
+            if key not in tails
         ]
 
     def _required(self) -> list[Diagnostic]:
@@ -142,7 +157,8 @@ class Complaint:
         fallen = fallen_out(self.tree, self.path, expected)
         if self._is_told_as_list(types) or (fallen and not (fallen.is_first and "null" in types)):
             return []
-        help = self._type_help(types, [unit] if isinstance(unit, str) else unit or [], expected)
+        help: str | Callable[[], str]
+        help = partial(self._type_help, types, [unit] if isinstance(unit, str) else unit or [], expected)
         if fallen:
             help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen.owner}"'
         return [self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.language.annotations import Node, sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
-from rosorin_compile.source.misspelt import UNNAMED, Offer, offer, placed, told_once, written
+from rosorin_compile.source.messages import UNNAMED, Offer, offer, placed, told_once, written
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, exists, locate, nearer
 from rosorin_compile.source.tree import Path as TreePath
 

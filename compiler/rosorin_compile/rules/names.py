@@ -11,10 +11,10 @@ from rosorin_compile.language.annotations import sections
 from rosorin_compile.language.mentions import spelt
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
-from rosorin_compile.source.letters import difference, foreign, in_words, look, unseen
-from rosorin_compile.source.misspelt import Offer, placed
+from rosorin_compile.source.messages import Offer, placed
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
 from rosorin_compile.source.tree import Map, Path, exists
+from rosorin_compile.source.wording import difference, foreign, in_words, look, unseen
 
 from .case import Case
 from .remarkable import NOT_XML

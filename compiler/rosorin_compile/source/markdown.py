@@ -16,7 +16,8 @@ from functools import lru_cache
 from html import escape
 from typing import NamedTuple
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, gathered
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span
+from .messages import gathered
 from .report import from_workspace
 from .wording import counted, listed, plural, printable
 

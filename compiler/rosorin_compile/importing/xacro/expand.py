@@ -34,10 +34,10 @@ from rosorin_compile.source.diagnostics import (
     Span,
     did_you_mean,
     error,
-    with_calls,
 )
 from rosorin_compile.source.files import record
 from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.project import shown
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.trust import untrusted

@@ -144,7 +144,7 @@ def _once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return what is wrong, with every name that there is not told once, where it was written."""
     if not has_errors(diagnostics):
         return diagnostics
-    from rosorin_compile.source.misspelt import offer, placed, told_once
+    from rosorin_compile.source.messages import offer, placed, told_once
 
     offers = [offer(one) for one in diagnostics]
     return told_once(placed(one, of) if of else one for one, of in zip(diagnostics, offers, strict=True))

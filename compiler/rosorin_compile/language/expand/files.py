@@ -240,7 +240,8 @@ class Reader:
         if names is None:
             return []
         if not isinstance(names, Seq):
-            self._error("wrong-type", "include is a list of file names", locate(file, ("include",)), "write [arm.yaml]")
+            help = f"write [{names}]" if isinstance(names, str) else 'write "- " before each file name'
+            self._error("wrong-type", "include is a list of file names", locate(file, ("include",)), help)
             return []
         return list(zip(names, names.value_spans, strict=True))
 

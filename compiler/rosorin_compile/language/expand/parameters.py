@@ -157,10 +157,11 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
     if not isinstance(entry, Map):
         return Parameter(name, "", True, entry, None, "", Place(declared.value_spans[name], declared.via))
     unknown = [key for key in entry if key not in (*KEYS, *BOUNDS)]
-    for key in unknown:
-        from ..misnamed import goes_on, text_meant_by, word_meant
+    if unknown:
+        from ..misnamed import text_meant_by, text_tails, word_meant
 
-        if not goes_on(key, entry, unknown):
+        tails = text_tails(entry, unknown)
+        for key in (one for one in unknown if one not in tails):
             help = text_meant_by(key, entry) or word_meant(key, KEYS, "arg")
             scope.report(
                 "unknown-key", f'argument "{name}" has no key "{key}"', Place(entry.key_spans[key], entry.via), help

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, Use
 from rosorin_compile.source.messages import arrange, gathered
 

@@ -64,7 +64,7 @@ RULES = (
     ),
     Rule(
         "yaml-directive",
-        "A directive such as `%YAML 1.1` has no effect: files are read as YAML 1.2, where `010` is ten and `on` is text.",
+        "A directive such as `%YAML 1.1` has no effect: files are read as YAML 1.2, where `010` is 10.",
         "Remove the line.",
         FILES,
     ),

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from .diagnostics import Source, Span
-from .load import LoadError, parse_yaml
-from .tree import Map, Path, Seq
+from rosorin_compile.source.diagnostics import Source, Span
+from rosorin_compile.source.load import LoadError, parse_yaml
+from rosorin_compile.source.tree import Map, Path, Seq
 
 MAX_TEXT = 80
 

@@ -24,8 +24,8 @@ from jinja2.exceptions import SecurityError
 
 from rosorin_compile.source import files, system
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
+from rosorin_compile.source.files import shown as as_shown
 from rosorin_compile.source.project import data_folder, homes
-from rosorin_compile.source.project import shown as as_shown
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
 from rosorin_compile.source.xml.escaping import Markup, escape
 

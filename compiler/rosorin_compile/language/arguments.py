@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error, has_errors
+from rosorin_compile.source.files import shown
 from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.project import shown
 from rosorin_compile.source.tree import Map, Seq
 
 from .expand import expand

@@ -70,6 +70,17 @@ _EXPANDED = ("parts", "sensor_types", "use")
 _MEANING = {"&": "an anchor", "#": "a comment", "!": "a tag"}
 
 
+_LIMITS = {
+    "minimum": "{where} is {value}, less than {limit}",
+    "maximum": "{where} is {value}, more than {limit}",
+    "exclusiveMinimum": "{where} is {value}, and has to be more than {limit}",
+    "exclusiveMaximum": "{where} is {value}, and has to be less than {limit}",
+    "multipleOf": "{where} is {value}, no multiple of {limit}",
+    "maxLength": "{where} is longer than {limit}",
+    "uniqueItems": "{where} has an item twice",
+}
+
+
 class Complaint:
     """One complaint of the validator, told in the words of the description."""
 
@@ -87,6 +98,14 @@ class Complaint:
         self.value = node
 
     def diagnostics(self) -> list[Diagnostic]:
+        wanted = self.misfit.wanted
+        if self.keyword in ("minItems", "maxItems"):
+            return [self._count(f"at {'least' if self.keyword == 'minItems' else 'most'} {wanted}")]
+        if words := _LIMITS.get(self.keyword):
+            limit = counted(wanted, "letter") if self.keyword == "maxLength" else wanted
+            message = words.format(where=self.where, value=self.value, limit=limit)
+            plain = self.keyword in ("minimum", "maximum")
+            return [self._make("wrong-value", message) if plain else self._beyond(message)]
         method = getattr(self, f"_{self.keyword.lower()}", self._other)
         told: list[Diagnostic] = method()
         return told
@@ -106,7 +125,6 @@ class Complaint:
         return replace(problem_at(self.scope, self.tree, path, rule, message, key=key), suggest=help)
 
     def _kind(self) -> str:
-        """Return the name of the kind of entry that complains, as tables of synonyms have it."""
         if not self.path:
             return "top"
         return self.defined or str(self.path[0])
@@ -172,7 +190,6 @@ class Complaint:
         return alone and len(numbers_in(self.value)) > 1
 
     def _type_help(self, types: list[str], units: list[str], expected: Mapping[str, Any]) -> str:
-        """Return the way out for a value of another type than its place asks for."""
         sign = self._sign() if self.value is None else ""
         if sign:
             return f'"{sign}" begins {_MEANING[sign]} here: put the text in quotes'
@@ -213,12 +230,6 @@ class Complaint:
         help = f"this tool knows only {self.misfit.wanted}"
         return [self._make("wrong-value", f"{self.where} cannot be {self.value}", help)]
 
-    def _minitems(self) -> list[Diagnostic]:
-        return [self._count(f"at least {self.misfit.wanted}")]
-
-    def _maxitems(self) -> list[Diagnostic]:
-        return [self._count(f"at most {self.misfit.wanted}")]
-
     def _count(self, wanted: str) -> Diagnostic:
         fragment = self.part
         if fragment.get("minItems") == fragment.get("maxItems"):
@@ -227,29 +238,7 @@ class Complaint:
         help = items_meant(self.value, fragment) or _sentence(fragment.get("description", ""))
         return self._make("wrong-length", message, help)
 
-    def _minimum(self) -> list[Diagnostic]:
-        return [self._make("wrong-value", f"{self.where} is {self.value}, less than {self.misfit.wanted}")]
-
-    def _maximum(self) -> list[Diagnostic]:
-        return [self._make("wrong-value", f"{self.where} is {self.value}, more than {self.misfit.wanted}")]
-
-    def _exclusiveminimum(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} is {self.value}, and has to be more than {self.misfit.wanted}")]
-
-    def _exclusivemaximum(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} is {self.value}, and has to be less than {self.misfit.wanted}")]
-
-    def _multipleof(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} is {self.value}, no multiple of {self.misfit.wanted}")]
-
-    def _maxlength(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} is longer than {counted(self.misfit.wanted, 'letter')}")]
-
-    def _uniqueitems(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} has an item twice")]
-
     def _beyond(self, message: str) -> Diagnostic:
-        """Return an error about a value that is not one of those that there may be."""
         return self._make("wrong-value", message, _sentence(str(self.part.get("description", ""))))
 
     def _pattern(self) -> list[Diagnostic]:
@@ -264,8 +253,7 @@ class Complaint:
         help = _odd_letter(str(name)) or help
         return [self._make("bad-name", message, help, [*self.path, name], True)]
 
-    def _dependencies(self) -> list[Diagnostic]:
-        return self._required()
+    _dependencies = _required
 
     def _minlength(self) -> list[Diagnostic]:
         if self.value:

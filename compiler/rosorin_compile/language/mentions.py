@@ -72,7 +72,6 @@ def _mention(node: Node, name: str, path: Path, key: bool) -> Mention:
 
 
 def _entry(path: Path) -> str:
-    """Return what a path leads through in words: battery "main", markers[0], payload."""
     section = sections()[str(path[0])]
     if len(path) > 2 and isinstance(path[1], int):
         return f"{path[0]}[{path[1]}]"

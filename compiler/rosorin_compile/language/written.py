@@ -65,12 +65,10 @@ class Written:
 
 
 def _is_markup(source: Source) -> bool:
-    """Say whether a file is that of a robot that was included as it is, in XML."""
     return source.text[:200].lstrip("\ufeff \t\r\n").startswith("<")
 
 
 def _pieces(tree: Any) -> Iterator[Piece]:
-    """Yield every value of a tree, what holds others before them."""
     waiting: list[tuple[Path, Any]] = [((), tree)]
     while waiting:
         path, value = waiting.pop()

@@ -83,7 +83,6 @@ def _home(place: Place, of: Offer) -> Span:
 
 
 def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: str) -> Iterator[_Named]:
-    """Yield where a name is defined."""
     for kind, key in (("link", "frame"), ("joint", "joint")):
         path = places.get((kind, name))
         if path and path[0] in ("links", "joints"):
@@ -102,7 +101,6 @@ def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: st
 
 
 def _mentions(tree: Map, wanted: set[str]) -> dict[str, list[_Named]]:
-    """Return where names are named, those of definitions aside."""
     found: dict[str, list[_Named]] = {}
 
     def walk(node: Any, via: Instance | None, path: TreePath, said: Node | None) -> None:

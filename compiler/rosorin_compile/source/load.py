@@ -198,7 +198,6 @@ def _check_text(source: Source) -> None:
 
 
 def _quoted_texts(text: str) -> Iterator[tuple[int, int]]:
-    """Yield the offsets of the beginning and the end of each text in quotes."""
     scanner = getattr(yaml, "CLoader", yaml.Loader)(text)
     try:
         while (token := scanner.get_token()) is not None:
@@ -215,7 +214,6 @@ def _span_at(source: Source, offset: int) -> Span:
 
 
 def _refused(source: Source, problem: yaml.YAMLError) -> LoadError:
-    """Return what is wrong with a text that the parser of YAML refuses."""
     from .bounded import is_too_deep
 
     mark = getattr(problem, "problem_mark", None)
@@ -456,7 +454,6 @@ _OPERATIONS: Mapping[type[ast.operator], Callable[[float, float], float]] = {
 
 
 def _calculated(node: ast.expr) -> float:
-    """Return the value of an arithmetic expression. Raises ValueError for anything else."""
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
         return float(node.value)  # type: ignore[arg-type]
     if isinstance(node, ast.Name) and node.id in ("pi", "e", "tau"):

@@ -137,7 +137,6 @@ def _head(sections: Sequence[Section]) -> str:
 
 
 def _line(section: Section) -> str:
-    """Return a robot in one line of a list."""
     said = [*map(prose, [*section.wrong, *section.said]), *_counts(section.diagnostics, [ERROR, WARNING, NOTE])]
     return f"- {code(section.name)}: {'; '.join(said) or 'nothing to say'}"
 
@@ -153,7 +152,6 @@ def _counts(diagnostics: Sequence[Diagnostic], severities: Sequence[str]) -> lis
 
 
 def _section(section: Section, detail: _Detail) -> Iterator[str]:
-    """Yield the paragraphs about one robot."""
     verdict = listed([*map(prose, section.wrong), *_counts(section.diagnostics, [ERROR, WARNING])])
     yield f"### {code(section.name)}: {verdict}" if section.name else f"### {verdict[:1].upper()}{verdict[1:]}"
     yield from (prose(line.strip()) for line in section.said)
@@ -217,7 +215,6 @@ def _cell(pieces: Cell) -> Iterator[str]:
 
 
 def _diff(diff: Diff, most: int) -> str:
-    """Return a diff that is folded away."""
     lines = [printable(line, keep="\t") for line in diff.lines[:most]]
     left = diff.left + len(diff.lines) - len(lines)
     if left:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
-from rosorin_compile.source.files import Version, is_file, record, recording, resolve
+from rosorin_compile.source.files import Version, is_file, record, recording, resolve, shown
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.memo import forget
 from rosorin_compile.source.progress import Progress
@@ -26,7 +26,6 @@ from rosorin_compile.source.project import (
     data_folder,
     python_folder,
     resolved,
-    shown,
 )
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, locate

@@ -402,7 +402,6 @@ def complaint(document: Document, code: int, at: int, open_element: Element | No
 
 
 def _token(document: Document, at: int) -> Diagnostic:
-    """Return the error about a character that is not allowed at its place."""
     text = document.source.text
     letter = text[at] if text else ""
     if letter and not letter.isprintable() and letter not in "\r\n\t":

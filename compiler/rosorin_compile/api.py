@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.compare.check_outputs import compare_committed, judged
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
-from rosorin_compile.compare.tolerance import printing_of
-from rosorin_compile.compare.wording import several
+from rosorin_compile.compare.precision import printing_of
+from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics
 from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
@@ -182,7 +182,8 @@ def check(
         present = read_set(folder)
     except OutputError as problem:
         return Checked(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
-    committed = compare_committed(compiled, present, folder, lambda: request.understand().case)
+    path = request.description.path
+    committed = compare_committed(compiled, present, folder, path, lambda: request.understand().case)
     diagnostics = (*diagnostics, *committed.diagnostics)
     return Checked(compiled, folder, committed.differing(), tuple(committed.lines()), diagnostics, committed)
 

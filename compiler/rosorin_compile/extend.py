@@ -20,19 +20,15 @@ from rosorin_compile.cli.command import (
     robots_argument,
 )
 from rosorin_compile.cli.run import Run, for_each
-from rosorin_compile.formats.facts import frame_facts
 from rosorin_compile.formats.format import (
     Artifact,
     Asked,
-    Fact,
-    Facts,
     Format,
     Importing,
     InRos,
     Opened,
     Proving,
     Refusal,
-    Value,
     Writing,
 )
 from rosorin_compile.formats.templating import Templates
@@ -58,10 +54,10 @@ from rosorin_compile.source.rule_registry import Heading, Rule, rule
 # fmt: off
 __all__ = [
     "ERROR", "FINE", "NOTE", "PROBLEMS", "WARNING", "Artifact", "Asked", "Case", "Check", "Command",
-    "Description", "Diagnostic", "Fact", "Facts", "Format", "Heading", "Importing", "InRos", "Opened", "Options",
+    "Description", "Diagnostic", "Format", "Heading", "Importing", "InRos", "Opened", "Options",
     "Proving", "Refusal", "Related", "Request", "RequestError", "Rule", "Run", "Section", "Source", "Span",
-    "Templates", "Value", "Writing", "argument", "check", "check_options", "command", "did_you_mean", "error",
-    "for_each", "frame_facts", "function", "give_result", "option", "robot_argument", "robot_options",
+    "Templates", "Writing", "argument", "check", "check_options", "command", "did_you_mean", "error",
+    "for_each", "function", "give_result", "option", "robot_argument", "robot_options",
     "robots_argument", "rule",
 ]
 # fmt: on

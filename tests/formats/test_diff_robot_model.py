@@ -108,5 +108,5 @@ def test_a_height_map_and_servos_differ_by_what_changed(tmp_path: Path) -> None:
     assert told(OURS, path) == [
         "link2 moved 1.0 mm in link1: origin z 0.030345 -> 0.031345 m",
         "base_footprint height map: 1 cell changed, by 10.0 mm",
-        "servo of joint1 zero_pulse 500 -> 510",
+        "servo of joint1 zero pulse 500 -> 510",
     ]

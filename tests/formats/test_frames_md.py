@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats import Fact, Value, frames
+from rosorin_compile.compare.precision import exact, printed
+from rosorin_compile.compare.walk import walk
+from rosorin_compile.formats import frames
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     STATIC_TRANSFORM_PUBLISHER,
@@ -28,6 +30,7 @@ from rosorin_compile.model import (
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.robot import JointPose
+from support.reading import leaves_of
 from support.robots import compiled, texts
 
 EKF = Publisher(NODE, "ekf", "robot_localization", "publish_tf: true")
@@ -189,33 +192,18 @@ def test_a_robot_of_one_frame() -> None:
 
 
 def test_reading_gives_back_the_rows() -> None:
-    facts = frames.read(emit(TESTER))
-    assert facts[Fact("frame", "laser", "origin x")] == Value(1 / 3, "m")
-    assert facts[Fact("frame", "laser", "yaw")] == Value(math.pi, "rad")
-    assert facts[Fact("frame", "laser", "parent")] == Value("base")
-    assert facts[Fact("frame", "laser", "publisher")] == Value("tf_laser")
-    assert facts[Fact("frame", "arm", "topic")] == Value("/tf")
-    assert facts[Fact("frame", "base", "parent")] == Value("floor")
-    assert facts[Fact("frame", "base", "publisher below odom")] == Value("ekf")
-    assert facts[Fact("frame", "odom", "publisher when slam")] == Value("slam_toolbox")
-    assert facts[Fact("frame", "odom", "publisher when not slam")] == Value("amcl")
-    assert facts[Fact("pose", "tuck", "arm_joint")] == Value(0.4, "rad", pytest.approx(0.4e-12))
-    assert facts[Fact("pose", "tuck", "slide_joint")] == Value(0.25, "m", pytest.approx(0.25e-12))
-    assert Fact("frame", "odom", "origin x when slam") not in facts
-    assert abs(float(facts[Fact("frame", "depth_optical", "roll")].value)) <= math.pi
-
-
-def test_what_was_printed_says_how_far_it_can_be_trusted() -> None:
-    exact, six = frames.read(emit(TESTER)), frames.read(emit(TESTER, "six"))
-    origin = Fact("frame", "laser", "origin x")
-    assert exact[origin] == Value(1 / 3, "m", 0.0)
-    assert six[origin] == Value(0.333333, "m", 0.5e-6)
-    assert six[Fact("frame", "arm", "origin z")] == Value(7.5e-05, "m", 0.5e-10)
-    # A zero beside 1.570796: no number shows that it was not printed short.
-    assert six[Fact("frame", "arm", "roll")] == Value(0.0, "rad", pytest.approx(1.570796e-12))
-    for fact, value in exact.items():
-        if isinstance(value.value, float):
-            assert abs(value.value - float(six[fact].value)) <= six[fact].tolerance + 1e-15, fact
+    for number_format in ("exact", "six"):
+        output = Output("frames", "frames", "frames.md", {"number_format": number_format})
+        text = emit(TESTER, number_format)
+        assert walk(frames.view(TESTER, output), frames.read(text), (exact, printed(text))) == []
+    found = leaves_of("frames", emit(TESTER))
+    assert found["frame", "laser", "origin"] == Pose(
+        (1 / 3, *found["frame", "laser", "origin"].xyz[1:]), (0, 0, math.pi)
+    )
+    assert found["frame", "base below odom", "publisher"] == "ekf"
+    assert found["frame", "odom when not slam", "publisher"] == "amcl"
+    assert ("frame", "odom when slam", "origin") not in found
+    assert found["pose", "tuck", "slide_joint"] == 0.25
 
 
 names = st.from_regex(r"[^\s<>&\"'/\x00-\x1f\ud800-\udfff]{1,10}", fullmatch=True).filter(lambda n: not n.isspace())
@@ -230,11 +218,7 @@ def test_any_name_survives_the_table(
     joint = replace(joint, source=Source("stand_in", note))
     robot = Robot(parent, (Link(parent), Link(child + "2")), (joint,), poses=(JointPose(node, {"j": xyz[0]}),))
     text = emit(robot)
-    facts = frames.read(text)
-    assert facts[Fact("frame", child + "2", "parent")] == Value(parent)
-    assert facts[Fact("frame", child + "2", "publisher")] == Value(node)
-    assert [facts[Fact("frame", child + "2", f"origin {a}")].value for a in "xyz"] == [c + 0.0 for c in xyz]
-    assert facts[Fact("pose", node, "j")] == Value(xyz[0] + 0.0, "rad", facts[Fact("pose", node, "j")].tolerance)
+    assert frames.read(text) == frames.view(robot, Output("frames", "frames", "frames.md"))
 
 
 @pytest.mark.parametrize("text", ["", "# Frames\n", "| parent |\n", emit(TESTER).replace("1.5707963267948966", "x")])

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats import Fact, Value, static_tf, static_tf_json
+from rosorin_compile.formats import static_tf, static_tf_json
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
@@ -183,7 +183,7 @@ def test_another_default_of_the_prefix_is_another_meaning() -> None:
         "'frame_prefix',\n            default_value=''", "'frame_prefix',\n            default_value='x/'"
     )
     assert moved != text
-    assert {fact.name for fact in static_tf.read(moved)} == {"x/laser", "x/imu_link"}
+    assert [edge.child for edge in static_tf.read(moved).frames] == ["x/laser", "x/imu_link"]
     with pytest.raises(ValueError, match="neither text nor a launch argument"):
         static_tf.read(text.replace("frame_prefix = LaunchConfiguration", "frame_prefix = Unknown"))
 
@@ -199,8 +199,8 @@ def test_any_legal_name(name: str, tmp_path: Path) -> None:
     assert node.name == name
     parent, child, _ = command_line(node.arguments)
     assert (parent, child) == (name, f"{name}2")
-    facts = static_tf.read(launch(made))
-    assert facts[Fact("frame", child, "publisher")] == Value(name)
+    (edge,) = static_tf.read(launch(made)).frames
+    assert (edge.child, edge.publisher.name) == (child, name)
 
 
 names = st.from_regex(r"[^\s<>&\"'/\x00-\x1f\ud800-\udfff]{1,12}", fullmatch=True)
@@ -235,27 +235,20 @@ def farthest(one: Pose, other: Pose) -> float:
     return max(math.dist(one.transform().apply(point), other.transform().apply(point)) for point in points)
 
 
-def test_facts_carry_half_of_the_last_digit() -> None:
-    facts = static_tf.read(launch(TWO))
-    assert facts[Fact("frame", "laser", "origin y")] == Value(7.56e-05, "m", 0.5e-7)
-    assert facts[Fact("frame", "imu_link", "yaw")] == Value(1.5707, "rad", 0.5e-8)
-    assert facts[Fact("frame", "laser", "parent")] == Value("base_link")
-    assert facts[Fact("frame", "laser", "publisher")] == Value("tf_base_laser")
-    assert len(facts) == 16
-
-
-def test_angles_have_one_form() -> None:
-    turned = Pose((0.0, 0.0, 0.0), (-3.1416, -1.5, 3.1416))
-    facts = static_tf.read(launch(robot(static("j", "a", "b", turned, "tf"))))
-    roll, pitch, yaw = (float(facts[Fact("frame", "b", angle)].value) for angle in ("roll", "pitch", "yaw"))
-    assert max(map(abs, (roll, pitch, yaw))) <= math.pi + 2e-6
-    assert farthest(Pose(rpy=(roll, pitch, yaw)), turned) < 1e-7
+def test_what_is_read_is_what_a_launch_file_is_meant_to_contain() -> None:
+    first, second = static_tf.read(launch(TWO)).frames
+    assert (first.parent, first.child, first.publisher.name) == ("base_link", "laser", "tf_base_laser")
+    assert first.pose is not None
+    assert first.pose.xyz[1] == 7.56e-05
+    assert second.pose is not None
+    assert second.pose.rpy[2] == 1.5707
+    assert static_tf.view(TWO, OUTPUT) == static_tf.read(launch(TWO))
 
 
 def test_reading_runs_nothing(tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     text = f"open({str(mark)!r}, 'w')\n" + launch(TWO)
-    assert len(static_tf.read(text)) == 16
+    assert len(static_tf.read(text).frames) == 2
     assert not mark.exists()
 
 

@@ -111,7 +111,7 @@ def test_an_output_without_a_template(tmp_path: Path) -> None:
 
 
 def test_nothing_is_known_of_its_meaning() -> None:
-    assert template.FORMAT.facts is None
+    assert template.FORMAT.read is None
 
 
 OWN = """\

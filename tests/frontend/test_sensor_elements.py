@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.formats.compiled import compile_robot  # noqa: E402
 from rosorin_compile.model import Pose  # noqa: E402
-from rosorin_compile.mujoco.mjcf import facts as mjcf_facts  # noqa: E402
 from rosorin_compile.source.report import text as report  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import distance, emitted, load, probe, rays, room, said, sensor, written  # noqa: E402
@@ -192,21 +189,17 @@ def own_type(element: str) -> str:
     return f"sensor_types:\n  own:\n    mjcf:\n      - {element}\n{used}"
 
 
-def facts(folder: Path, text: str) -> dict[tuple[str, str, str], float | str]:
-    return {tuple(fact): value.value for fact, value in mjcf_facts.read(emitted(folder, text)).items()}
-
-
-def test_sensors_are_facts_of_the_link_that_they_sit_in(tmp_path):
-    found = facts(tmp_path, sensor("lidar_2d", more=", with: {rays: 72, max_range: 9 m}"))
-    assert found["link", "probe_link", "rangefinder probe cutoff"] == 9
-    assert found["link", "probe_link", "replicate probe_site count"] == 72
-    assert found["link", "probe_link", "site"] == "probe_link"
-    assert ("link", "probe_link", "site probe_site quat 2") in found
-    found = facts(tmp_path, sensor("camera"))
-    assert found["link", "probe_link_optical", "camera probe resolution 2"] == 480
-    found = facts(tmp_path, SONAR_RING)
-    assert found["sensor", "compass_time", "clock"] == "clock"
-    assert found["link", "compass", "magnetometer compass site"] == "compass"
+def test_sensors_of_a_type_sit_in_its_link(tmp_path):
+    model, _ = load(emitted(tmp_path, sensor("lidar_2d", more=", with: {rays: 72, max_range: 9 m}")))
+    assert model.nsensor == 72
+    assert list(model.sensor_cutoff) == [9.0] * 72
+    sites = [model.sensor_objid[number] for number in range(72)]
+    assert {model.body(model.site_bodyid[site]).name for site in sites} == {"probe_link"}
+    model, _ = load(emitted(tmp_path, sensor("camera")))
+    assert list(model.cam_resolution[model.cam("probe").id]) == [640, 480]
+    model, _ = load(emitted(tmp_path, SONAR_RING))
+    assert model.sensor("compass_time").type == mujoco.mjtSensor.mjSENS_CLOCK
+    assert model.site("compass").id == model.sensor("compass").objid[0]
 
 
 def test_the_order_of_keys_means_nothing(tmp_path):

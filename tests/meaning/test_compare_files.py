@@ -77,7 +77,7 @@ EDITS = [
     ),
     pytest.param(
         *("robot_model.json", '"parent": "base_link"', '"parent": 7', 1),
-        "robot_model.json: the committed file is damaged and compared as text alone (frame link1 parent is 7): "
+        "robot_model.json: the committed file is damaged and compared as text alone (7 is no name): "
         "joints joint1 parent 7 -> base_link",
         id="damaged-json",
     ),

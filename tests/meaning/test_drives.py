@@ -28,13 +28,13 @@ TRICYCLE = "drive: {tricycle: {steering: sj, driven: [lj, rj]}}\n"
     ("one", "other", "said"),
     [
         (DIFFERENTIAL, DIFFERENTIAL, []),
-        ("", DIFFERENTIAL, ["drive none -> differential"]),
-        (TRICYCLE, DIFFERENTIAL, ["drive tricycle -> differential"]),
-        (TRICYCLE, TRICYCLE.replace("lj, rj", "lj"), ["drive driven lj, rj -> lj"]),
+        ("", DIFFERENTIAL, ["new: drive"]),
+        (TRICYCLE, DIFFERENTIAL, ["drive kind tricycle -> differential"]),
+        (TRICYCLE, TRICYCLE.replace("lj, rj", "lj"), ["drive driven lj rj -> lj"]),
         (
             TRICYCLE,
             TRICYCLE.replace("}}", "}, radius: 51 mm}").replace("rj]", "rj], rolling: [fj]"),
-            ["drive rolling none -> fj", "drive radius from its shapes -> 0.051 m"],
+            ["drive rolling: new, fj", "drive radius: new, 0.051 m"],
         ),
         (
             DIFFERENTIAL.replace("}}", "}, radius: 50 mm}"),

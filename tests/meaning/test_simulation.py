@@ -30,22 +30,22 @@ mjcf_elements: [<custom><text name="note" data="x"/></custom>]
 outputs: {mjcf: {file: r.xml}}
 """
 CHANGES = {
-    ("condim: 4", "condim: 6"): "collision shape 1 of base in simulation: condim 4 -> 6",
-    ("xyz: [0, 0, 0.1]}}", "xyz: [0, 0, 0.2]}}"): "site mark: pose xyz 0 0 0.1 rpy 0 0 0 -> xyz 0 0 0.2 rpy 0 0 0",
-    ("fovy: 60", "fovy: 50"): "camera eye: fovy 60 -> 50",
+    ("condim: 4", "condim: 6"): "collision shape 1 of base condim 4 -> 6",
+    ("xyz: [0, 0, 0.1]}}", "xyz: [0, 0, 0.2]}}"): "site mark pose xyz 0 0 0.1 rpy 0 0 0 -> xyz 0 0 0.2 rpy 0 0 0",
+    ("fovy: 60", "fovy: 50"): "camera eye fovy 60 -> 50",
     ("stiffness: 2", "stiffness: 3"): "hip stiffness 2 -> 3 N*m/rad (+50.0 %)",
-    ("spring_reference: 0.1", "spring_reference: 0.2"): "hip spring_reference 0.1 -> 0.2 rad (+5.7 deg)",
+    ("spring_reference: 0.1", "spring_reference: 0.2"): "hip spring reference 0.1 -> 0.2 rad (+5.7 deg)",
     ("kv: 0.5", "kv: 0.6"): "hip kv 0.5 -> 0.6 N*m*s/rad (+20.0 %)",
-    ("gear: 2", "gear: 3"): "actuator of hip: gear 2 -> 3",
-    ("type: velocity", "type: damper, range: [0, 1]"): "actuator of hip: type velocity -> damper",
-    ("{gain: 3}", "{gain: 4}"): "actuator pull: kp 3 -> 4",
-    ("joints: {hip: 1}", "joints: {hip: 2}"): "tendon both: hip 1 -> 2",
-    ("controls: {pull: 0.2}", "controls: {pull: 0.3}"): "pose home in simulation: pull 0.2 -> 0.3",
-    ('data="x"', 'data="y"'): 'MJCF elements of the robot: new <custom><text data="y" name="note"/></custom>',
-    ('pos="0 0 1"', 'pos="0 0 2"'): 'MJCF elements of base: new <light name="lamp" pos="0.0 0.0 2.0"/>',
-    ("at: [0, 0, 0]", "at: [0, 0, 0.1]"): "constraint shut: anchor 0 0 0 -> 0 0 0.1",
+    ("gear: 2", "gear: 3"): "hip actuator gear 2 -> 3",
+    ("type: velocity", "type: damper, range: [0, 1]"): "hip actuator type velocity -> damper",
+    ("{gain: 3}", "{gain: 4}"): "actuator pull kp 3 -> 4",
+    ("joints: {hip: 1}", "joints: {hip: 2}"): "tendon both joints hip 1 -> 2",
+    ("controls: {pull: 0.2}", "controls: {pull: 0.3}"): "pose home: controls pull 0.2 -> 0.3",
+    ('data="x"', 'data="y"'): "robot mjcf element text note data x -> y",
+    ('pos="0 0 1"', 'pos="0 0 2"'): 'base mjcf element light lamp pos "0 0 1" -> "0 0 2"',
+    ("at: [0, 0, 0]", "at: [0, 0, 0.1]"): "constraint shut anchor 0 0 0 -> 0 0 0.1",
     ("connect, links: [base, arm], at: [0, 0, 0]", "weld, links: [base, arm], xyz: [0, 0, 0.1]"): (
-        "constraint shut: relpose none -> 0 0 0.1 1 0 0 0"
+        "constraint shut relpose: new, 0 0 0.1 1 0 0 0"
     ),
     ("poses:", "mjcf_sensors: {angle: {kind: jointpos, joint: hip}}\nposes:"): "new: simulated sensor angle",
 }

@@ -48,14 +48,14 @@ TOLD = {
     "modes": (
         replace(ROBOT, modes=("fast",)),
         replace(ROBOT, modes=("fast", "slow")),
-        [("the robot: modes fast -> fast slow", "fast", "fast slow")],
+        [("robot modes fast -> fast slow", "fast", "fast slow")],
     ),
     "planning": (
         replace(ROBOT, moveit=Moveit(urdf="r.urdf", search=CollisionSearch(trials=10))),
         replace(ROBOT, moveit=Moveit(urdf="s.urdf", search=CollisionSearch(trials=20))),
         [
-            ("MoveIt: urdf r.urdf -> s.urdf", "r.urdf", "s.urdf"),
-            ("MoveIt: search trials 10 -> 20", "10", "20"),
+            ("moveit urdf r.urdf -> s.urdf", "r.urdf", "s.urdf"),
+            ("moveit search trials 10 -> 20", 10.0, 20.0),
         ],
     ),
     "a named pose more": (

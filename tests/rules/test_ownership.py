@@ -12,7 +12,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.proof.facts import agreement
+from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import frames
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.launching import condition, in_frontends, in_python
@@ -358,8 +358,8 @@ def test_frames_show_each_turn(tmp_path):
         ("bridge", "simulated and not urdf_file"),
         ("tf_laser_too", "simulated and urdf_file"),
     ]
-    facts = {(fact.name, fact.quantity): value.value for fact, value in frames.read(text).items()}
-    assert facts["laser", "publisher when simulated and not urdf_file"] == "bridge"
+    turns = {edge.when: edge.publisher.name for edge in frames.read(text).frames if edge.child == "laser"}
+    assert turns["simulated and not urdf_file"] == "bridge"
     assert "Checked in all 4 combinations of simulated and urdf_file: each of 3 frames has one parent" in text
     assert "- lidar (lidar_2d): laser\n- camera (camera): camera_link, camera_link_optical\n" in text
 

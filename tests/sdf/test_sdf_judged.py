@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.facts import along_link
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Ellipsoid, Joint, Link, Output, Pose, Robot, Shape
+from rosorin_compile.model.mass import along_link
 from rosorin_compile.sdf.bodies import bodies_of
 from support import in_drake, sdformat
 from support.engines import pose

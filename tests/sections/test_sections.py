@@ -117,15 +117,15 @@ BAD: Mapping[str, tuple[tuple[str, str], list[Any]]] = {
 }
 # A change of the robot, and what diff says of both.
 OTHER: Mapping[str, tuple[list[tuple[str, str]], list[str]]] = {
-    "other-value": ([("3000 g", "4 kg")], ["payload: mass 3 -> 4"]),
+    "other-value": ([("3000 g", "4 kg")], ["payload mass 3 -> 4 kg (+1.0 kg)"]),
     "other-default": ([("3000 g,", "3000 g, fragile: true,")], []),
     "other-axis": (
         [("[1, 1, 0]", "[1, 0, 0]")],
-        ["magnet left_catch: direction 1 1 0 -> 1 0 0", "magnet right_catch: direction 1 -1 0 -> 1 0 0"],
+        ["magnet left_catch direction 1 1 0 -> 1 0 0", "magnet right_catch direction 1 -1 0 -> 1 0 0"],
     ),
     "other-deep": (
         [("magnet: catch", "gauge: 2, magnet: catch")],
-        ["cable left_loom: strands left signal gauge 1 -> 2", "cable right_loom: strands right signal gauge 1 -> 2"],
+        ["cable left_loom strands left_signal gauge 1 -> 2", "cable right_loom strands right_signal gauge 1 -> 2"],
     ),
     "other-gone": (
         [("payload: {link: box, mass: 3000 g, xyz: [0.1, 0, 0]}\n", "")],
@@ -135,7 +135,7 @@ OTHER: Mapping[str, tuple[list[tuple[str, str]], list[str]]] = {
         [("  - {link: box, frame", "  - {link: base, frame: floor}\n  - {link: box, frame")],
         ["new: markers 1"],
     ),
-    "other-height": ([("20 mm", "30 mm")], ["markers 1: height 0.02 -> 0.03"]),
+    "other-height": ([("20 mm", "30 mm")], ["markers 1 height 0.02 -> 0.03"]),
     "other-link": ([("box", "crate")], ["link box renamed to crate"]),
 }
 

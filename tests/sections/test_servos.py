@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.entities import Change
-from rosorin_compile.compare.wording import Row
+from rosorin_compile.compare.change import Change
+from rosorin_compile.compare.sentences import Row
 from rosorin_compile.formats.load_robot import understand
 from rosorin_compile.language.explain.answer import explain
 from rosorin_compile.language.explain.explanation import Explanation

@@ -105,7 +105,9 @@ def _tells(line: str, planted: Planted) -> bool:
     for old, new in planted.values:
         if isinstance(old, (bool, str)):
             # Some formats give a name to what has none.
-            if not re.search(rf"{re.escape(_word(old))} -> .*{re.escape(_word(new))}", line):
+            changed = rf"{re.escape(_word(old))} -> .*{re.escape(_word(new))}"
+            came = rf"new, {re.escape(_word(new))}" if not old else rf"removed, was {re.escape(_word(old))}"
+            if not re.search(changed, line) and ((old and new) or not re.search(came, line)):
                 return False
         elif not any(_are((a, b), (old, new)) for a, b in pairs):
             return False

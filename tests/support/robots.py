@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from rosorin_compile.compare.proof.facts import agreement
+from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.language.lower import lower

@@ -148,20 +148,14 @@ def test_it_is_held_against_the_other_artifacts_before_it_is_used(machine: Machi
     machine.change(("[*joint.origin.xyz,", "[0.25, *joint.origin.xyz[1:],"))
     machine.write("mine/package.xml", '<package format="3"><name>mine</name><version>1.0.0</version></package>\n')
     printed = machine.run(*words.split(), "cart", code=1)
-    assert "error[artifacts-disagree]: ball origin x: cart.toy says 0.25 m, cart.urdf and the model say 0 m" in printed
+    assert "error[artifacts-disagree]: cart.toy is not as it is meant to be: ball moved 250.0 mm in base" in printed
     assert machine.read("outputs/cart/cart.toy") == before
     assert not (machine.folder / "new").exists()
     assert not (machine.folder / "mine/toy").exists()
 
 
-def test_a_frame_that_is_not_there(machine: Machine):
-    machine.record("frames=lambda robot: ['ghost']")
-    printed = machine.run("all", "plain", code=1)
-    assert "plain.toy does not carry the frame ghost, which it should" in printed
-
-
-def test_a_format_without_facts_is_compared_as_text(machine: Machine):
-    machine.record("facts=None")
+def test_a_format_that_cannot_be_read_is_compared_as_text(machine: Machine):
+    machine.record("view=None, read=None")
     machine.run("all", "cart", code=0)
     assert "up to date" in machine.run("check", "cart", code=0)
     text = machine.read("outputs/cart/cart.toy")
@@ -278,7 +272,7 @@ def read(opened):
 
 
 TAKES = Importing(takes_arguments=True)
-FORMAT = Format(name="toy", word="Lego", roots=("lego",), endings=(".lego",), read=read, reading=TAKES)
+FORMAT = Format(name="toy", word="Lego", roots=("lego",), endings=(".lego",), load=read, reading=TAKES)
 """
 
 
@@ -308,7 +302,7 @@ def test_an_output_that_an_imported_robot_has(machine: Machine):
 
 
 WRITE = "def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:\n"
-FACTS = '    """Return the facts in an artifact. Raises ValueError if it is damaged."""\n'
+CONTENTS = '    """Return what an artifact contains. Raises ValueError if it is damaged."""\n'
 END = "    return templates.package("
 # A change of the module, and what is said of it by ``all``.
 WRITTEN = {
@@ -325,14 +319,9 @@ WRITTEN = {
         "write gives a text and diagnostics, and this text is of",
     ),
     "write tells text": ((END, f"    return '', ['oh']\n{END}"), "what there is to say is a Diagnostic, not 'oh'"),
-    "facts raises": ((FACTS, f"{FACTS}    return {{}}[0]\n"), "fails: KeyError: 0"),
-    "facts refuses": ((FACTS, f"{FACTS}    raise ValueError('damaged')\n"), "fails: ValueError: damaged"),
-    "facts gives a list": ((FACTS, f"{FACTS}    return [1]\n"), "fails: TypeError"),
-    "facts gives texts": ((FACTS, f"{FACTS}    return {{'a': 'b'}}\n"), "facts gives a Value by Fact, not 'b' by 'a'"),
-    "facts gives none": (
-        (FACTS, f"{FACTS}    return {{Fact('a', 'b', 'c'): Value(None)}}\n"),
-        "a b c is 'None', neither text nor a number",
-    ),
+    "read raises": ((CONTENTS, f"{CONTENTS}    return {{}}[0]\n"), "fails: KeyError: 0"),
+    "read refuses": ((CONTENTS, f"{CONTENTS}    raise ValueError('damaged')\n"), "fails: ValueError: damaged"),
+    "read gives a list": ((CONTENTS, f"{CONTENTS}    return [1]\n"), "view and read return a dataclass"),
     "no package of templates": (('package("toy_robot")', 'package("toys")'), "No module named 'toys'"),
 }
 # Fields of the record.
@@ -345,19 +334,17 @@ RECORDS = {
     "endings=('.Toy',)": "what is read ends like .toy, in small letters, not .Toy",
     "word=3": "word of its format is '3'",
     "name='Toy'": '"Toy" cannot be the name of a format',
-    "read=None, write=None": "toy is neither written nor read",
+    "load=None, write=None": "toy is neither written nor loaded",
     "becomes='lego'": 'becomes is "lego", which is no format',
     "schema='lego'": 'schema is "lego", which is none of those that ship with the tool',
     "lacks=('mass',)": "lacks of its format is",
     "rules=('toy-cannot-say',)": "rules of its format is",
-    "frames=3": "frames of its format is '3'",
 }
 # What is noticed when somebody compares.
 COMPARED = {
-    "frames=lambda robot: 1 / 0": "fails: ZeroDivisionError",
-    "frames=lambda robot: 3": "fails: TypeError",
+    "view=lambda robot, output: 1 / 0": "fails: ZeroDivisionError",
+    "view=lambda robot, output: 3": "view and read return a dataclass",
     "names=lambda output: {1: 2}": "texts are wanted",
-    "disagreements=lambda *given: [1]": "cannot tell what is wrong: texts are wanted",
 }
 READ = '    """Return the description that a file contains, as plain YAML values."""\n'
 READINGS = {
@@ -453,7 +440,7 @@ def test_two_packages_with_one_ending(machine: Machine):
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: other-toy\nVersion: 2\n", "utf-8")
     (other / "entry_points.txt").write_text("[rosorin_compile.formats]\nother = other_toy:FORMAT\n", "utf-8")
     code = "from rosorin_compile.extend import Format\n"
-    code += "FORMAT = Format(name='other', word='Other', endings=('.toy',), read=print)\n"
+    code += "FORMAT = Format(name='other', word='Other', endings=('.toy',), load=print)\n"
     (machine.packages / "other_toy.py").write_text(code, "utf-8")
     printed = machine.run("all", "plain", code=1)
     assert (

@@ -103,7 +103,7 @@ def test_explain_and_diff_say_it(home: Path, capsys: Shown) -> None:
     assert main(["explain", "a.yaml", "roller"]) == 0
     assert "hub -> roller: spin, continuous, of simulations alone: it rolls | so" in capsys.readouterr().out
     assert main(["diff", "a.yaml", "b.yaml"]) == 1
-    assert "roller: published by simulations -> nobody" in capsys.readouterr().out
+    assert 'roller: published by simulations -> "nobody: it rolls | so"' in capsys.readouterr().out
 
 
 def test_a_sensor_of_a_simulation_stamps_no_message(tmp_path: Path) -> None:

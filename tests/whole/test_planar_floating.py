@@ -11,9 +11,9 @@ import pinocchio
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Joint, Pose, Transform
 from rosorin_compile.model.motion import plane_axes
+from support.reading import leaves_of
 from support.robots import compiled_text, sound
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
@@ -165,16 +165,14 @@ def test_pinocchio_moves_the_links_as_the_model_says(tmp_path):
 @pytest.mark.parametrize("axis", AXES)
 def test_readers_know_them_again(tmp_path, axis):
     _, artifacts, _ = robot_with(tmp_path, axis)
-    facts = {name: FORMATS[name].facts(artifacts[name]) for name in ("urdf", "mjcf")}
-    for name, kind in (("free", "floating"), ("sliding", "planar")):
-        for read in facts.values():
-            found = {
-                fact.quantity: value.value for fact, value in read.items() if (fact.kind, fact.name) == ("joint", name)
-            }
-            assert found["type"] == kind
-            if kind == "planar":
-                assert [found[f"axis {letter}"] for letter in "xyz"] == pytest.approx(axis)
-    poses = {fact.quantity: value.value for fact, value in facts["mjcf"].items() if fact.kind == "pose"}
+    for format in ("urdf", "mjcf"):
+        found = leaves_of(format, artifacts[format])
+        assert found["joint", "free", "type"] == "floating"
+        assert found["joint", "sliding", "type"] == "planar"
+        assert found["joint", "sliding", "axis"] == pytest.approx(axis)
+    poses = {
+        quantity: value for (kind, _, quantity), value in leaves_of("mjcf", artifacts["mjcf"]).items() if kind == "pose"
+    }
     assert poses["ns/turn"] == 0.5
     assert poses["free_R w"] == 1.0
     assert poses["sliding_TX"] == 0.0

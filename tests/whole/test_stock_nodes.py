@@ -121,15 +121,11 @@ def test_the_command_says_the_same(run, capsys):
 def test_the_topics_carry_exactly_the_edges_of_frames_md(run):
     """Each edge on the topic, by the node and with the parent that frames.md gives it: no more, no fewer."""
     others = {publisher.name for publisher in run.robot.publishers if publisher.kind == NODE}
-    facts = FORMATS["frames"].facts(run.artifacts["frames.md"])
-    said: dict[str, dict[str, str]] = {}
-    for fact, value in facts.items():
-        if fact.kind == "frame":
-            said.setdefault(fact.name, {})[fact.quantity] = str(value.value)
+    frames = FORMATS["frames"].read(run.artifacts["frames.md"]).frames
     expected = {
-        (entry["topic"], entry["publisher"], entry["parent"], child)
-        for child, entry in said.items()
-        if entry.get("topic", "none") != "none" and entry["publisher"] not in others
+        ("/tf" if edge.moving else "/tf_static", edge.publisher.name, edge.parent, edge.child)
+        for edge in frames
+        if edge.publisher.kind == NODE and edge.publisher.name not in others
     }
     assert {tuple(message[:4]) for message in run.said["messages"]} == expected
     assert expected

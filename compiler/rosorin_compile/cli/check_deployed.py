@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from rosorin_compile.compare.tables import blocks
+from rosorin_compile.compare.text_report import blocks
 from rosorin_compile.source.diagnostics import RequestError, error
 from rosorin_compile.source.project import Description
 

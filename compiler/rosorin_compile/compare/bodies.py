@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.model.motion import motion
 
+from .precision import HERE, ROOT_THREE, TURNS, Placed, Printing, joined
 from .proof import Proof
-from .tolerance import HERE, ROOT_THREE, TURNS, Placed, Printing
 
 Positions = Mapping[str, float]
 
@@ -111,6 +112,30 @@ class Bodies:
             found.append(self.robot.joint_to[link])
             link = found[-1].parent
         return found
+
+
+class Gap(NamedTuple):
+    """How far two places are apart (m, rad), and how far they may be as well as they are known."""
+
+    distance: float
+    angle: float
+    length_tolerance: float
+    angle_tolerance: float
+
+    @property
+    def closed(self) -> bool:
+        """Whether the two places are the same."""
+        return self.distance <= self.length_tolerance and self.angle <= self.angle_tolerance
+
+
+def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
+    """Return how far two places are apart; ``tolerance`` (m, rad) is no distance."""
+    return Gap(
+        math.dist(one.transform.xyz, other.transform.xyz),
+        one.transform.angle_to(other.transform),
+        tolerance + joined(one.length, other.length),
+        tolerance + joined(one.angle, other.angle),
+    )
 
 
 _SEED = 5

@@ -7,6 +7,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.rule_registry import WRITING, Rule
@@ -14,9 +15,12 @@ from rosorin_compile.source.tree import locate
 from rosorin_compile.source.wording import listed
 
 from .committed import Comparison, compare, lines
+from .precision import POSE_NOISE as _NEAR
+from .precision import printed
+from .walk import Address, Leaves, compare_leaves, leaves
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats import Artifact, Facts, Value
+    from rosorin_compile.formats import Artifact
     from rosorin_compile.formats.compiled import Compiled
     from rosorin_compile.formats.format import Refusal
     from rosorin_compile.rules.case import Case
@@ -79,17 +83,19 @@ class Committed(NamedTuple):
 
 
 def compare_committed(
-    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, load: Callable[[], Case | None]
+    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, path: Path, load: Callable[[], Case | None]
 ) -> Committed:
     """Compare a compiled robot without errors with the files in its outputs folder.
 
-    ``load`` returns the robot with its positions in files, for errors of engines.
+    ``path`` is the main file of the description. ``load`` returns the robot with its positions in files, for errors of
+    engines.
     """
     if compiled.robot is None:
         raise ValueError("a robot with errors has no artifacts")
     meshes = compiled.mesh_files
     present = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
-    comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
+    files = {name: data for name, data in committed.items() if name not in meshes}
+    comparison = compare(compiled.robot, compiled.artifacts, files, Templates(path.parent, first=path))
     changed = []
     for name, data in meshes.items():
         if data != committed.get(name):
@@ -105,35 +111,40 @@ def edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tup
     Had the description changed, that one would have changed, too.
     """
     texts = {artifact.file: committed[artifact.file].decode("utf-8", "replace") for artifact in artifacts}
-    readable = [artifact for artifact in artifacts if FORMATS[artifact.backend].facts is not None]
-    current = [_facts(artifact, artifact.text) for artifact in readable if texts[artifact.file] == artifact.text]
+    readable = [artifact for artifact in artifacts if FORMATS[artifact.backend].read is not None]
+    current = [(_leaves(one, one.text), one.text) for one in readable if texts[one.file] == one.text]
     found = []
     for artifact in readable:
-        if texts[artifact.file] != artifact.text:
-            old, new = _facts(artifact, texts[artifact.file]), _facts(artifact, artifact.text)
-            differing = {key: value for key, value in new.items() if key in old and not _agree(value, old[key])}
-            if any(
-                key in facts and _agree(value, facts[key]) and not _agree(old[key], facts[key])
-                for key, value in differing.items()
-                for facts in current
-            ):
+        text = texts[artifact.file]
+        if text == artifact.text:
+            continue
+        old, new = _leaves(artifact, text), _leaves(artifact, artifact.text)
+        changed = [one.address for one in compare_leaves(old, new, (printed(text), printed(artifact.text)))]
+        for leaves_of_other, other in current:
+            shared = [one for one in changed if one.quantity in leaves_of_other.get(one[:2], {}) and one[:2] in old]
+            parts = [_part(side, shared) for side in (old, new, leaves_of_other)]
+            agree = {one.address for one in compare_leaves(parts[1], parts[2], (printed(text), printed(other)), _NEAR)}
+            differ = {one.address for one in compare_leaves(parts[0], parts[2], (printed(text), printed(other)), _NEAR)}
+            if differ - agree:
                 found.append(artifact)
+                break
     return tuple(found)
 
 
-def _facts(artifact: Artifact, text: str) -> Facts:
-    read = FORMATS[artifact.backend].facts
+def _part(side: Leaves, addresses: Sequence[Address]) -> Leaves:
+    found: Leaves = {}
+    for kind, name, quantity in addresses:
+        if quantity in side.get((kind, name), {}):
+            found.setdefault((kind, name), {})[quantity] = side[kind, name][quantity]
+    return found
+
+
+def _leaves(artifact: Artifact, text: str) -> Leaves:
+    read = FORMATS[artifact.backend].read
     try:
-        return read(text) if read is not None else {}
-    except (ValueError, OverflowError):
+        return leaves(read(text)) if read is not None else {}
+    except (ValueError, TypeError, OverflowError):
         return {}
-
-
-def _agree(a: Value, b: Value) -> bool:
-    """Return True if two values are equal as far as both are printed."""
-    if isinstance(a.value, str) or isinstance(b.value, str):
-        return a.value == b.value
-    return abs(a.value - b.value) <= a.tolerance + b.tolerance + 1e-9
 
 
 def judged(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:

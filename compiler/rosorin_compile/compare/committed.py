@@ -1,40 +1,46 @@
-"""Committed: the committed artifacts held against those just compiled, explained by meaning first.
+"""Compare committed artifacts with those just compiled, explained by meaning first.
 
-Each artifact is read back by the backend that made it, the committed text and the compiled one, and the two are
-compared as facts about the robot. What differs is said once, with the outputs that show it; text differences follow.
-
-Differences of text are unified diffs; two texts may differ in white space, comments and spelling alone.
+Each committed artifact is read back by its format, and compared with what it is meant to contain. What differs is told
+once, with the outputs that show it. Shapes and masses may differ because something else does: an artifact that does not
+carry every frame gives the shapes of a frame that it leaves out to a link that it carries. That there is no more to it
+is shown by undoing the other changes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats import FORMATS, Artifact, Fact, Facts
+from rosorin_compile.formats import FORMATS, Artifact, Format
+from rosorin_compile.formats.templating import TemplateProblem, Templates
 from rosorin_compile.model import Robot
-from rosorin_compile.model.looks import colours_of, is_own
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import counted, printable
+from rosorin_compile.source.wording import printable
 
-from .changes import changes
-from .entities import Change, Pair
-from .renames import under_new_names
-from .text_values import differing
-from .view import View, called, view_of
+from .change import MOVING, Change, Describer, attached, joint_of, order_of, sort_key
+from .pairs import Pair, contents, links_of, pair_of, with_new_names
+from .precision import NOISE, POSE_NOISE, Precision, exact
+from .sentences import NEW, REMOVED, Sentence, brief, renamed
+from .shape_sentences import NO_WORD, shapes_change
+from .solids import Solid, delta, same_set
+from .text_report import CHANGED, EXTRA, MISSING, NOT_TEXT, TextDifference, differing_values, report_lines, unified
+from .undo import undo
+from .walk import Address, Difference, Leaves, Shapes, compare_leaves
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats import Format
-
     from .overlay import Overlay
-
 
 _MISSING = "missing; rosorin-compile all writes it"
 _EXTRA = "no artifact of this robot; remove it, or run rosorin-compile all --prune"
 _NOT_TEXT = "the committed file is no UTF-8 text; rosorin-compile all writes it anew"
 _SAME_MEANING = "same meaning, different text"
 _NOTHING_COMPARED = "different text; nothing that is compared by meaning differs"
-_MAX_CHANGES = 100
+_LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not shown at all
+SHAPES = ("collision", "visual")
+INERTIAL = ("mass", "centre of mass", "inertia")
+# With more changes than these, each is taken for a cause of shapes that differ for another reason.
+_MANY_CAUSES = 30
 
 
 class Comparison(NamedTuple):
@@ -56,48 +62,47 @@ class Comparison(NamedTuple):
 
     def brief(self) -> str:
         """Return what changed, each once and without its numbers; of many the first ones."""
-        from .wording import brief
-
         return brief(change.text for change in self.changes)
 
 
-def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
-    """Return how the committed files (bytes by name, see ``output.read_set``) differ from what was just compiled."""
+def compare(
+    robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes], templates: Templates | None = None
+) -> Comparison:
+    """Return how the committed files (bytes by name, see ``output.read_set``) differ from what was just compiled.
+
+    ``templates`` are those of the description: without them, changes of outputs with some are not explained.
+    """
     arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
-    texts: list[TextDifference] = []
+    texts: list[tuple[TextDifference, Artifact | None, str]] = []
     pairs: list[Pair] = []
     for number, artifact in enumerate(arranged):
         Progress.step(f"comparing {artifact.file},", number, len(arranged))
         old = _decoded(committed.get(artifact.file))
         if old is None:
-            missing = artifact.file not in committed
-            texts.append(TextDifference(artifact.file, *((MISSING, _MISSING) if missing else (NOT_TEXT, _NOT_TEXT))))
+            is_missing = artifact.file not in committed
+            kind, remark = (MISSING, _MISSING) if is_missing else (NOT_TEXT, _NOT_TEXT)
+            texts.append((TextDifference(artifact.file, kind, remark), None, ""))
         elif old != artifact.text:
-            pair = _pair(robot, artifact, old)
-            pairs += [pair] if isinstance(pair, Pair) else []
-            texts.append(_changed(artifact, old, "" if isinstance(pair, Pair) else pair))
-    pairs = under_new_names(pairs)
+            remark = ""
+            try:
+                pair = pair_of(robot, artifact, old)
+                pairs += [pair] if pair is not None else []
+            except ValueError as problem:
+                remark = f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
+                remark = _with_values(remark, old, artifact.text)
+            texts.append((_changed(artifact, old, remark), artifact, old))
+    pairs = with_new_names(pairs)
     extra = sorted(committed.keys() - {artifact.file for artifact in artifacts})
-    texts += [TextDifference(file, EXTRA, _EXTRA) for file in extra]
-    found = tuple(changes(robot, pairs, _whole(robot, arranged, pairs, committed))) if pairs else ()
-    told = {output for change in found for output in change.artifacts}
-    by_file = {artifact.file: artifact for artifact in artifacts}
-    remarked = sorted(_remarked(text, by_file.get(text.file), told, committed) for text in texts)
-    return Comparison(found, tuple(remarked), not remarked, tuple(pairs))
+    texts += [(TextDifference(file, EXTRA, _EXTRA), None, "") for file in extra]
+    changes = tuple(_Changes(robot, pairs, templates).found()) if pairs else ()
+    told = {output for change in changes for output in change.artifacts}
+    remarked = sorted(_remarked(text, artifact, old, told) for text, artifact, old in texts)
+    return Comparison(changes, tuple(remarked), not remarked, tuple(pairs))
 
 
-def _whole(
-    robot: Robot, artifacts: Sequence[Artifact], pairs: Sequence[Pair], committed: Mapping[str, bytes]
-) -> Pair | None:
-    """Return the artifact that carries every frame, whether it differs or not; None if there is none to read."""
-    for artifact in artifacts:
-        if FORMATS[artifact.backend].proving.complete:
-            old = _decoded(committed.get(artifact.file))
-            if old is None or old != artifact.text:
-                return next((pair for pair in pairs if pair.output == artifact.output), None)
-            same = _pair(robot, artifact, old)
-            return same if isinstance(same, Pair) else None
-    return None
+def lines(comparison: Comparison, full: bool = False) -> list[str]:
+    """Return a comparison as lines of plain text; diffs are shortened unless ``full``."""
+    return report_lines(comparison.changes, comparison.texts, full)
 
 
 def _decoded(data: bytes | None) -> str | None:
@@ -108,193 +113,310 @@ def _decoded(data: bytes | None) -> str | None:
         return None
 
 
-def _pair(robot: Robot, artifact: Artifact, old: str) -> Pair | str:
-    """Return an artifact as it was and as it is; if the committed text cannot be read, why. Empty: nobody reads it."""
-    facts = FORMATS[artifact.backend].facts
-    if facts is None:
-        return ""
-    names = called(robot, artifact)
-    given = {link: material.name for link, material in colours_of(robot).items()}
-    try:
-        before = view_of(_said(facts(old), names, given, robot), names)
-    except (ValueError, OverflowError) as problem:
-        damage = f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
-        return _with_values(damage, old, artifact.text)
-    new: View = view_of(_said(facts(artifact.text), names, given, robot), names)
-    return Pair(artifact.output, artifact.backend, before, new)
-
-
-_LOOK = ("red", "green", "blue", "alpha")
-
-
-def _said(facts: Facts, names: Mapping[str, str], given: Mapping[str, str], robot: Robot) -> Facts:
-    """Return facts without the colours that nobody said: of links that are seen as their collision shapes.
-
-    ``given`` are the materials that those links have for that, by link.
-    """
-    left_out = set[Fact]()
-    links = {fact.name for fact in facts if fact.kind == "link"}  # one of them may be no more
-    materials = {*given.values(), *(f"{link}_colour" for link in links)} - set(robot.material)
-    for fact, value in facts.items():
-        label, _, part = fact.quantity.rpartition(" ")
-        link = names.get(fact.name, fact.name) if fact.kind == "link" else ""
-        if part == _LOOK[0] and (link in given or (fact.kind == "material" and fact.name in materials)):
-            look = [fact._replace(quantity=f"{label} {one}".strip()) for one in _LOOK]
-            if is_own([float(facts[one].value) for one in look if one in facts]):
-                left_out.update(look)
-        elif part == "material" and value.value in materials:
-            left_out.add(fact)
-    return {fact: value for fact, value in facts.items() if fact not in left_out} if left_out else facts
-
-
 def _changed(artifact: Artifact, old: str, remark: str) -> TextDifference:
     shown = FORMATS[artifact.backend].proving.shown
     large = not shown and max(len(old), len(artifact.text)) > _LARGEST_PICTURE
-    lines = () if large else unified(artifact.file, old, artifact.text)
-    return TextDifference(artifact.file, CHANGED, remark, lines, shown)
+    return TextDifference(
+        artifact.file, CHANGED, remark, () if large else unified(artifact.file, old, artifact.text), shown
+    )
 
 
-def _remarked(
-    text: TextDifference, artifact: Artifact | None, told: set[str], committed: Mapping[str, bytes]
-) -> TextDifference:
+def _remarked(text: TextDifference, artifact: Artifact | None, old: str, told: set[str]) -> TextDifference:
     """Return a text difference with the remark that no change of meaning goes with it, where that is so."""
-    if artifact is None or text.kind != CHANGED or text.remark or artifact.output in told:
+    if artifact is None or text.remark or artifact.output in told:
         return text
     format = FORMATS[artifact.backend]
-    if format.facts is None:
-        return text
-    old = _decoded(committed[artifact.file]) or ""
     differ = format.proving.differ(old, artifact.text) if format.proving.differ is not None else ""
+    if not differ and format.read is None:
+        return text
     if not differ:
-        differ = (
-            _SAME_MEANING
-            if same_syntax(format, old, artifact.text)
-            else _with_values(_NOTHING_COMPARED, old, artifact.text)
-        )
+        same = same_syntax(format, old, artifact.text)
+        differ = _SAME_MEANING if same else _with_values(_NOTHING_COMPARED, old, artifact.text)
     return text._replace(remark=differ)
 
 
 def _with_values(remark: str, old: str, new: str) -> str:
-    """Return a remark with the first values of a text that differ."""
-    values = differing(old, new)
+    values = differing_values(old, new)
     return f"{remark}: {values}" if values else remark
 
 
-def lines(comparison: Comparison, full: bool = False) -> list[str]:
-    """Return a comparison as lines of plain text: changes of meaning, remarks and what to do, then the text diffs.
-
-    Diffs are shortened unless ``full``.
-    """
-    said = [change.line() for change in comparison.changes]
-    if not full and len(said) > _MAX_CHANGES:
-        said[_MAX_CHANGES:] = [f"... {counted(len(said) - _MAX_CHANGES, 'more difference')} (--full shows them)"]
-    said += [f"{printable(text.file)}: {text.remark}" for text in comparison.texts if text.remark]
-    for text in comparison.texts:
-        if text.lines and (full or text.shown):
-            said += ["", *(text.lines if full else shorten(text.lines))]
-    if any(text.kind == CHANGED for text in comparison.texts):
-        said += ["", "if this is what you meant, run rosorin-compile all and commit what it writes"]
-    return said
-
-
-CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
-MAX_LINES = 40
-MAX_WIDTH = 160
-# Above this number of lines, comparing line by line takes too long.
-_MAX_COMPARED = 20_000
-_LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not shown at all
-_NO_END = "\\ No newline at end of file"
-
-
-class TextDifference(NamedTuple):
-    """How the text of a file differs: its kind, a remark, and for a changed file the lines of a unified diff.
-
-    ``shown``: whether these say anything to a person; of a picture they do not.
-    """
-
-    file: str
-    kind: str
-    remark: str = ""
-    lines: tuple[str, ...] = ()
-    shown: bool = True
-
-    @property
-    def is_text(self) -> bool:
-        """Whether the file that stands there is text at all."""
-        return self.kind != NOT_TEXT
-
-    def shortened(self) -> list[str]:
-        """Return the first lines of the diff, as ``narrowed``, and how many there are more."""
-        return shorten(self.lines)
-
-
-def unified(file: str, old: str, new: str) -> tuple[str, ...]:
-    """Return the unified diff from a committed to a compiled text, without line ends, control characters visible."""
-    from difflib import unified_diff
-
-    before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
-    if max(len(before), len(after)) > _MAX_COMPARED:
-        return (f"{len(before)} lines committed, {len(after)} lines compiled: too many to show how they differ",)
-    shown: list[str] = []
-    for line in unified_diff(before, after, f"committed/{file}", f"compiled/{file}"):
-        shown.append(printable(line.removesuffix("\n"), keep="\t"))
-        if not line.endswith("\n"):
-            shown.append(_NO_END)
-    return tuple(shown)
-
-
-def narrowed(lines: Sequence[str], most: int) -> list[str]:
-    """Return the first lines of a diff, long ones cut around the place where they begin to differ."""
-    shown = list(lines[:most])
-    for index, line in enumerate(shown):
-        if len(line) > MAX_WIDTH:
-            shown[index] = _cut(line, _beginning(lines, index))
-    return shown
-
-
-def shorten(lines: Sequence[str]) -> list[str]:
-    """Return the first lines of a diff, as ``narrowed``, and how many there are more."""
-    shown = narrowed(lines, MAX_LINES)
-    if len(lines) > MAX_LINES:
-        shown.append(f"... {len(lines) - MAX_LINES} more lines (--full shows them)")
-    return shown
-
-
-def _beginning(lines: Sequence[str], index: int) -> int:
-    """Return where a line of a diff begins to differ from the line that takes its place; 0 if none does."""
-    sign = lines[index][:1]
-    if sign not in ("-", "+"):
-        return 0
-    start = index
-    while start and lines[start - 1][:1] == sign:
-        start -= 1
-    if sign == "-":
-        place = index
-        while place < len(lines) and lines[place][:1] == "-":
-            place += 1
-    else:
-        place = start
-        while place and lines[place - 1][:1] == "-":
-            place -= 1
-    place += index - start
-    twin = lines[place] if place < len(lines) and place != index else ""
-    if twin[:1] not in ("-", "+") or twin[:1] == sign:
-        return 0
-    return next((at for at, (a, b) in enumerate(zip(lines[index][1:], twin[1:], strict=False), 1) if a != b), 0)
-
-
-def _cut(line: str, place: int) -> str:
-    first = max(1, place - MAX_WIDTH // 3)
-    left = "" if first == 1 else "..."
-    right = "..." if first + MAX_WIDTH < len(line) else ""
-    return f"{line[:1]}{left}{line[first : first + MAX_WIDTH]}{right}"
-
-
 def same_syntax(format: Format, old: str, new: str) -> bool:
-    """Say whether two texts of a format differ in white space, comments and the spelling of numbers alone."""
+    """Return True if two texts of a format differ in white space, comments and the spelling of numbers alone."""
     if format.proving.syntax is None:
         return False
     try:
         return bool(format.proving.syntax(old) == format.proving.syntax(new))
     except (ValueError, SyntaxError):
         return False
+
+
+@dataclass
+class _Own:
+    """What is found of one pair: its differences that are told of their leaf, and those of shapes and masses."""
+
+    pair: Pair
+    told: list[Difference] = field(default_factory=list)
+    derived: dict[tuple[str, str], list[Difference]] = field(default_factory=dict)
+
+
+class _Changes:
+    """Finds the changes of all pairs, each once, with the outputs that show it."""
+
+    def __init__(self, robot: Robot, pairs: Sequence[Pair], templates: Templates | None) -> None:
+        self.robot = robot
+        self.templates = templates
+        self.pairs = pairs
+        self.changes: list[Change] = []
+        self.order = {pair.name: index for index, pair in enumerate(pairs)}
+
+    def found(self) -> list[Change]:
+        """Return the changes, sorted: by link from the root on, then servos, poses and the rest."""
+        owned = [self._own(pair) for pair in self.pairs]
+        for kind, old, new in dict.fromkeys(
+            (kind, old, new)
+            for pair in self.pairs
+            for kind, names in pair.renamed.items()
+            for old, new in names.items()
+        ):
+            outputs = tuple(pair.name for pair in self.pairs if old in pair.renamed.get(kind, {}))
+            self.changes.append(Change(kind, new, "", *renamed(kind, old, new), outputs))
+        self._told(owned)
+        self._derived(owned)
+        place = order_of(self.robot)
+        made = [
+            change._replace(artifacts=tuple(sorted(dict.fromkeys(change.artifacts), key=self.order.__getitem__)))
+            for change in self.changes
+        ]
+        return sorted(made, key=lambda change: sort_key(self.robot, place, change))
+
+    def _own(self, pair: Pair) -> _Own:
+        own = _Own(pair)
+        for one in _without_hidden(pair, compare_leaves(pair.old, pair.new, pair.precisions)):
+            kind, name, quantity = one.address
+            if kind == "link" and quantity in SHAPES:
+                own.derived[name, quantity] = [one]
+            elif kind == "link" and quantity in INERTIAL and None not in (one.old, one.new):
+                own.derived.setdefault((name, "mass"), []).append(one)
+            else:
+                own.told.append(one)
+        return own
+
+    def _told(self, owned: Sequence[_Own]) -> None:
+        """Add the changes of leaves, those that mean the same in several artifacts once."""
+        clusters: dict[Address, list[list[tuple[Pair, Difference, Sentence]]]] = {}
+        for own in owned:
+            describer = Describer(self.robot, (own.pair.old, own.pair.new), own.pair.precisions)
+            for one, sentence in describer.describe(own.told):
+                groups = clusters.setdefault(one.address, [])
+                for group in groups:
+                    if _same_change(group[0][0], group[0][1], own.pair, one):
+                        group.append((own.pair, one, sentence))
+                        break
+                else:
+                    groups.append([(own.pair, one, sentence)])
+        for groups in clusters.values():
+            for group in groups:
+                _, one, sentence = group[0]
+                outputs = tuple(pair.name for pair, _, _ in group)
+                kind, name, quantity = one.address
+                if not quantity and kind in ("frame", "link"):
+                    word = NEW if one.old is None else REMOVED
+                    every = [pair.new if word == NEW else pair.old for pair in self.pairs]
+                    sentence = attached(self.robot, name, word, every)
+                found = tuple(difference for _, difference, _ in group)
+                self.changes.append(Change(kind, name, quantity, *sentence, outputs, (), found))
+
+    def _derived(self, owned: Sequence[_Own]) -> None:
+        """Add the changes of shapes and masses, those that follow from others under these."""
+        if not any(own.derived for own in owned):
+            return
+        undone = undo_all(self.robot, [own.pair for own in owned], [own.told for own in owned])
+        # An artifact that has every frame tells of each link alone.
+        for own in sorted(owned, key=lambda own: -len(links_of(own.pair.new))):
+            before = self._contents(undone, own.pair)
+            for (link, quantity), differences in own.derived.items():
+                if before is None or not self._follows(own.pair, link, differences, before):
+                    undone = self._add(own.pair, link, quantity, differences, before, undone)
+                    before = self._contents(undone, own.pair)
+                else:
+                    self._attach(own.pair, link, quantity)
+
+    def _contents(self, robot: Robot, pair: Pair) -> Leaves | None:
+        try:
+            return contents(robot, pair.output, self.templates)
+        except (ValueError, KeyError, TypeError, StopIteration, TemplateProblem):  # what is undone may be no robot
+            return None
+
+    def _follows(self, pair: Pair, link: str, differences: Sequence[Difference], before: Leaves) -> bool:
+        """Return True if the old leaves are what the artifact is meant to contain with the other changes undone."""
+        entry = before.get(("link", link), {})
+        first: Leaves = {("link", link): {one.address.quantity: one.old for one in differences if one.old is not None}}
+        meant = {one.address.quantity: entry.get(one.address.quantity) for one in differences}
+        second: Leaves = {("link", link): {key: value for key, value in meant.items() if value is not None}}
+        return not compare_leaves(first, second, pair.precisions, POSE_NOISE)
+
+    def _add(
+        self,
+        pair: Pair,
+        link: str,
+        quantity: str,
+        differences: Sequence[Difference],
+        before: Leaves | None,
+        undone: Robot,
+    ) -> Robot:
+        """Add what changed of a link itself, and return the robot with it undone."""
+        if quantity == "mass":
+            describer = Describer(self.robot, (pair.old, pair.new), pair.precisions)
+            for one, sentence in describer.describe(differences):
+                self._merge(Change("link", link, one.address.quantity, *sentence, (pair.name,), (), (one,)))
+            return undo(undone, [(one, pair.old) for one in differences])
+        (one,) = differences
+        meant = one.new if before is None else before.get(("link", link), {}).get(quantity)
+        old, now = (_solids(s, p) for s, p in zip((one.old, one.new), pair.precisions, strict=True))
+        expected = _solids(meant, pair.precisions[1])
+        if _size(old, expected) >= _size(old, now):
+            meant, expected = one.new, now
+        elif not same_set(expected, now):
+            self._attach(pair, link, quantity)
+        told = shapes_change(link, quantity, (len(old), len(expected)), delta(old, expected))
+        for sentence in (*told.numbers, *told.words):
+            self._merge(Change("link", link, f"{quantity} shapes", *sentence, (pair.name,), (), (one,)))
+        return undo(undone, [(Difference(one.address, one.old, meant), pair.old)])
+
+    def _merge(self, change: Change) -> None:
+        """Add a change, or its artifact to the same change; an artifact may have had no word before."""
+        for at, other in enumerate(self.changes):
+            same = other[:3] == change[:3] and other.row.after == change.row.after
+            before = {other.row.before, change.row.before}
+            if (
+                same
+                and (len(before) == 1 or NO_WORD in before)
+                and other.text.partition(":")[0] == change.text.partition(":")[0]
+            ):
+                self.changes[at] = other._replace(artifacts=(*other.artifacts, *change.artifacts))
+                return
+        self.changes.append(change)
+
+    def _attach(self, pair: Pair, link: str, quantity: str) -> None:
+        """List an artifact with the changes that its shapes or its mass of a link follow from."""
+        key = ("link", link)
+        causes = [
+            at
+            for at, change in enumerate(self.changes)
+            if change.differences and self._is_cause(change, pair, key, quantity)
+        ]
+        for at in causes:
+            change = self.changes[at]
+            own = change[:2] == key or quantity == "mass"
+            therefore = change.therefore if own else (*change.therefore, link)
+            self.changes[at] = change._replace(
+                artifacts=(*change.artifacts, pair.name), therefore=tuple(dict.fromkeys(therefore))
+            )
+
+    def _is_cause(self, change: Change, pair: Pair, key: tuple[str, str], quantity: str) -> bool:
+        if len(self.changes) > _MANY_CAUSES:
+            return change.kind == "frame" or change[:2] == key
+        own = self._sides(change)
+        undone = self._contents(undo(self.robot, own), pair)
+        words = INERTIAL if quantity == "mass" else (quantity,)
+        if undone is None:
+            return False
+        sides = ({key: {w: e[w] for w in words if w in (e := side.get(key, {}))}} for side in (undone, pair.new))
+        first, second = sides
+        return bool(compare_leaves(first, second, (exact, pair.precisions[1]), POSE_NOISE))
+
+    def _sides(self, change: Change) -> list[tuple[Difference, Leaves]]:
+        old = {pair.name: pair.old for pair in self.pairs}
+        return [(one, old[name]) for one, name in zip(change.differences, change.artifacts, strict=False)]
+
+
+def _size(old: Sequence[Solid], new: Sequence[Solid]) -> tuple[int, int]:
+    """Return in how many solids two sets differ, without looks and names, and with them."""
+    bare = delta([one.bare for one in old], [one.bare for one in new])
+    whole = delta(old, new)
+    return len(bare.removed) + len(bare.added), len(whole.removed) + len(whole.added)
+
+
+def _solids(side: Any, precision: Precision) -> list[Solid]:
+    return side.solids(precision) if isinstance(side, Shapes) else []
+
+
+def _same_change(pair: Pair, one: Difference, other_pair: Pair, other: Difference) -> bool:
+    """Return True if two artifacts mean the same by a difference at one address."""
+    if not one.address.quantity and not isinstance(one.old or one.new, frozenset):
+        return (one.old is None) == (other.old is None)
+    for side in (0, 1):
+        values = (one[1 + side], other[1 + side])
+        entries = [{} if value is None else {one.address.quantity: value} for value in values]
+        thing = one.address[:2]
+        known = (pair.precisions[side], other_pair.precisions[side])
+        if compare_leaves({thing: entries[0]}, {thing: entries[1]}, known, NOISE):
+            return False
+    return True
+
+
+def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[Difference]:
+    """Yield the differences that are no consequence of things that are new or gone, or move now and did not."""
+    before, after = links_of(pair.old), links_of(pair.new)
+    changed = {one.address.name: one for one in differences if one.address.kind == "frame" and not one.address.quantity}
+    came = {name for name in before ^ after if " " not in name} | set(changed)
+    joints = {joint_of(side, name) for side in (pair.old, pair.new) for name in came} - {""}
+    retyped = set()
+    for one in differences:
+        kind, name, quantity = one.address
+        if kind == "joint" and (not quantity or quantity == "type"):
+            types = [
+                side.get("type") if isinstance(side, dict) else side if quantity else "fixed"
+                for side in (one.old, one.new)
+            ]
+            if (types[0] in MOVING) != (types[1] in MOVING) and name not in joints:
+                retyped.add(name)
+                yield Difference(Address(kind, name, "type"), types[0] or "fixed", types[1] or "fixed")
+    for one in differences:
+        kind, name, quantity = one.address
+        if kind == "frame" and name in changed and quantity:
+            continue
+        if kind == "joint" and (name in joints or name in retyped or not quantity):
+            continue
+        if kind in ("link", "height map") and (name in changed or (name in came and quantity)):
+            continue
+        if kind == "link" and not quantity and name in (before & after):
+            yield from _entries(one)
+            continue
+        if kind == "pose" and (quantity in joints or quantity in retyped):
+            continue
+        if isinstance(one.old, frozenset) or isinstance(one.new, frozenset):
+            sets = [frozenset(m for m in side or () if came.isdisjoint(_members(m))) for side in (one.old, one.new)]
+            if sets[0] != sets[1]:
+                yield Difference(one.address, *sets)
+            continue
+        yield one
+
+
+def _entries(one: Difference) -> Iterator[Difference]:
+    """Yield the leaves of a link that says something now, and did not, or the other way round."""
+    kind, name, _ = one.address
+    for quantity, value in (one.old or one.new).items():
+        yield Difference(Address(kind, name, quantity), *((value, None) if one.new is None else (None, value)))
+
+
+def _members(text: str) -> set[str]:
+    return set(text.partition(" (")[0].split(" - "))
+
+
+def undo_all(robot: Robot, pairs: Sequence[Pair], told: Sequence[Sequence[Difference]] = ()) -> Robot:
+    """Return the robot that artifacts tell of, as they were; with ``told``, with these differences undone alone.
+
+    What is new in an artifact, and was in another one before, is not new.
+    """
+    known = {name for pair in pairs for name in links_of(pair.old)}
+    found: list[tuple[Difference, Leaves]] = []
+    for at in sorted(range(len(pairs)), key=lambda at: -len(pairs[at].old)):
+        pair = pairs[at]
+        differences = told[at] if told else compare_leaves(pair.old, pair.new, pair.precisions)
+        for one in differences:
+            kind, name, quantity = one.address
+            fresh = one.old is None and not quantity and kind in ("frame", "link")
+            if not fresh or name not in known:
+                found.append((one, pair.old))
+    return undo(robot, found)

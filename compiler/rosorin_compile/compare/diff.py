@@ -12,12 +12,11 @@ from rosorin_compile.model.looks import shows_collision
 
 from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, YAML, Difference, Item, Side
 from .frames import compare_frames, furthest
-from .joints import compare_joints
 from .masses import compare_masses
 from .not_compared import not_carried, uncompared
-from .others import compare_others
 from .pairing import Pairing, compare_names, pair
 from .renaming import renamed
+from .rest import compare_rest
 from .shapes import compare_shapes
 
 
@@ -34,7 +33,7 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
     missing, lacking = not_carried(pairing, a, b)
     silent = uncompared(a, b)
     frames = compare_frames(pairing)
-    items = [*frames.items, *compare_joints(pairing, frames.coordinates, silent.topics)]
+    items = [*frames.items, *compare_rest(pairing, (a, b), frames.coordinates, silent.topics)]
     notes = [*_prefix_note(pairing, a, b), *frames.notes]
     not_compared = [*lacking, *silent.lines]
     if "mass" not in silent.topics:
@@ -48,7 +47,6 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
             notes += shapes.notes
             not_compared += shapes.not_compared
     items += compare_names(pairing, missing, "fixed joint name" not in silent.topics)
-    items += compare_others(pairing, (a, b), silent.topics)
     if a.robot.name != b.robot.name and a.format.writing.names_robot and b.format.writing.names_robot:
         notes.append(f"the robot is called {a.robot.name} in A, {b.robot.name} in B")
     moved = [item for item in items if item.kind in (FRAME, JOINT)]

@@ -17,8 +17,8 @@ from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import ENDINGS
 from rosorin_compile.source.wording import counted, printable
 
+from .precision import EXACT, Printing
 from .proof import Tolerance
-from .tolerance import EXACT, Printing
 
 if TYPE_CHECKING:
     from .overlay import Overlay
@@ -118,7 +118,7 @@ class Difference:
 
     def brief(self) -> str:
         """Return what differs, each once and without its numbers; of many the first ones. Empty if nothing does."""
-        from .wording import brief
+        from .sentences import brief
 
         return brief(item.text for item in self.items)
 

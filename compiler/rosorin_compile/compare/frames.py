@@ -12,19 +12,17 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.formats import Value
-from rosorin_compile.formats.format import About
-from rosorin_compile.model import Joint
+from rosorin_compile.model import Joint, Pose
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import first_of
 
-from .bodies import Bodies, positions_of, states_of, whole_states
+from .bodies import Bodies, Gap, gap, positions_of, states_of, whole_states
 from .difference import FRAME, JOINT, Item
 from .joints import Coordinate, Coordinates, axis_item, coordinate_of
 from .pairing import Pairing
-from .tolerance import Gap, Placed, gap
-from .wording import far, number, placed, pose_text, several, value_change
+from .precision import Placed
+from .sentences import About, far, near_angles, number, placed, several, text_of, value_change
 
 
 class Frames(NamedTuple):
@@ -159,7 +157,7 @@ class _Frames:
         """Say what became of a joint whose body is nowhere in its place: where it sits, and its axis."""
         upper = self.a.top[joint.parent]
         if self.pairing.bodies.get(upper) != self.b.top[twin.parent]:
-            text = value_change(About(joint.child, "parent"), Value(joint.parent), Value(twin.parent)).text
+            text = value_change(About(joint.child, "parent"), joint.parent, twin.parent).text
             self.items.append(Item(JOINT, joint.name, "parent", text, joint.parent, twin.parent))
             self._hung(joint, twin, cluster)
             return
@@ -275,8 +273,9 @@ def _moved(
     distance = apart.distance if apart.distance > apart.length_tolerance else 0.0
     angle = apart.angle if apart.angle > apart.angle_tolerance else 0.0
     least = apart.length_tolerance, apart.angle_tolerance
-    text = placed(frame, source, poses, (distance, angle), others, least).text
-    return Item(*about, "origin", text, pose_text(poses[0]), pose_text(poses[1]), "", distance, angle, "always")
+    near = Pose(poses[0].xyz, near_angles(poses[0].rpy, poses[1].rpy)), poses[1]
+    text = placed(frame, source, near, (distance, angle), others, least).text
+    return Item(*about, "origin", text, text_of(poses[0]), text_of(poses[1]), "", distance, angle, "always")
 
 
 def _elsewhere(pairing: Pairing) -> Iterator[Item]:

@@ -1,4 +1,4 @@
-"""Joints: type, axis, limits, mimic, dynamics and what else is said of a joint that both robots have.
+"""Joints: how their axes changed, and how they count their positions.
 
 ``Coordinates`` are joints that move the same way and count their positions otherwise.
 """
@@ -6,49 +6,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from rosorin_compile.formats import Value
-from rosorin_compile.formats.format import About
 from rosorin_compile.model import Joint, Vector
 from rosorin_compile.model.geometry import angle_between, dot, minus, norm, unit
 from rosorin_compile.source.numbers import amount
 
 from .bodies import Bodies, span_of
-from .difference import JOINT, LIMIT, Item
+from .difference import JOINT, Item
 from .pairing import Pairing
-from .tolerance import joined
-from .wording import axis_change, mimic_change, mimic_text, number, number_change, row, value_change
-
-# The parts of a joint that are numbers: attribute of the model, and its fields.
-_PARTS: Mapping[str, tuple[str, ...]] = {
-    "dynamics": ("damping", "friction", "armature", "stiffness", "spring_reference"),
-    "actuator": ("kp", "kv", "damping"),
-    "calibration": ("rising", "falling", "reference_position"),
-    "safety": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
-}
-# What is zero where it is not said.
-_ZERO = {"damping", "friction", "armature", "stiffness", "spring_reference", "kv"}
-_TOPICS = {"spring_reference": "stiffness"}
-_UNITS = {
-    "damping": ("N*m*s/rad", "N*s/m"),
-    "friction": ("N*m", "N"),
-    "armature": ("kg*m^2", "kg"),
-    "stiffness": ("N*m/rad", "N/m"),
-    "spring_reference": ("rad", "m"),
-    "kp": ("N*m/rad", "N/m"),
-    "kv": ("N*m*s/rad", "N*s/m"),
-    "effort": ("N*m", "N"),
-    "velocity": ("rad/s", "m/s"),
-    "k_position": ("1/s", "1/s"),
-    "k_velocity": ("N*m*s/rad", "N*s/m"),
-}
-
-
-def unit_of(joint: Joint, quantity: str) -> str:
-    """Return the unit of a number of a joint."""
-    return _UNITS.get(quantity, ("rad", "m"))[joint.type == "prismatic"]
+from .precision import joined
+from .sentences import About, axis_change, number, row, value_change
 
 
 def axis_item(pairing: Pairing, joint: Joint, twin: Joint, frame: str) -> Item | None:
@@ -77,63 +46,9 @@ def axis_item(pairing: Pairing, joint: Joint, twin: Joint, frame: str) -> Item |
     return None
 
 
-def compare_joints(pairing: Pairing, coordinates: Mapping[str, Coordinate], unsaid: frozenset[str]) -> Iterator[Item]:
-    """Yield what differs in the values of the joints that both robots have; ``unsaid`` is what is not compared."""
-    for joint in pairing.a.robot.joints_down():
-        twin = pairing.b.robot.joint.get(joint.name)
-        if twin is None:
-            continue
-        if joint.type != twin.type:
-            text = value_change(About(joint.name, "type"), Value(joint.type), Value(twin.type)).text
-            yield Item(JOINT, joint.name, "type", text, joint.type, twin.type)
-        if joint.is_fixed or twin.is_fixed:
-            continue
-        yield from _limits(pairing, joint, twin, coordinates.get(joint.name), unsaid)
-        if "mimic" not in unsaid:
-            yield from _mimic(pairing, joint, twin)
-        whole = "simulation" in unsaid and "actuator" not in unsaid  # an MJCF has one damping of joint and drive
-        for part, fields in _PARTS.items():
-            for quantity in fields:
-                if part not in unsaid and _TOPICS.get(quantity, quantity) not in unsaid:
-                    values = _field(joint, part, quantity), _field(twin, part, quantity)
-                    if quantity == "damping" and whole:
-                        values = (joint.braking, twin.braking) if part == "dynamics" else (None, None)
-                    both = part in ("calibration", "safety") or (part, quantity) == ("actuator", "damping")
-                    name = f"{part} {quantity}" if both else quantity
-                    yield from _number(pairing, joint, (JOINT, name), quantity, values)
-
-
-def _field(joint: Joint, part: str, quantity: str) -> float | None:
-    """Return a number of a part of a joint; without the part, or without it in the part, what that means."""
-    found: float | None = getattr(getattr(joint, part), quantity, None)
-    return 0.0 if found is None and quantity in _ZERO else found
-
-
-def _limits(
-    pairing: Pairing, joint: Joint, twin: Joint, coordinate: Coordinate | None, unsaid: frozenset[str]
-) -> Iterator[Item]:
-    free = "continuous" in (joint.type, twin.type)
-    for quantity in ("lower", "upper", "effort", "velocity"):
-        follows = quantity in ("lower", "upper") and coordinate is not None and coordinate.same_limits
-        if quantity in unsaid or follows or (free and quantity in ("lower", "upper")):
-            continue
-        values = getattr(joint.limit, quantity, None), getattr(twin.limit, quantity, None)
-        yield from _number(pairing, joint, (LIMIT, f"limit {quantity}"), quantity, values)
-
-
-def _number(
-    pairing: Pairing, joint: Joint, about: tuple[str, str], quantity: str, values: tuple[float | None, float | None]
-) -> Iterator[Item]:
-    # An angle or a length near zero is known no better than one that is not.
-    scale = 0.0 if quantity in _UNITS else 1.0
-    if differ(pairing.a, pairing.b, quantity, values, pairing.tolerance, scale):
-        kind, name = about
-        yield changed(kind, joint.name, name, values, unit_of(joint, quantity))
-
-
 def changed(kind: str, name: str, quantity: str, values: tuple[float | None, float | None], unit: str) -> Item:
     """Return the item about a number that changed; None is a number that is not given."""
-    return Item(kind, name, quantity, str(number_change(About(name, quantity), *values, unit)), *values, unit)
+    return Item(kind, name, quantity, str(value_change(About(name, quantity), *values, unit)), *values, unit)
 
 
 def differ(
@@ -148,20 +63,6 @@ def differ(
         return old is not new
     known = joined(a.printing.tolerance(key, old), b.printing.tolerance(key, new))
     return abs(new - old) > known + tolerance * max(abs(old), abs(new), scale)
-
-
-def _mimic(pairing: Pairing, joint: Joint, twin: Joint) -> Iterator[Item]:
-    old, new = joint.mimic, twin.mimic
-    if old is None or new is None or old.joint != new.joint:
-        if old is not new:
-            words = [mimic_text(m.joint, m.multiplier, m.offset) if m else mimic_text("") for m in (old, new)]
-            yield Item(JOINT, joint.name, "mimic", mimic_change(joint.name, *words).text, words[0], words[1])
-        return
-    for quantity in ("multiplier", "offset"):
-        values = getattr(old, quantity), getattr(new, quantity)
-        if differ(pairing.a, pairing.b, quantity, values, pairing.tolerance, float(quantity == "offset")):
-            unit = unit_of(joint, quantity) if quantity == "offset" else ""
-            yield changed(JOINT, joint.name, f"mimic {quantity}", values, unit)
 
 
 _ALIKE = 1e-6

@@ -13,8 +13,8 @@ from .bodies import Bodies
 from .difference import MASS, Item
 from .joints import changed
 from .pairing import Pairing
-from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
-from .wording import centre_change, inertia_change, row, several
+from .precision import HERE, ROOT_THREE, TURNS, Placed, joined
+from .sentences import centre_change, inertia_change, row, several
 
 Tensor = tuple[Vector, Vector, Vector]
 _NONE: Tensor = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -102,7 +102,7 @@ def _weights(pairing: Pairing, name: str, one: Weight, other: Weight) -> Iterato
     old, new = ([tensor[i][j] for _, i, j in _NAMES] for tensor in (one.inertia, other.inertia))
     changed_entries = [abs(b - a) > allowed for a, b in zip(old, new, strict=True)]
     if any(changed_entries):
-        text = str(inertia_change(name, old, new, changed_entries))
+        text = str(inertia_change(name, old, new, allowed))
         yield Item(MASS, name, "inertia", text, row(old), row(new), "kg*m^2")
 
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
-from rosorin_compile.formats.facts import Solid
 from rosorin_compile.model import Pose, Robot, Shape
 from rosorin_compile.model.geometry import pose_of
 
-from .bodies import Bodies, states_of
-from .solids import Piece, match, pieces_of, seen
-from .tolerance import EXACT, Placed, Printing, gap
+from .bodies import Bodies, gap, states_of
+from .precision import EXACT, Placed, Printing
+from .shapes import Piece, pieces_of, seen
+from .solids import Solid, match
 
 # What became of a link. One that was carried hangs on one that moved.
 MOVED, CARRIED, SHAPED, NEW, REMOVED = "moved", "carried", "shaped", "new", "removed"

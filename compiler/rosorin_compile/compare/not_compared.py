@@ -11,8 +11,8 @@ from rosorin_compile.source.wording import plural
 
 from .difference import YAML, Side
 from .pairing import Pairing
-from .simulation import count_of
-from .wording import several
+from .rest import count_simulated
+from .sentences import several
 
 Count = Callable[[Robot], int]
 
@@ -50,7 +50,7 @@ TOPICS: Mapping[str, tuple[str, Count]] = {
     ),
     "armature": ("armature", _joints(lambda joint: joint.dynamics and joint.dynamics.armature)),
     "stiffness": ("spring", _joints(lambda joint: joint.dynamics and joint.dynamics.stiffness)),
-    "simulation": ("thing of a simulation", count_of),
+    "simulation": ("thing of a simulation", count_simulated),
     "actuator": ("actuator", _joints(lambda joint: joint.actuator)),
     "calibration": ("calibration", _joints(lambda joint: joint.calibration)),
     "safety": ("safety controller", _joints(lambda joint: joint.safety)),

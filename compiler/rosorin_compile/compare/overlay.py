@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Link, Mesh, Robot
 
+from .committed import undo_all
 from .difference import Difference, Side
-from .entities import Pair
 from .moves import PURPOSES, SHAPED, Moves, moves
 from .pairing import Pairing
-from .past import past
+from .pairs import Pair
 from .renaming import renamed
 
 
@@ -52,7 +52,7 @@ class Overlay(NamedTuple):
 
 def before(robot: Robot, pairs: Sequence[Pair]) -> Overlay:
     """Return what a robot was under what it is; ``pairs`` are the artifacts that differ, before and after."""
-    old = past(robot, pairs)
+    old = undo_all(robot, pairs)
     return Overlay(old, moves(old, robot))
 
 

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Robot
 
-from .bodies import Bodies
+from .bodies import Bodies, gap
 from .difference import JOINT, NAME, Item, Side
+from .precision import Printing
 from .renaming import renamed
-from .tolerance import Printing, gap
-from .wording import Hung, existence
-from .wording import renamed as renamed_text
+from .sentences import existence
+from .sentences import renamed as renamed_text
 
 Rename = Callable[[str], str]
 
@@ -277,7 +277,7 @@ def _only(robot: Robot, other: Robot, not_carried: frozenset[str], word: str) ->
     for head, names in below.items():
         joint, link = robot.joint_to.get(head), robot.link[head]
         what = "link" if link.inertial or link.collision or link.visual else "frame"
-        hung = Hung(joint.parent, joint.type, joint.name) if joint is not None else Hung()
+        hung = [f"{joint.type} on {joint.parent}", joint.name] if joint is not None else ["the root"]
         values = (head, None) if word == "removed" else (None, head)
         yield Item(NAME, head, "existence", str(existence(word, what, head, hung, names[1:])), *values)
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS, Format
-from rosorin_compile.formats.facts import COLLISION
-from rosorin_compile.formats.format import About
-from rosorin_compile.model import Box, Capsule, Ellipsoid, HeightMap, Link, Shape, Transform
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Link, Mesh, Shape, Sphere, Transform
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.looks import is_own
-from rosorin_compile.model.shape import GROUNDED
+from rosorin_compile.model.shape import GROUNDED, ROWS, plain
 from rosorin_compile.source.progress import Progress
 
 from .bodies import Bodies
@@ -19,10 +18,10 @@ from .difference import SHAPE, VISUAL, YAML, Item, Side
 from .joints import changed
 from .not_compared import CAPSULE, ONE_BOX
 from .pairing import Pairing
-from .shape_wording import FEW, likened, numbers_change, shapes_change, words_change
-from .solids import Delta, Piece, largest_step, match, pieces_of, same_space, seen
-from .tolerance import joined
-from .wording import cells_change, colour_change, row, row_pair, several
+from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Printing, joined
+from .sentences import About, cells_change, colour_change, row, several
+from .shape_sentences import FEW, likened, numbers_change, shapes_change, words_change
+from .solids import Delta, Solid, largest_step, match, same_space, solid_of
 
 
 class Purpose(NamedTuple):
@@ -46,7 +45,7 @@ class Purpose(NamedTuple):
     def says_no_colour(self) -> bool:
         """Whether a visual without a colour means the same on both sides: a description has the words of a URDF."""
         return self.formats[0] is self.formats[1] or all(
-            format is FORMATS.published() or not format.read for format in self.formats
+            format is FORMATS.published() or not format.load for format in self.formats
         )
 
 
@@ -102,7 +101,7 @@ def _capsules_told(pairing: Pairing, sides: tuple[Side, Side], purpose: str) -> 
 
 
 def _of(link: Link, purpose: str) -> tuple[Shape, ...]:
-    return link.collision if purpose == COLLISION else link.visual
+    return link.collision if purpose == "collision" else link.visual
 
 
 class _Shapes:
@@ -270,37 +269,90 @@ class _Shapes:
 
     def _add(self, name: str, text: str, old: list[Piece], new: list[Piece]) -> None:
         largest = largest_step(Delta(*(tuple(p.solid for p in some) for some in (old, new)))) if old and new else None
-        kind = SHAPE if self.purpose.name == COLLISION else VISUAL
+        kind = SHAPE if self.purpose.name == "collision" else VISUAL
         before, after = "; ".join(map(_words, old)), "; ".join(map(_words, new))
         self.items.append(Item(kind, name, self.purpose.name, text, before, after, "m", largest))
 
     def _pairs(self, pairs: Sequence[tuple[Piece, Piece]]) -> None:
         """Compare what else is said of solids: the names of mesh files, and colours; the same of one link once."""
-        colours: dict[tuple[str, str, str], None] = {}
+        colours: dict[tuple[Any, ...], None] = {}
         for one, other in pairs:
             files = [getattr(piece.shape.geometry, "file", "") for piece in (one, other)]
             if files[0] != files[1] and one.solid.words == other.solid.words:
                 self.meshes.add(f"{files[0]} -> {files[1]}")
-            found = self._colours(one.shape, other.shape) if self.purpose.name != COLLISION else None
+            found = self._colours(one.shape, other.shape) if self.purpose.name != "collision" else None
             if found:
                 colours.setdefault((one.link, *found))
         for link, old, new in colours:
             text = colour_change(About(link, "visual"), old, new).text
-            self.items.append(Item(VISUAL, link, "colour", text, old, new))
+            before, after = (row(one) if one else "none" for one in (old, new))
+            self.items.append(Item(VISUAL, link, "colour", text, before, after))
 
-    def _colours(self, one: Shape, other: Shape) -> tuple[str, str] | None:
+    def _colours(self, one: Shape, other: Shape) -> tuple[Any, Any] | None:
         """Return the colours of two visuals if they differ; a simulator's format has a default of its own."""
         old, new = self.pairing.a.robot.colour(one), self.pairing.b.robot.colour(other)
         if old is None or new is None:
             if old is new or not self.purpose.says_no_colour:
                 return None
-            return tuple("none" if c is None else row(c) for c in (old, new))  # type: ignore[return-value]
+            return old, new
         if self.purpose.of_artifacts and is_own(old) and is_own(new):  # which nobody has said
             return None
         known = joined(self.pairing.a.printing.tolerance("rgba", *old), self.pairing.b.printing.tolerance("rgba", *new))
         if all(abs(x - y) <= known + self.pairing.tolerance for x, y in zip(old, new, strict=True)):
             return None
-        return row_pair(old, new)
+        return old, new
+
+
+class Piece(NamedTuple):
+    """A solid of a link: the link and its number there, the shape that says it, and the solid seen from some frame."""
+
+    link: str
+    number: int
+    shape: Shape
+    solid: Solid
+
+
+def pieces_of(
+    link: str, shapes: Sequence[Shape], printing: Printing, capsules: bool = True, form: str = ROWS
+) -> list[Piece]:
+    """Return the solids of a link in its own frame; without ``capsules`` as a URDF 1.0 has them.
+
+    ``form`` is how height maps are cut into boxes.
+    """
+    found: list[Piece] = []
+    for whole in shapes:
+        for shape in whole.solids(form):
+            made = shape if capsules else replace(shape, geometry=plain(shape.geometry))
+            found.append(Piece(link, len(found), whole, _solid(made, whole, printing)))
+    return found
+
+
+def _solid(shape: Shape, whole: Shape, printing: Printing) -> Solid:
+    solid = solid_of(shape).bare
+    if isinstance(shape.geometry, Mesh):
+        name = shape.geometry.file.replace("\\", "/").rsplit("/", 1)[-1]
+        solid = solid._replace(words=(f"file {name}",))
+    length = ROOT_THREE * printing.tolerance("xyz", *whole.pose.xyz) + _size_tolerance(whole.geometry, printing)
+    turn = POSE_NOISE + TURNS * printing.tolerance("rpy", *whole.pose.rpy)
+    return solid._replace(tolerance=length, turn_tolerance=turn)
+
+
+def _size_tolerance(geometry: object, printing: Printing) -> float:
+    if isinstance(geometry, Box):
+        corners = max(printing.tolerance("min", *geometry.lower), printing.tolerance("max", *geometry.upper))
+        return max(printing.tolerance("size", *geometry.size), corners)
+    if isinstance(geometry, (Cylinder, Capsule)):
+        return max(printing.tolerance("radius", geometry.radius), printing.tolerance("length", geometry.length))
+    if isinstance(geometry, Sphere):
+        return printing.tolerance("radius", geometry.radius)
+    if isinstance(geometry, HeightMap):
+        return printing.tolerance("heights", *(z for line in geometry.heights for z in line[:1]))
+    return 0.0
+
+
+def seen(piece: Piece, place: Placed) -> Piece:
+    """Return a solid seen from the frame that its link is placed in."""
+    return piece._replace(solid=piece.solid.seen_from(place))
 
 
 def _reaches_not_down(piece: Piece) -> bool:
@@ -337,12 +389,12 @@ def _height_maps(pairing: Pairing, name: str, one: Shape, other: Shape, simple: 
             items.append(changed(SHAPE, name, f"height map {quantity}", (before, after), "m"))
     sizes = [f"{len(heights)} x {len(heights[0]) if heights else 0}" for heights in (old.heights, new.heights)]
     if sizes[0] != sizes[1]:
-        text = cells_change(name, [], (sizes[0], sizes[1])).text
+        text = cells_change(name, old.heights, new.heights).text
         return [*items, Item(SHAPE, name, "height map", text, sizes[0], sizes[1])]
     pairs = [pair for lines in zip(old.heights, new.heights, strict=True) for pair in zip(*lines, strict=False)]
     steps = [abs(b - a) for a, b in pairs if abs(b - a) > pairing.tolerance]
     if steps:
-        text = cells_change(name, steps, (sizes[0], sizes[1])).text
+        text = cells_change(name, old.heights, new.heights).text
         items.append(Item(SHAPE, name, "height map", text, None, None, "m", max(steps)))
     return items if simple else [*items, *_bottoms(pairing, name, old, new)]
 

@@ -14,7 +14,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import feeding
 from rosorin_compile.source.plugins import are_installed
 
-from .format import Artifact, Fact, Facts, Format, Opened, Value
+from .format import Artifact, Format, Opened
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -25,12 +25,9 @@ if TYPE_CHECKING:
 __all__ = [
     "FORMATS",
     "Artifact",
-    "Fact",
-    "Facts",
     "Format",
     "Formats",
     "Opened",
-    "Value",
     "plugged_diagnostics",
 ]
 
@@ -90,12 +87,12 @@ class Formats(Mapping[str, Format]):
 
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
         """Return how names of files end that hold a robot; with ``include`` of those that a description may include."""
-        readable = [one for one in self.values() if one.read is not None and (one.reading.include or not include)]
+        readable = [one for one in self.values() if one.load is not None and (one.reading.include or not include)]
         return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
 
     def published(self) -> Format:
         """Return the format that robot_state_publisher reads."""
-        return next(one for one in self.values() if one.write and one.read and ROBOT_STATE_PUBLISHER in one.ros.feeds)
+        return next(one for one in self.values() if one.write and one.load and ROBOT_STATE_PUBLISHER in one.ros.feeds)
 
 
 FORMATS = Formats()
@@ -134,7 +131,7 @@ def _plugged() -> Plugged | None:
 @cache
 def _known_files() -> frozenset[str]:
     """Return by what files are known that hold a robot in a format of the tool: endings, and <root> elements."""
-    readable = [one for one in filter(None, map(_built_in, _MODULES)) if one.read is not None]
+    readable = [one for one in filter(None, map(_built_in, _MODULES)) if one.load is not None]
     return frozenset(mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots)))
 
 

@@ -6,11 +6,14 @@ such things are accepted by an entry of ``accept``, and said. What no reader can
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from rosorin_compile.language.accepting import settled
 from rosorin_compile.language.lower import lower
+from rosorin_compile.language.lower.shapes import RULES
 from rosorin_compile.language.validate import validate
+from rosorin_compile.model import Robot
 from rosorin_compile.rules.check import acceptable, check
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, has_errors
 from rosorin_compile.source.messages import gathered
@@ -127,3 +130,26 @@ def errors(imported: Imported, rules: bool = True) -> list[Diagnostic]:
     if lowered.robot is not None:
         told += check(lowered.robot, tree, lowered.places, FORMATS)
     return [one for one in told if one.severity == ERROR]
+
+
+def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
+    """Return the robot of a tree that was read from an artifact of ours, with the diagnostics of the reading.
+
+    Mistakes that a description may accept are in its artifacts as well. Raises ValueError for any other.
+    """
+    links = [*(tree.get("links") or ())]
+    tree["accept"] = [{"rule": rule.id, "of": links, "reason": ""} for rule in RULES if rule.accept]
+    _raise_unless_acceptable(diagnostics)
+    if "robot" not in tree:
+        raise ValueError("the robot has no name")
+    lowered = lower(tree)
+    _raise_unless_acceptable(lowered.diagnostics)
+    if lowered.robot is None:
+        raise ValueError("it contains no robot")
+    return lowered.robot
+
+
+def _raise_unless_acceptable(diagnostics: Iterable[Diagnostic]) -> None:
+    for one in diagnostics:
+        if one.severity == ERROR and one.rule not in acceptable():
+            raise ValueError(one.message)

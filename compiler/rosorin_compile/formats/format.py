@@ -14,27 +14,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, error
 from rosorin_compile.source.messages import and_here
-from rosorin_compile.source.numbers import amount, six_digits
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.proof import Proof
-    from rosorin_compile.model import Edge, Inertial, Output, Robot, Shape
+    from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.rule_registry import Rule
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document, MarkupError
 
-    from .expectation import Expectation
-    from .facts import Deviations
     from .imported import Imported, LeftOut, ReadOptions
     from .templating import Templates
     from .unsupported import Unsupported
-
-
-ANGLES = ("roll", "pitch", "yaw")
-# How sentences about facts begin: kinds that are not named, and quantities that are limits.
-_BARE = ("frame", "joint", "link")
-_LIMITS = ("lower", "upper", "effort", "velocity")
 
 
 @dataclass(frozen=True)
@@ -65,80 +56,6 @@ class Refusal(NamedTuple):
     reason: str = ""
     outdated: bool = False
     missing: str = ""
-
-
-class About(NamedTuple):
-    """What a sentence is about: a thing and a quantity of it, and what stands between them."""
-
-    name: str
-    quantity: str
-    between: str = " "
-
-    def __str__(self) -> str:
-        """Return both as they stand in a sentence."""
-        return f"{self.name}{self.between}{self.quantity}"
-
-
-class Fact(NamedTuple):
-    """What a fact is about: ``kind`` joint, link, frame or pose; its name; the quantity, such as "origin z"."""
-
-    kind: str
-    name: str
-    quantity: str
-
-    @classmethod
-    def angles(cls, frame: str) -> tuple[Fact, ...]:
-        """Return the facts that say how a frame is turned, in the order in which a pose has them."""
-        return tuple(cls("frame", frame, angle) for angle in ANGLES)
-
-    @property
-    def is_angle(self) -> bool:
-        """Whether its quantity is one of those that say how a frame is turned."""
-        return self.quantity in ANGLES
-
-    @property
-    def about(self) -> About:
-        """What a sentence about it begins with."""
-        kind, name, quantity = self
-        if kind == "frame" and quantity in ("publisher", "topic"):
-            return About(name, "published by" if quantity == "publisher" else quantity, ": ")
-        if kind == "joint" and quantity in _LIMITS:
-            return About(name, f"limit {quantity}")
-        if kind == "pose":
-            return About(f"pose {name}", quantity, ": ")
-        if kind == "height map":
-            return About(name, f"height map {quantity}")
-        if kind == "link" and quantity.startswith("inertia "):
-            quantity = quantity.replace(" ", " i")
-        if kind in _BARE or (kind, name) == ("servo", "pulse_to_rad") or kind == name:
-            return About(name, quantity)
-        return About(f"{kind} {name}", quantity)
-
-
-class Value(NamedTuple):
-    """The value of a fact: a number in SI units and how well it is known, or a text."""
-
-    value: float | str
-    unit: str = ""
-    tolerance: float = 0.0
-
-    def shown(self) -> str:
-        """Return it in print: a number with six digits, and its unit; a text as it is."""
-        if isinstance(self.value, str):
-            return self.value
-        return f"{six_digits(self.value)} {self.unit}".rstrip()
-
-    def amount(self) -> str:
-        """Return a length, angle or mass that is not negative in the unit that suits its size."""
-        return amount(float(self.value), self.unit)
-
-
-Facts = dict[Fact, Value]
-
-
-def row_name(edge: Edge) -> str:
-    """Return what the facts of an artifact call a frame in the row of a publisher that takes turns."""
-    return f"{edge.child} when {' '.join(edge.when.split())}" if edge.when else edge.child
 
 
 # The key of outputs that several formats have.
@@ -303,52 +220,30 @@ class Writing:
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Proving:
-    """How an artifact is held against the robot, and against another artifact.
+    """How texts of a format are compared beside ``view`` and ``read``, and judged.
 
-    - ``against``: ``facts`` for the proof that all artifacts agree alone, and faster: what is not as it is known to be.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
-    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``; ``data`` reads what it is of from a text
-      that is not JSON itself. Raises ValueError.
-    - ``differ``: what differs between two texts whose facts are the same, in words; empty if nobody can say.
+    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``; ``data`` reads what it is about from a
+      text that is not JSON itself. Raises ValueError.
+    - ``differ``: what differs between two texts that no leaf tells apart, in words; empty if nobody can say.
     - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
-    - ``refusal``: why the engine that reads such files does not load a text that stands in a folder. For ``check``. One
-      of another package may return the reason alone, as text.
+    - ``names``: the names of links in the robot by those that an artifact has for them.
+    - ``refusal``: why the engine that reads such files does not load a text that is in a folder. For ``check``. One of
+      another package may return the reason alone, as text.
+    - ``engine_reads``: its engine reads the sources, so that what this passes over in XML is taken as it is.
     - ``prove``: how its engine tells an artifact from the source that it was imported from, by the artifact's text and
       the files of its meshes (by the names there). For ``import`` of a source of the same format.
-
-    What an artifact says of a robot:
-
-    - ``frames``: the frames that it has to carry, as ``facts`` names them.
-    - ``solids``: the collision shapes that a link has in it, None where they cannot be compared; the last argument are
-      the frames that the artifact speaks of. ``all_solids``: links for which it has no shape are meant to have none.
-    - ``engine_reads``: its engine reads the sources, so that what this passes over in XML is taken as it is.
-    - ``inertials``: what its links weigh where that is not what the robot's do, because they carry others. Raises
-      ValueError where that is no number.
-    - ``cannot_say``: facts that it has no word for, though ``facts`` reads them.
-    - ``disagreements``: what else it says wrongly, in words.
-    - ``names``: what it calls links otherwise than the robot does: the name of the link by the name in the artifact.
-      ``joint_names``: the same of joints.
-    - ``complete``: it carries every frame, with the shapes of each.
     """
 
-    against: Callable[[str, Expectation], Deviations] | None = None
     syntax: Callable[[str], object] | None = None
     schema: str = ""
     data: Callable[[str], Any] | None = None
     differ: Callable[[str, str], str] | None = None
     shown: bool = True
-    refusal: Callable[[str, Path], Refusal] | None = None
-    prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
-    frames: Callable[[Robot], Collection[str]] | None = None
-    solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
-    all_solids: bool = False
-    engine_reads: bool = False
-    inertials: Callable[[Robot, Output], Mapping[str, Inertial]] | None = None
-    cannot_say: Callable[[Robot, Fact], bool] | None = None
-    disagreements: Callable[[Robot, Output, str], Iterator[str]] | None = None
     names: Callable[[Output], Mapping[str, str]] | None = None
-    joint_names: Callable[[Robot], Mapping[str, str]] | None = None
-    complete: bool = False
+    refusal: Callable[[str, Path], Refusal] | None = None
+    engine_reads: bool = False
+    prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -391,14 +286,19 @@ class Format:
 
     What it does:
 
+    - ``view``: Robot and Output to what the artifact is meant to contain: a reduced ``Robot`` (SDF, URDF, MJCF), or a
+      small frozen dataclass of the format, built from the dataclasses of the model.
     - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
+    - ``read``: the text of an artifact back to such a value, the inverse of ``write``. Raises ValueError for a damaged
+      text. Before anything is written, ``view`` is compared with ``read`` of the text (``compare.walk``), and the
+      golden check compares it with ``read`` of the committed text. Without it artifacts are compared as text.
+    - ``rounding``: by how much (m, rad) ``view`` rounds numbers.
+    - ``partial``: ``view`` leaves out some of what ``read`` finds: only its own leaves are compared before writing, and
+      the golden check compares two texts that are read.
     - ``covers``: the keys of the language that it is about, such as ``joints.axis``, with all below them; () for all.
     - ``unsupported``: of these keys those that an output has no word for, with the reason (see ``unsupported``).
-    - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
+    - ``load``: a foreign file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
       ``imported.converted``).
-    - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
-      ValueError for a damaged text. Without it artifacts are compared as text.
-
     And what else there is to know, in groups: ``reading``, ``writing``, ``proving``, ``ros``.
     """
 
@@ -418,8 +318,11 @@ class Format:
     write: Writer | None = None
     covers: tuple[str, ...] = ()
     unsupported: Mapping[str, Unsupported] | Callable[[Output], Mapping[str, Unsupported]] = field(default_factory=dict)
-    read: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
-    facts: Callable[[str], Facts] | None = None
+    view: Callable[[Robot, Output], Any] | None = None
+    read: Callable[[str], Any] | None = None
+    rounding: tuple[float, float] = (0.0, 0.0)
+    partial: bool = False
+    load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     reading: Importing = Importing()
     writing: Writing = Writing()
     proving: Proving = Proving()

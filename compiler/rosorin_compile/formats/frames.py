@@ -5,24 +5,25 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
-from rosorin_compile.model.joint import UNPUBLISHED
+from rosorin_compile.model.joint import NODE, UNPUBLISHED
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.rules.publishing import in_words, publishing
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
+from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, vector
 from rosorin_compile.source.wording import first_of, listed
+from rosorin_compile.source.xml.elements import number_of, numbers_of
 
-from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Proving, Value, row_name
+from .format import NUMBER_FORMAT, Asked, Format, Importing, InRos, Proving
 from .static_tf import describe
 from .unsupported import PLACES
 
 if TYPE_CHECKING:
-    from .expectation import Expectation
-    from .facts import Deviations, Sheet
     from .templating import Templates
 
 _FRAME_HEADERS = (
@@ -126,7 +127,7 @@ def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
     rows = []
     for frame in frames:
         who, topic, when = _publishing(frame)
-        when = " ".join(when.split())  # as ``row_name`` has it
+        when = " ".join(when.split())
         motion = "moving" if frame.moving else "static"
         if frame.pose:
             numbers = _placed(frame.pose.xyz, frame.pose.rpy, number)
@@ -221,79 +222,50 @@ def _line(cells: Iterable[str], widths: Sequence[int]) -> str:
     return "| " + " | ".join(map(str.ljust, cells, widths)) + " |"
 
 
-def read(text: str) -> Facts:
-    """Return what the tables say about frames and poses. Raises ValueError if a robot of several frames has no table.
+@dataclass(frozen=True)
+class FrameTable:
+    """What the tables contain: transforms, and where poses put joints."""
 
-    A frame that stands in several rows is told apart: "publisher below odom" for another parent than in its first row,
-    "publisher when slam" for a publisher that takes turns.
-    """
-    from .facts import Sheet
-
-    return _read(text, Sheet()).facts
+    frames: tuple[Edge, ...]
+    poses: tuple[JointPose, ...]
 
 
-def _against(text: str, known: Expectation) -> Deviations:
-    """Return what the tables say that is not known. Raises ValueError as ``read``."""
-    from .facts import Sheet
+def view(robot: Robot, output: Output) -> FrameTable:  # noqa: ARG001
+    """Return what the tables of a robot are meant to contain."""
+    edges = []
+    for frame in _frames(robot):
+        who, topic, when = _publishing(frame)
+        who = " ".join(map(str.strip, who.splitlines()))
+        edges.append(_edge(frame.parent, frame.child, who, topic, when, frame.pose))
+    return FrameTable(tuple(edges), tuple(JointPose(one.name, one.positions) for one in robot.poses if one.positions))
 
-    return _read(text, Sheet(known)).deviations()
+
+def _edge(parent: str, child: str, who: str, topic: str, when: str, pose: Pose | None) -> Edge:
+    kind = UNPUBLISHED if topic == "none" else NODE
+    publisher = Publisher(kind, who, about=who.removeprefix("nobody").removeprefix(": "))
+    condition = "" if when in ("always", "never") else " ".join(when.split())
+    return Edge(parent, child, publisher, topic == "/tf", condition, pose)
 
 
-def _read(text: str, sheet: Sheet) -> Sheet:
-    from .facts import number_of, numbers_of
-
-    frames = list(_parse(text, _FRAME_HEADERS))
-    if not frames and re.search(_ALONE, text):
-        return sheet
-    if not frames:
+def read(text: str) -> FrameTable:
+    """Return what the tables contain. Raises ValueError if a robot of several frames has no table."""
+    rows = list(_parse(text, _FRAME_HEADERS))
+    if not rows and not re.search(_ALONE, text):
         raise ValueError("there is no table of frames")
-    placed = [numbers_of(place) if place else () for place in map(_place, frames)]
-    tolerance = _tolerance({number for numbers in set(placed) for number in numbers})
-    parents: dict[str, str] = {}
-    for row, numbers in zip(frames, placed, strict=True):
-        first = parents.setdefault(row["child"], row["parent"])
-        which = "" if first == row["parent"] else f" below {row['parent']}"
-        which += "" if row["when"] in ("always", "never") else f" when {row['when']}"
-        _read_frame(sheet, row, numbers, tolerance, which)
+    edges = []
+    for row in rows:
+        pose = None
+        if row["roll pitch yaw (rad)"]:
+            (x, y, z), (roll, pitch, yaw) = (numbers_of(row[key], 3) for key in ("x y z (m)", "roll pitch yaw (rad)"))
+            pose = Pose((x, y, z), (roll, pitch, yaw))
+        edges.append(_edge(row["parent"], row["child"], row["published by"], row["topic"], row["when"], pose))
+    poses: dict[str, dict[str, float]] = {}
     for row in _parse(text, _POSE_HEADERS):
-        token, unit = row["position"].split(" ")
-        number = number_of(token)
-        sheet.take("pose", row["pose"], row["joint"], Value(number, unit, tolerance(number)))
-    return sheet
-
-
-def _read_frame(
-    sheet: Sheet, row: dict[str, str], numbers: tuple[float, ...], tolerance: Callable[..., float], which: str
-) -> None:
-    """Take down a row with its ``numbers``; ``which`` stands behind each quantity."""
-    child, parent = row["child"], row["parent"]
-    sheet.add_parent(child, parent, which)
-    if sheet.known is None:  # where nothing is known of it
-        sheet.take("frame", child, f"publisher{which}", Value(row["published by"]))
-        sheet.take("frame", child, f"topic{which}", Value(row["topic"]))
-    if numbers:  # many rows have the same
-        sheet.add_pose(child, *sheet.once(numbers, lambda: _pose(numbers, tolerance)), which)
-
-
-def _pose(numbers: Sequence[float], tolerance: Callable[..., float]) -> tuple[Pose, Vector, Vector]:
-    """Return a pose, and how well its position (m) and its angles (rad) are known."""
-    x, y, z, roll, pitch, yaw = numbers
-    farthest, widest = max(abs(x), abs(y), abs(z)), max(abs(roll), abs(pitch), abs(yaw))
-    metres = tolerance(x, farthest), tolerance(y, farthest), tolerance(z, farthest)
-    radians = tolerance(roll, widest), tolerance(pitch, widest), tolerance(yaw, widest)
-    return Pose((x, y, z), (roll, pitch, yaw)), metres, radians
-
-
-def _place(row: dict[str, str]) -> str:
-    """Return the position and the angles of a row; nothing where only the publisher knows them."""
-    return f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}" if row["roll pitch yaw (rad)"] else ""
-
-
-def _tolerance(numbers: Iterable[float]) -> Callable[..., float]:
-    """Return the function that says how well a number is known: one of many digits shows that ``six`` made none."""
-    if any(float(six(number)) != number for number in numbers):
-        return off_by_short
-    return off_by_six
+        number, _, unit = row["position"].partition(" ")
+        if unit not in ("m", "rad"):
+            raise ValueError(f'"{row["position"]}" is no position of a joint')
+        poses.setdefault(row["pose"], {})[row["joint"]] = number_of(number)
+    return FrameTable(tuple(edges), tuple(JointPose(name, positions) for name, positions in poses.items()))
 
 
 def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
@@ -310,13 +282,6 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
             if "\\" in line:
                 cells = [re.sub(_ESCAPED, r"\1", cell) for cell in cells]
             yield dict(zip(headers, cells, strict=True))
-
-
-def carried(robot: Robot) -> list[str]:
-    """Return the rows of the table: each joint, or the turns of its publishers where nobody has it always."""
-    known = [joint for joint in robot.joints if joint.child not in robot.simulated_frames]
-    rows = [[row_name(edge) for edge in robot.turns.get(joint.name, ())] or [joint.child] for joint in known]
-    return [name for row in rows for name in row]
 
 
 def _words(text: str) -> list[float | str]:
@@ -346,14 +311,13 @@ FORMAT = Format(
     options={"number_format": NUMBER_FORMAT},
     file="frames.md",
     write=write,
-    facts=read,
+    view=view,
+    read=read,
     reading=Importing(
         asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
     ),
     proving=Proving(
-        against=_against,
         syntax=_words,
-        frames=carried,
     ),
     ros=InRos(
         folder="doc",

@@ -7,23 +7,20 @@ names the package.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.files import exists
-from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, broken, diagnostic_of, failed, load
+from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed, load
 from rosorin_compile.source.project import ENDINGS, data_folder
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, check_texts, find
 
-from .format import GROUPS, Asked, Fact, Facts, Format, Refusal, Value
+from .format import GROUPS, Asked, Format, Refusal
 from .imported import Imported, converted
 from .templating import TemplateProblem
-
-if TYPE_CHECKING:
-    from rosorin_compile.model import Inertial
 
 _ENDING = re.compile(r"\.[a-z0-9_+-]+")
 
@@ -55,19 +52,19 @@ def _marks(built_in: Collection[str], format: Format) -> list[str]:
     _check_types(format)
     if not (format.name.isidentifier() and format.name == format.name.lower()):
         raise ValueError(f'"{format.name}" cannot be the name of a format: small letters, digits and _')
-    if format.write is None and format.read is None:
-        raise ValueError(f"{format.name} is neither written nor read")
+    if format.write is None and format.load is None:
+        raise ValueError(f"{format.name} is neither written nor loaded")
     if format.reading.becomes and format.reading.becomes not in built_in:
         raise ValueError(f'becomes is "{format.reading.becomes}", which is no format')
     if format.proving.schema and not exists(data_folder("schemas") / f"{format.proving.schema}.schema.json"):
         raise ValueError(f'schema is "{format.proving.schema}", which is none of those that ship with the tool')
     _check_options(format)
     files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
-    if format.read is not None and not all(_ENDING.fullmatch(ending) for ending in format.endings):
+    if format.load is not None and not all(_ENDING.fullmatch(ending) for ending in format.endings):
         raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
     for rule in format.rules:
         check_texts(rule)
-    return [format.name, *(files if format.read else ()), *(rule.id for rule in format.rules)]
+    return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
 
 
 # The fields of a record that hold many things, and what each of them is; the others say it by their default.
@@ -113,21 +110,19 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
             name, value = field.name, getattr(group, field.name)
             if name in _GIVES:
                 changed[name] = _stopping(plugin, value, _GIVES[name])
-            elif name in ("syntax", "data", "against"):
+            elif name in ("syntax", "data"):
                 changed[name] = _to_value_error(plugin, value, _any)
-            elif name == "disagreements":
-                changed[name] = _yielding(plugin, value)
         return replace(group, **changed)
 
     groups = {name: guarded(getattr(format, name)) for name in GROUPS}
-    facts = _to_value_error(plugin, format.facts, _facts)
-    write = _written(plugin, format.write, facts)
+    view, read = _stopping(plugin, format.view, _contents), _to_value_error(plugin, format.read, _contents)
+    write, load = _written(plugin, format.write, read), _loaded(plugin, format.load)
     check = _telling(plugin, format.check)
-    return replace(format, facts=facts, check=check, write=write, read=_read(plugin, format.read), **groups)
+    return replace(format, view=view, read=read, check=check, write=write, load=load, **groups)
 
 
-def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[..., Any] | None) -> Any:
-    """Return a writer whose text its own ``facts`` can read back."""
+def _written(plugin: Plugin, write: Callable[..., Any] | None, read: Callable[..., Any] | None) -> Any:
+    """Return a writer whose text its own ``read`` can read back."""
 
     def guarded(*given: Any) -> tuple[str, list[Diagnostic]]:
         try:
@@ -136,8 +131,8 @@ def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[.
                 told = [diagnostic_of(one) for one in diagnostics]
             if not isinstance(text, str):
                 raise TypeError(f"write gives a text and diagnostics, and this text is of type {type(text).__name__}")
-            if facts is not None and not any(one.severity == "error" for one in told):
-                facts(text)
+            if read is not None and not any(one.severity == "error" for one in told):
+                read(text)
         except TemplateProblem:
             raise
         except (Exception, SystemExit) as problem:
@@ -147,20 +142,20 @@ def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[.
     return write and guarded
 
 
-def _read(plugin: Plugin, read: Callable[..., Any] | None) -> Callable[..., Any] | None:
+def _loaded(plugin: Plugin, load: Callable[..., Any] | None) -> Callable[..., Any] | None:
     def guarded(opened: Any) -> Imported:
         from rosorin_compile.source.xml.markup import MarkupError
 
         try:
             with aside(plugin):
-                made = read(opened)  # type: ignore[misc]
+                made = load(opened)  # type: ignore[misc]
             return converted(made, opened)
         except MarkupError:
             raise  # what the file is like, not the plug-in
         except (Exception, SystemExit) as problem:
             return Imported(None, [failed(plugin, problem)], files=(opened.path,))
 
-    return read and guarded
+    return load and guarded
 
 
 def _stopping(plugin: Plugin, function: Callable[..., Any] | None, fit: Callable[[Any], Any]) -> Any:
@@ -201,28 +196,11 @@ def _telling(plugin: Plugin, check: Callable[..., Any] | None) -> Callable[..., 
     return check and guarded
 
 
-def _yielding(plugin: Plugin, function: Callable[..., Any] | None) -> Callable[..., Any] | None:
-    def guarded(*given: Any) -> Iterator[str]:
-        try:
-            with aside(plugin):
-                found = _texts(function(*given))  # type: ignore[misc]
-        except (Exception, SystemExit) as problem:
-            raise PluginFailed(broken(plugin, f"cannot tell what is wrong: {problem}")) from None
-        yield from found
-
-    return function and guarded
-
-
-def _facts(value: Any) -> Facts:
-    """Return facts, whole numbers as numbers. Raises TypeError for others."""
-    made: Facts = {}
-    for fact, said in dict(value).items():
-        if not (isinstance(fact, Fact) and isinstance(said, Value) and all(isinstance(part, str) for part in fact)):
-            raise TypeError(f"facts gives a Value by Fact, not {str(said)[:60]!r} by {str(fact)[:60]!r}")
-        if isinstance(said.value, bool) or not isinstance(said.value, (str, int, float)):
-            raise TypeError(f"{' '.join(fact)} is {str(said.value)[:60]!r}, neither text nor a number")
-        made[fact] = said if isinstance(said.value, str) else said._replace(value=float(said.value))
-    return made
+def _contents(value: Any) -> Any:
+    """Return what an artifact contains. Raises TypeError for what is no dataclass."""
+    if not is_dataclass(value) or isinstance(value, type):
+        raise TypeError(f"view and read return a dataclass, such as a Robot, not {str(value)[:60]!r}")
+    return value
 
 
 def _texts(value: Any) -> list[str]:
@@ -236,24 +214,6 @@ def _text_by_text(value: Any) -> dict[str, str]:
     texts = dict(value)
     _texts([*texts, *texts.values()])
     return texts
-
-
-def _shapes(value: Any) -> Sequence[Any] | None:
-    from rosorin_compile.model import Shape
-
-    shapes = None if value is None else list(value)
-    if shapes and not all(isinstance(one, Shape) for one in shapes):
-        raise TypeError(f"solids are shapes of a link, not {str(value)[:60]!r}")
-    return shapes
-
-
-def _inertials(value: Any) -> Mapping[str, Inertial]:
-    from rosorin_compile.model import Inertial
-
-    found = dict(value)
-    if not all(isinstance(one, Inertial) for one in found.values()):
-        raise TypeError(f"inertials are those of links by name, not {str(value)[:60]!r}")
-    return found
 
 
 def _any(value: Any) -> Any:
@@ -278,10 +238,6 @@ def _asked(value: Any) -> Asked:
 
 # What else of the groups of a record is called, and what each of them has to give.
 _GIVES: Mapping[str, Callable[[Any], Any]] = {
-    "frames": _texts,
-    "solids": _shapes,
-    "cannot_say": bool,
-    "inertials": _inertials,
     "links": _texts,
     "withheld": bool,
     "names": _text_by_text,
@@ -294,7 +250,6 @@ _GIVES: Mapping[str, Callable[[Any], Any]] = {
     "opens": _text,
     "differ": _text,
     "brings": _texts,
-    "joint_names": _text_by_text,
     "is_other": bool,
     "join": _any,
     "prove": _any,

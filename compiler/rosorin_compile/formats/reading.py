@@ -163,7 +163,7 @@ def known_formats() -> str:
 
 
 def _readable() -> list[Format]:
-    return [one for one in FORMATS.values() if one.read is not None]
+    return [one for one in FORMATS.values() if one.load is not None]
 
 
 def _format_of(document: Document, path: Path) -> Format | None:
@@ -181,10 +181,10 @@ def _format_of(document: Document, path: Path) -> Format | None:
 
 
 def _read(format: Format, opened: Opened) -> Imported:
-    if format.read is None:
+    if format.load is None:
         raise ValueError(f"{format.word} is not read")
     try:
-        read = converted(format.read(opened), opened)
+        read = converted(format.load(opened), opened)
     except MarkupError as problem:
         return _refused(problem.diagnostic, opened.path)
     if not read.checked and read.tree is not None and opened.options.checked:

@@ -10,10 +10,12 @@ from __future__ import annotations
 import posixpath
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Vector
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Output, Pose, Robot
+from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
 from rosorin_compile.rules.case import first_fed
 from rosorin_compile.rules.conditions import modes_in
@@ -22,9 +24,10 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
 from rosorin_compile.source.wording import masked
+from rosorin_compile.source.xml.elements import number_of
 
 from . import format
-from .format import Fact, Facts, Format, InRos, Proving, Value, Writing
+from .format import Format, InRos, Proving, Writing
 from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
@@ -71,6 +74,7 @@ class Numbers(NamedTuple):
 # As people write them into launch files; and to the last digit, for number_format exact.
 ROUNDED = Numbers(partial(fixed, digits=METRE_DIGITS), partial(fixed, digits=RADIAN_DIGITS))
 EXACT = Numbers(decimal, decimal)
+ROUNDING = (0.5 * 10.0**-METRE_DIGITS, 0.5 * 10.0**-RADIAN_DIGITS)
 
 
 class StaticTransform(NamedTuple):
@@ -117,6 +121,13 @@ class StaticTransform(NamedTuple):
     def described(self) -> str:
         """Return where its numbers come from as one line of printable text; empty if nobody says."""
         return describe(self.source)
+
+
+@dataclass(frozen=True)
+class Transforms:
+    """What a file of static transforms contains."""
+
+    frames: tuple[Edge, ...]
 
 
 class StaticTransforms(NamedTuple):
@@ -243,33 +254,47 @@ def _arguments(joint: Joint, numbers: Numbers) -> tuple[str, ...]:
     return (*arguments, _PARENT, joint.parent, _CHILD, joint.child)
 
 
-def read(text: str) -> Facts:
-    """Return what the static_transform_publisher nodes of a launch file say; it is parsed, never run.
+def view(robot: Robot, output: Output) -> Transforms:
+    """Return what a launch file of static transforms is meant to contain."""
+    return transforms_of(robot, output, with_conditions=False)
+
+
+def transforms_of(robot: Robot, output: Output, with_conditions: bool) -> Transforms:
+    """Return the transforms that static_transform_publisher nodes publish, with the digits that an output prints."""
+    always, in_modes, _ = static_transforms(robot, [output])
+    edges = [read_arguments(one.name, list(one.arguments)) for one in (*always, *in_modes)]
+    if with_conditions:
+        edges = [replace(edge, when=one.when) for edge, one in zip(edges, (*always, *in_modes), strict=True)]
+    return Transforms(tuple(edges))
+
+
+def read(text: str) -> Transforms:
+    """Return the transforms of the static_transform_publisher nodes of a launch file; it is parsed, never run.
 
     Raises ValueError if it is not such a file.
     """
     import ast
 
-    facts: Facts = {}
     try:
-        tree = python_of(text)
-        nodes = list(ast.walk(tree))
+        nodes = list(ast.walk(python_of(text)))
     except SyntaxError as problem:
         raise ValueError(f"not a Python file: {problem}") from None
     calls = [node for node in nodes if isinstance(node, ast.Call)]
-    known = _defaults(nodes, calls)
+    defaults = _defaults(nodes, calls)
+    edges = []
     for call in calls:
         given = {keyword.arg: keyword.value for keyword in call.keywords}
         executable = given.get("executable")
-        if isinstance(executable, ast.Constant) and executable.value == "static_transform_publisher":
-            if not {"name", "arguments"} <= given.keys():
-                raise ValueError("a static_transform_publisher has no name or no arguments")
-            try:
-                name, arguments = (_value(given[key], known) for key in ("name", "arguments"))
-            except TypeError as problem:
-                raise ValueError(f"not plain values: {problem}") from None
-            facts |= node_facts(name, arguments)
-    return facts
+        if not (isinstance(executable, ast.Constant) and executable.value == STATIC_TRANSFORM_PUBLISHER):
+            continue
+        if not {"name", "arguments"} <= given.keys():
+            raise ValueError("a static_transform_publisher has no name or no arguments")
+        try:
+            name, arguments = (_value(given[key], defaults) for key in ("name", "arguments"))
+        except TypeError as problem:
+            raise ValueError(f"not plain values: {problem}") from None
+        edges.append(read_arguments(name, arguments))
+    return Transforms(tuple(edges))
 
 
 def _defaults(nodes: Sequence[ast.AST], calls: Sequence[ast.Call]) -> dict[str, str]:
@@ -283,17 +308,17 @@ def _defaults(nodes: Sequence[ast.AST], calls: Sequence[ast.Call]) -> dict[str, 
             value = next((word.value for word in call.keywords if word.arg == "default_value"), None)
             if isinstance(name, ast.Constant) and isinstance(value, ast.Constant):
                 defaults[str(name.value)] = str(value.value)
-    known: dict[str, str] = {}
+    found: dict[str, str] = {}
     for node in nodes:
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and isinstance(node.targets[0], ast.Name):
             argument = node.value.args[0] if node.value.args else None
             if ast.unparse(node.value.func) == "LaunchConfiguration" and isinstance(argument, ast.Constant):
-                known |= {node.targets[0].id: defaults[argument.value]} if argument.value in defaults else {}
-    return known
+                found |= {node.targets[0].id: defaults[argument.value]} if argument.value in defaults else {}
+    return found
 
 
-def _value(node: ast.expr, known: Mapping[str, str]) -> Any:
-    """Return a plain value; a list within a list is one text, of pieces that are texts or names in ``known``.
+def _value(node: ast.expr, defaults: Mapping[str, str]) -> Any:
+    """Return a plain value; a list within a list is one text, of pieces that are texts or names in ``defaults``.
 
     Raises ValueError, TypeError.
     """
@@ -304,19 +329,17 @@ def _value(node: ast.expr, known: Mapping[str, str]) -> Any:
     values: list[Any] = []
     for item in node.elts:
         if isinstance(item, ast.List):
-            pieces = [known.get(one.id) if isinstance(one, ast.Name) else _value(one, known) for one in item.elts]
+            pieces = [defaults.get(one.id) if isinstance(one, ast.Name) else _value(one, defaults) for one in item.elts]
             if any(piece is None for piece in pieces):
                 raise ValueError("a part of an argument is neither text nor a launch argument with a default")
             values.append("".join(map(str, pieces)))
         else:
-            values.append(_value(item, known))
+            values.append(_value(item, defaults))
     return values
 
 
-def node_facts(name: object, arguments: object) -> Facts:
-    """Return what the arguments of one static_transform_publisher say. Raises ValueError if they are not ours."""
-    from .facts import frame_facts, number_of
-
+def read_arguments(name: object, arguments: object) -> Edge:
+    """Return the transform of one static_transform_publisher. Raises ValueError for other than our arguments."""
     if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
         raise ValueError("a static_transform_publisher has a name that is no text or arguments that are no texts")
     if len(arguments) % 2:
@@ -325,21 +348,8 @@ def node_facts(name: object, arguments: object) -> Facts:
     if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD}:
         raise ValueError(f"the flags of {name} are {', '.join(given)}")
     x, y, z, roll, pitch, yaw = (number_of(given[flag]) for flag in (*_XYZ, *_RPY))
-    pose = Pose((x, y, z), (roll, pitch, yaw))
-    metres, radians = _tolerances([given[flag] for flag in _XYZ], [given[flag] for flag in _RPY])
-    facts = frame_facts(given[_CHILD], given[_PARENT], pose, metres, radians)
-    facts[Fact("frame", given[_CHILD], "publisher")] = Value(name)
-    return facts
-
-
-def _tolerances(metres: Sequence[str], radians: Sequence[str]) -> tuple[Vector, Vector]:
-    """Return how well printed numbers are known (m, rad): exactly, if one has more digits than rounded ones have."""
-    from .facts import NO_TOLERANCE
-
-    printed = [(METRE_DIGITS, text) for text in metres] + [(RADIAN_DIGITS, text) for text in radians]
-    if any(len(text.partition(".")[2]) > digits for digits, text in printed):
-        return NO_TOLERANCE, NO_TOLERANCE
-    return (0.5 * 10.0**-METRE_DIGITS,) * 3, (0.5 * 10.0**-RADIAN_DIGITS,) * 3
+    publisher = Publisher(STATIC_TRANSFORM_PUBLISHER, name)
+    return Edge(given[_PARENT], given[_CHILD], publisher, moving=False, pose=Pose((x, y, z), (roll, pitch, yaw)))
 
 
 def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -378,13 +388,14 @@ FORMAT = Format(
     file="static_tf.launch.py",
     endings=(".py",),
     write=write,
-    facts=read,
+    view=view,
+    read=read,
+    rounding=ROUNDING,
     writing=Writing(
         located=True,
     ),
     proving=Proving(
         syntax=_syntax,
-        frames=frames,
     ),
     ros=InRos(
         feeds=(STATIC_TRANSFORM_PUBLISHER,),

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +14,19 @@ from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Diagnostic
 
-from .format import Facts, Format, InRos, Proving
-from .static_tf import NUMBER_FORMAT, check_numbers, frames, node_facts, static_transforms
+from .format import Format, InRos, Proving
+from .static_tf import (
+    NUMBER_FORMAT,
+    ROUNDING,
+    Transforms,
+    check_numbers,
+    read_arguments,
+    static_transforms,
+    transforms_of,
+)
 from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from .templating import Templates
 
 
@@ -40,25 +47,24 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     return json.dumps({"robot": robot.name, "static_transform_publisher": nodes}, indent=2) + "\n", diagnostics
 
 
-def read(text: str) -> Facts:
-    """Return what the arguments say. Raises ValueError if the text is not such a file."""
-    facts: Facts = {}
+def view(robot: Robot, output: Output) -> Transforms:
+    """Return what a list of static transforms is meant to contain."""
+    return transforms_of(robot, output, with_conditions=True)
+
+
+def read(text: str) -> Transforms:
+    """Return the transforms of a list. Raises ValueError if the text is not such a file."""
+    edges = []
     try:
         for node in json_of(text)["static_transform_publisher"]:
-            said = node_facts(node["name"], node["arguments"])
-            _same_ends(node, said)
-            facts |= said
-    except (KeyError, TypeError) as problem:
+            edge = replace(read_arguments(node["name"], node["arguments"]), when=str(node.get("when", "")))
+            if (node["parent"], node["child"]) != (edge.parent, edge.child):
+                ends = f"from {node['parent']} to {node['child']}"
+                raise ValueError(f"{node['name']} goes {ends}, its arguments from {edge.parent} to {edge.child}")
+            edges.append(edge)
+    except (KeyError, TypeError, AttributeError) as problem:
         raise ValueError(f"not a list of static transforms: {problem!r}") from None
-    return facts
-
-
-def _same_ends(node: Mapping[str, Any], said: Facts) -> None:
-    """Raise ValueError where the frames of an entry are not those of its arguments."""
-    ((child, parent),) = ((fact.name, value.value) for fact, value in said.items() if fact.quantity == "parent")
-    if (node["parent"], node["child"]) != (parent, child):
-        ends = f"from {node['parent']} to {node['child']}"
-        raise ValueError(f"{node['name']} goes {ends}, its arguments from {parent} to {child}")
+    return Transforms(tuple(edges))
 
 
 _LARGEST = 1_000_000  # bytes
@@ -88,11 +94,12 @@ FORMAT = Format(
     file="static_tf.json",
     endings=(".json",),
     write=write,
-    facts=read,
+    view=view,
+    read=read,
+    rounding=ROUNDING,
     proving=Proving(
         syntax=json_of,
         schema="static_tf",
-        frames=frames,
     ),
     ros=InRos(
         feeds=(STATIC_TRANSFORM_PUBLISHER,),

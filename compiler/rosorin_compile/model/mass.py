@@ -137,3 +137,17 @@ def _seen_from(inertial: Inertial, place: Transform, d: Vector) -> Iterator[tupl
 def principal_moments(inertial: Inertial) -> Vector:
     """Return the eigenvalues of an inertia in kg*m^2, smallest first."""
     return inertial.principal_moments
+
+
+Inertia = tuple[float, float, float, float, float, float]  # xx yy zz xy xz yz
+
+
+def along_link(inertia: Inertia, frame: Transform) -> Inertia:
+    """Return an inertia (kg*m^2; xx yy zz xy xz yz along the axes of ``frame``) along the axes of the link: R I R^T."""
+    if frame.rows == Transform().rows:
+        return inertia
+    xx, yy, zz, xy, xz, yz = inertia
+    tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    a, b, c = (tuple(dot(line, row) for line in tensor) for row in frame.rows)
+    r, s, t = frame.rows
+    return (dot(r, a), dot(s, b), dot(t, c), dot(r, b), dot(r, c), dot(s, c))  # type: ignore[arg-type]

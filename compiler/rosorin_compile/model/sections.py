@@ -9,8 +9,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.difference import Item, Side
-    from rosorin_compile.compare.pairing import Pairing
     from rosorin_compile.language.lower.entries import Problem
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
@@ -53,9 +51,8 @@ class Section(Generic[T]):
     ``checks`` are functions under ``@rule``.
 
     Of the tool itself, whose schema is part of ``schemas/description.schema.json``: ``lower`` converts the tree to the
-    value; ``compare`` yields the differences between two robots; ``describe`` returns what only a simulation uses, by
-    the name of the thing, for the comparison of simulations; ``urdf`` returns elements for a URDF whose output has an
-    option with the name of the section, and ``check_urdf`` validates them.
+    value; ``urdf`` returns elements for a URDF whose output has an option with the name of the section, and
+    ``check_urdf`` validates them.
     """
 
     name: str
@@ -65,8 +62,6 @@ class Section(Generic[T]):
     adds: Adds | None = None
     checks: tuple[Check, ...] = ()
     lower: Callable[[Mapping[str, Any], Problem], T] | None = None
-    compare: Callable[[Pairing, tuple[Side, Side]], Iterator[Item]] | None = None
-    describe: Callable[[T], Mapping[str, Mapping[str, Any]]] | None = None
     urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
@@ -123,7 +118,7 @@ class Section(Generic[T]):
             raise TypeError(f"the schema of section {self.name} is a mapping, its checks are a tuple")
         if self.adds is not None and not callable(self.adds):
             raise TypeError(f"adds of section {self.name} is a function")
-        for key in ("lower", "compare", "describe", "urdf", "check_urdf"):
+        for key in ("lower", "urdf", "check_urdf"):
             if getattr(self, key) is not None:
                 raise TypeError(f"section {self.name} has {key}, which only sections of the tool itself have")
         form = _form_of(self.schema)

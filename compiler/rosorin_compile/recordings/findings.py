@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from rosorin_compile.formats.format import Value
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related
+from rosorin_compile.source.numbers import amount
 
 from .rules import RULES
 
@@ -88,7 +88,7 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
     parts = [f"turned by {_turn_text(angle, axis)}"] if angle > 1e-7 else []
     if far > 1e-7:
         steps = [
-            f"{'-' if step < 0 else '+'}{Value(abs(step), 'm').amount()} in {name}"
+            f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {name}"
             for name, step in zip(_AXES, move, strict=True)
             if abs(step) > 0.02 * far
         ]

@@ -8,10 +8,11 @@ from dataclasses import replace
 
 from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.format import Artifact, Value
+from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
 from rosorin_compile.model.kinematics import NoWay
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, and_more, counted, did_you_mean, first_of
+from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
 from .findings import difference, ordered, pose_text, problem, share, value_rule
@@ -119,7 +120,7 @@ def _joint(recording: Recording, name: str) -> Iterator[Diagnostic]:
         yield problem("joint-not-a-number", _STATES, message)
     if seen.beyond:
         limits = recording.joints.limits(name)
-        excess = Value(max(limits[0] - seen.lowest, seen.highest - limits[1]), unit).amount()
+        excess = amount(max(limits[0] - seen.lowest, seen.highest - limits[1]), unit)
         message = f"{name} is beyond its limits in {share(seen.beyond, seen.seen)} messages, by {excess} at most"
         lower, upper = (f"{value:.6g}" if math.isfinite(value) else "any" for value in limits)
         evidence = f"seen {seen.lowest:.6g} to {seen.highest:.6g} {unit}, described {lower} to {upper} {unit}"
@@ -128,7 +129,7 @@ def _joint(recording: Recording, name: str) -> Iterator[Diagnostic]:
     if follower and follower.off and joint is not None and joint.mimic is not None:
         ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
         ratio += f" {joint.mimic.offset:+.6g} {unit}" if joint.mimic.offset else ""
-        many, most = share(follower.off, follower.seen), Value(follower.farthest, unit).amount()
+        many, most = share(follower.off, follower.seen), amount(follower.farthest, unit)
         message = f"{name} is not {ratio} in {many} messages of {_STATES}, by {most} at most"
         yield problem("joint-off-its-leader", name, message)
 

@@ -164,7 +164,7 @@ def fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Out
     others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
     if not others:
         return outputs
-    readable = [one for one in formats.values() if one.read is not None and publisher in one.ros.feeds]
+    readable = [one for one in formats.values() if one.load is not None and publisher in one.ros.feeds]
     endings = tuple(ending for one in readable for ending in one.endings)
     return [*outputs, *(one for one in others if one.file.endswith(endings))]
 

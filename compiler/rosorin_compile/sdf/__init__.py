@@ -1,7 +1,7 @@
 """SDF: the robot for Gazebo and Drake.
 
 Written by ``write``, from which links are bodies and which are frames (``bodies``), and from what a description keeps
-for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
+for Gazebo (``kept``).
 
 Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
 name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
@@ -10,7 +10,7 @@ name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import (
@@ -18,7 +18,6 @@ from rosorin_compile.formats.format import (
     FORMS_OF_BOXES,
     NUMBER_FORMAT,
     Asked,
-    Fact,
     Format,
     Importing,
     InRos,
@@ -28,12 +27,10 @@ from rosorin_compile.formats.format import (
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.expectation import Expectation
-    from rosorin_compile.formats.facts import Deviations
-    from rosorin_compile.formats.format import Facts, Opened
+    from rosorin_compile.formats.format import Opened
     from rosorin_compile.formats.imported import Imported
     from rosorin_compile.formats.templating import Templates
-    from rosorin_compile.model import Output, Robot, Shape
+    from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.tree import Map
@@ -53,31 +50,10 @@ def _syntax(text: str) -> object:
     return canonical(tree_of(text))
 
 
-def _frames(robot: Robot) -> Sequence[str]:
-    """Return what hangs on something: not what is free in the world, which is no link of an SDF."""
-    from .words import world_of
+def _view(robot: Robot, output: Output) -> Robot:
+    from .robot import view
 
-    world = world_of(robot)
-    return [one.child for one in robot.joints if one.parent != world or one.type not in ("floating", "planar")]
-
-
-def _joint_names(robot: Robot) -> Mapping[str, str]:
-    """Return the names of the joints that are called otherwise, by what they are called."""
-    from .write import joint_names
-
-    return {other: name for name, other in joint_names(robot).items() if other != name}
-
-
-def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:  # noqa: ARG001
-    form = str(output.options.get("height_maps", "rows"))
-    return [solid for shape in robot.link[link].collision for solid in shape.solids(form)]
-
-
-def _cannot_say(robot: Robot, fact: Fact) -> bool:
-    """Say whether a fact is of a link whose inertial says no mass: the least stands for it."""
-    from .bodies import has_mass
-
-    return fact.kind == "link" and fact.name in robot.link and not has_mass(robot.link[fact.name].inertial)
+    return view(robot, output)
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -98,16 +74,10 @@ def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, lis
     return write(robot, output, templates)
 
 
-def _facts(text: str) -> Facts:
-    from .facts import read
+def _read_back(text: str) -> Robot:
+    from .robot import read
 
     return read(text)
-
-
-def _against(text: str, known: Expectation) -> Deviations:
-    from .facts import against
-
-    return against(text, known)
 
 
 _UNSUPPORTED = {
@@ -159,8 +129,10 @@ FORMAT = Format(
     roots=("sdf",),
     check=_check,
     write=_write,
-    read=_read,
-    facts=_facts,
+    load=_read,
+    view=_view,
+    partial=True,
+    read=_read_back,
     reading=Importing(
         asked=_asked,
     ),
@@ -172,14 +144,7 @@ FORMAT = Format(
         meshes=True,
     ),
     proving=Proving(
-        against=_against,
         syntax=_syntax,
-        frames=_frames,
-        joint_names=_joint_names,
-        solids=_solids,
-        all_solids=True,
-        cannot_say=_cannot_say,
-        complete=True,
     ),
     ros=InRos(
         folder="sdf",

@@ -7,26 +7,30 @@ name of the model before them. What the language has no word for is kept as it s
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.checked import accept
+from rosorin_compile.formats.checked import accept, lower_artifact
 from rosorin_compile.formats.described import as_tree
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.imported import Comment, Imported
+from rosorin_compile.formats.imported import Comment, Imported, ReadOptions
 from rosorin_compile.formats.urdf.reading import Reading, named
-from rosorin_compile.formats.urdf.robot import comments_of
-from rosorin_compile.source.diagnostics import Diagnostic, has_errors
+from rosorin_compile.formats.urdf.robot import comments_of, plain
+from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Robot, Shape
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Source, has_errors
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import Document, Element
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
+from .bodies import has_mass
 from .read_joints import Joints
 from .read_links import Entries, Links
 from .reading import Said, changed, converted, entry_of, others
 from .scopes import FRAME, Models, Node, Scope
 from .trees import Tree, is_near, named_twice
 from .verbatim import keep, text_of, wrapped
-from .words import OF_MODEL, WORLD
+from .words import OF_MODEL, WORLD, world_of
 
 _OF_MODEL = ("link", "frame", "joint", "model", "include", "pose")
 _OF_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")
@@ -56,6 +60,47 @@ def read_sdf(opened: Opened) -> Imported:
     accepted.put("outputs", as_tree(_outputs(top), tree.span), tree.span, tree.span)
     comments = _comments(document, reading)
     return Imported(accepted, [*diagnostics, *told], comments, files, left_out, _version(top))
+
+
+def view(robot: Robot, output: Output) -> Robot:
+    """Return what an SDF has to contain at least: frames, what joints may do, masses, and what collides."""
+    from .write import FOLLOWERS, joint_names, version_of
+
+    followers = version_of(robot, output) in (FOLLOWERS, "1.12")
+    names, world = joint_names(robot), world_of(robot)
+    form = str(output.options.get("height_maps", "rows"))
+    links, joints = [], []
+    for link in robot.links:
+        solids = [solid for shape in link.collision for solid in shape.solids(form)]
+        bare = tuple(Shape(solid.geometry, solid.pose) for solid in solids)
+        meshes = any(isinstance(solid.geometry, Mesh) for solid in solids)
+        links.append(Link(link.name, link.inertial if has_mass(link.inertial) else None, (), () if meshes else bare))
+    for joint in robot.joints:
+        if joint.parent != world or joint.type not in ("floating", "planar"):
+            axis = joint.axis if joint.moves else (1.0, 0.0, 0.0)
+            place = (joint.parent, joint.child, joint.origin)
+            mimic = joint.mimic and followers and replace(joint.mimic, joint=names[joint.mimic.joint])
+            name = names[joint.name] if joint.moves else ""
+            limit = joint.limit if joint.moves else None
+            if limit is not None:
+                ends = (None, None) if joint.type == "continuous" else (limit.known("lower"), limit.known("upper"))
+                limit = Limit(*ends, limit.known("effort"))
+            joints.append(Joint(name, joint.type, *place, axis, limit, mimic or None))
+    return Robot(robot.name, tuple(links), tuple(joints))
+
+
+def read(text: str) -> Robot:
+    """Return the robot that an SDF of ours contains. Raises ValueError if it is damaged."""
+    try:
+        document = parse(Source("the SDF", text))
+        if document.root.tag != "sdf":
+            raise ValueError(f"the root element is {document.root.tag}, not sdf")
+        imported = read_sdf(Opened(Path("robot.sdf"), ReadOptions(checked=False), document))
+    except MarkupError as problem:
+        raise ValueError(problem.diagnostic.message) from None
+    if imported.tree is None:
+        raise ValueError(next(one.message for one in imported.diagnostics if one.severity == ERROR))
+    return plain(lower_artifact(imported.whole, imported.diagnostics))
 
 
 def _version(top: Scope) -> str:

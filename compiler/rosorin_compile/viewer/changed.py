@@ -21,9 +21,9 @@ from .page.data import Data, before_data
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
+    from rosorin_compile.compare.change import Change
     from rosorin_compile.compare.committed import Comparison
     from rosorin_compile.compare.difference import Difference
-    from rosorin_compile.compare.entities import Change
     from rosorin_compile.compare.overlay import Overlay
     from rosorin_compile.formats.compiled import Compiled
     from rosorin_compile.request import Request

@@ -5,12 +5,11 @@ Each line of the tree is a group ``<g class="line">`` whose ``data-`` attributes
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.formats.format import Asked, Fact, Facts, Format, Importing, Proving, Value
+from rosorin_compile.formats.format import Asked, Format, Importing, Proving
 from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
@@ -282,32 +281,6 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         return "", [error("too-many-pictures", str(problem), None, help)]
 
 
-def read(text: str) -> Facts:
-    """Return the frames and joints of a picture. Raises ValueError if it is damaged."""
-    from rosorin_compile.source.xml.elements import tree_of
-
-    facts: Facts = {}
-    for line in (group for group in tree_of(text).iter("g") if group.get("class") == "line"):
-        data = {key.removeprefix("data-"): value for key, value in line.items()}
-        if "child" not in data:
-            continue
-        missing = [key for key in ("parent", "publisher", "topic") if key not in data]
-        if missing:
-            raise ValueError(f"a line has no {missing[0]}")
-        which = f" below {data['parent']}" if data.get("first") else ""
-        which += f" when {data['when']}" if "when" in data else ""
-        who = f"{data['publisher']}: {data['why']}" if "why" in data else data["publisher"]
-        for quantity, value in (("parent", data["parent"]), ("publisher", who), ("topic", data["topic"])):
-            facts[Fact("frame", data["child"], quantity + which)] = Value(value)
-        letters = next((part.text or "" for part in line.iter("text") if part.get("class") == "joint"), "")
-        if joint := re.fullmatch(r"(.+) \((\w+)\)", letters):
-            facts[Fact("joint", joint[1], "child")] = Value(data["child"])
-            facts[Fact("joint", joint[1], "type")] = Value(joint[2])
-    if not facts and '<g class="panel"' not in text:
-        raise ValueError("there is no tree of frames")
-    return facts
-
-
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Report another kind of picture, and modes that do not exist."""
     path: tuple[str, ...] = ("outputs", output.name)
@@ -350,7 +323,6 @@ FORMAT = Format(
     endings=(".svg",),
     check=check,
     write=write,
-    facts=read,
     reading=Importing(asked=lambda *source: Asked({"file": "frames.svg"})),  # noqa: ARG005
     proving=Proving(syntax=_syntax, shown=False),
 )

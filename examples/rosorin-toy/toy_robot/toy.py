@@ -8,19 +8,14 @@ from typing import Any
 
 from rosorin_compile.extend import (
     Diagnostic,
-    Fact,
-    Facts,
     Format,
     InRos,
     Opened,
-    Proving,
     Rule,
     Templates,
-    Value,
     Writing,
-    frame_facts,
 )
-from rosorin_compile.model import Link, Output, Pose, Robot, Sphere
+from rosorin_compile.model import Inertial, Joint, Link, Output, Pose, Robot, Sphere
 
 CANNOT_SAY = Rule("toy-cannot-say", "A warning: the format toy cannot express a link that is not a ball.")
 
@@ -49,31 +44,47 @@ def ball(link: Link) -> Sphere | None:
     return shapes[0] if alone else None
 
 
-def facts(text: str) -> Facts:
-    """Return the facts in an artifact. Raises ValueError if it is damaged."""
-    made: Facts = {}
+def view(robot: Robot, output: Output) -> Robot:
+    """Return what the artifact is meant to contain, with the digits that it prints."""
+    digits = output.options.get("digits", 6)
+    unit = math.radians(1) if output.options.get("angles") == "deg" else 1.0
+    links = []
+    for link in robot.links:
+        inertial = weight(round(link.inertial.mass, digits)) if ball(link) else None
+        links.append(Link(link.name, inertial))
+    joints = []
+    for joint in robot.joints:
+        xyz = tuple(round(length, digits) for length in joint.origin.xyz)
+        rpy = tuple(round(angle / unit, digits) * unit for angle in joint.origin.rpy)
+        joints.append(Joint(joint.name, joint.type, joint.parent, joint.child, Pose(xyz, rpy)))
+    return Robot(robot.name, tuple(links), tuple(joints))
+
+
+def weight(mass: float) -> Inertial:
+    """Return an inertial that has nothing but a mass."""
+    return Inertial(mass, Pose(), 0.0, 0.0, 0.0)
+
+
+def read(text: str) -> Robot:
+    """Return what an artifact contains. Raises ValueError if it is damaged."""
+    name, links, joints = "", [], []
     to_radians = float
     for words in map(str.split, text.splitlines()):
-        if words[:1] == ["angles"]:
+        if words[:1] == ["robot"]:
+            name = words[1]
+        elif words[:1] == ["angles"]:
             to_radians = math.radians if words[1] == "deg" else float
-        elif words[:1] == ["link"] and len(words) > 2:
-            made[Fact("link", words[1], "mass")] = Value(float(words[2]), "kg", printed(words[2]))
+        elif words[:1] == ["link"]:
+            links.append(Link(words[1], weight(float(words[2])) if len(words) > 2 else None))
         elif words[:1] == ["joint"]:
-            _, name, kind, parent, child, *numbers = words
-            x, y, z, *rpy = map(float, numbers)
-            metres = tuple(map(printed, numbers[:3]))
-            radians = tuple(to_radians(printed(number)) for number in numbers[3:])
-            made |= frame_facts(child, parent, Pose((x, y, z), tuple(map(to_radians, rpy))), metres, radians)
-            made[Fact("joint", name, "type")] = Value(kind)
-    return made
+            _, joint, kind, parent, child, *numbers = words
+            x, y, z, roll, pitch, yaw = map(float, numbers)
+            pose = Pose((x, y, z), (to_radians(roll), to_radians(pitch), to_radians(yaw)))
+            joints.append(Joint(joint, kind, parent, child, pose))
+    return Robot(name, tuple(links), tuple(joints))
 
 
-def printed(number: str) -> float:
-    """Return half a unit of the last printed digit of a number."""
-    return 0.5 * 10.0 ** -len(number.partition(".")[2])
-
-
-def read(opened: Opened) -> dict[str, Any]:
+def load(opened: Opened) -> dict[str, Any]:
     """Return the description that a file contains, as plain YAML values."""
     robot: dict[str, Any] = {"links": {}, "joints": {}}
     angle = "rad"
@@ -122,9 +133,9 @@ FORMAT = Format(
     file="{}.toy",
     endings=(".toy",),
     write=write,
+    view=view,
     read=read,
-    facts=facts,
-    proving=Proving(frames=lambda robot: [joint.child for joint in robot.joints]),
+    load=load,
     writing=Writing(lacks=frozenset({"visual", "pose", "sensor", "publisher", "edge", "servo", "actuator", "contact"})),
     ros=InRos(folder="toy", deploys=True),
 )

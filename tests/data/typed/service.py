@@ -23,12 +23,9 @@ from rosorin_compile import (
 from rosorin_compile.extend import (
     ERROR,
     Case,
-    Fact,
-    Facts,
     Format,
     Span,
     Templates,
-    Value,
     did_you_mean,
     rule,
 )
@@ -126,8 +123,14 @@ def write(robot: Robot, _output: Output, _templates: Templates) -> tuple[str, li
     return f"{robot.name} {pose.xyz}", []
 
 
-def facts(text: str) -> Facts:
-    return {Fact("frame", "base", "origin z"): Value(float(text), "m", 0.5e-6)}
+def view(robot: Robot, _output: Output) -> Robot:
+    return Robot(robot.name, robot.links, ())
 
 
-FORMAT = Format(name="service", word="service", article="a", about="the robot", file="{}.s", write=write, facts=facts)
+def read(text: str) -> Robot:
+    return Robot(text.split()[0], (), ())
+
+
+FORMAT = Format(
+    name="service", word="service", article="a", about="the robot", file="{}.s", write=write, view=view, read=read
+)

@@ -45,6 +45,7 @@ import os, random, shutil, signal, sys, time
 from pathlib import Path
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import compiled
+from rosorin_compile.compare import agreement
 
 def sweep(over, out, *words):
     return main(["sweep", "mast", "--over", over, "-o", out, "-q", *words])

@@ -8,12 +8,11 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.formats import Fact  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
-from rosorin_compile.mujoco.mjcf import facts as mjcf_facts  # noqa: E402
 from rosorin_compile.mujoco.mjcf import write as mjcf  # noqa: E402
 from support.machines import BODY, chain, machine  # noqa: E402
+from support.reading import leaves_of  # noqa: E402
 from support.simulator import BASES, load  # noqa: E402
 
 
@@ -117,7 +116,7 @@ def test_a_link_called_world_has_a_body_of_another_name():
     assert model.body("world_link_").id == 1
     assert data.site("world").xpos.tolist() == [0, 0, 0]
     assert data.body("arm").xpos.tolist() == [0, 0, 3]
-    facts = mjcf_facts.read(text)
-    assert facts[Fact("frame", "world_link", "parent")].value == "world"
-    assert facts[Fact("link", "world", "contact with arm")].value == "excluded"
-    assert facts[Fact("link", "world", "site")].value == "world"
+    found = leaves_of("mjcf", text)
+    assert found["frame", "world_link", "parent"] == "world"
+    assert found["excluded contacts", "excluded contacts", ""] == {"arm - world"}
+    assert found["link", "world", "site"] == "world"

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats import FORMATS, Fact, Value
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.diagnostics import has_errors
 from support.commands import Shown, ask
 from support.paths import ROSORIN
+from support.reading import leaves_of
 from support.robots import compiled_text, sound
 
 ARM = """\
@@ -75,15 +75,14 @@ def test_the_text(tmp_path: Path) -> None:
     assert srdf(tmp_path, ARM + MOVEIT) == WRITTEN
 
 
-def test_its_facts(tmp_path: Path) -> None:
-    read = FORMATS["srdf"].facts
-    assert read is not None
-    facts = read(srdf(tmp_path, ARM + MOVEIT))
-    assert facts[Fact("state", "wide of hand", "grip")] == Value(0.04, tolerance=pytest.approx(0.04e-12))
-    assert facts[Fact("group", "arm", "chain")] == Value("base_link to tool")
-    assert Fact("planning", "base_link", "disabled collision with upper (a cable holds them apart)") in facts
+def test_it_is_read_back(tmp_path: Path) -> None:
+    found = leaves_of("srdf", srdf(tmp_path, ARM + MOVEIT))
+    assert found["state", "wide of hand", "grip"] == 0.04
+    assert found["group", "arm", "chain"] == "base_link to tool"
+    (pairs,) = (leaf for (kind, *_), leaf in found.items() if kind == "disabled collisions")
+    assert "base_link - upper (a cable holds them apart)" in pairs
     with pytest.raises(ValueError, match="no group"):
-        read('<robot name="a"><group_state name="x"><joint name="a" value="1"/></group_state></robot>')
+        leaves_of("srdf", '<robot name="a"><group_state name="x"><joint name="a" value="1"/></group_state></robot>')
 
 
 WHEELS = """\
@@ -208,9 +207,9 @@ def test_diff_tells_what_is_planned_otherwise(home: Path, capsys: Shown) -> None
     (home / "b.yaml").write_text(ARM + other.replace("states: {wide: open}", "states: [open]"), "utf-8")
     assert main(["diff", "a.yaml", "b.yaml"]) == 1
     said = capsys.readouterr().out
-    assert "MoveIt: group arm base_link to tool -> upper to tool" in said
-    assert "MoveIt: states of hand wide (open) -> open (open)" in said
-    assert "MoveIt: passive joints wrist -> grip" in said
+    assert "moveit groups arm chain" in said
+    assert "moveit groups hand states open: new, open" in said
+    assert "moveit passive joints wrist -> grip" in said
     assert "same robot" in ask(capsys, "diff", "a.yaml", "a.yaml")
 
 

@@ -44,7 +44,7 @@ CASES: dict[str, tuple[str, str, list[str]]] = {
     "modes": (
         "links: {base: {}}\nmodes: {slam: a map is made}\n",
         "links: {base: {}}\nmodes: {slam: a map is made, replay: no}\n",
-        ["the robot: modes slam -> replay slam"],
+        ["robot modes slam -> replay slam"],
     ),
     "elements of a link and of a joint": (
         "links: {base: {urdf_elements: [<a/>]}, arm: {}}\n"

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side
-from rosorin_compile.compare.tolerance import printing_of
+from rosorin_compile.compare.precision import printing_of
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.reading import read_robot
@@ -113,7 +113,7 @@ CARRIED = [
     ("rgba: [0.8", "rgba: [0.9", "base_link visual colour 0.8 0.1 0.1 1 -> 0.9 0.1 0.1 1", "urdf xml"),
     (", rgba: [0.8, 0.1, 0.1, 1]", "", "base_link visual colour 0.8 0.1 0.1 1 -> none", "urdf"),
     ("elbow: -1", "elbow: -1.1", "pose ready: elbow -1 -> -1.1 rad", "xml"),
-    ("zero_pulse: 500", "zero_pulse: 510", "servo of shoulder zero_pulse 500 -> 510", "json"),
+    ("zero_pulse: 500", "zero_pulse: 510", "servo of shoulder zero pulse 500 -> 510", "json"),
 ]
 
 

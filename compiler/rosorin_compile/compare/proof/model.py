@@ -19,7 +19,7 @@ from rosorin_compile.model.shape import Material, plain
 
 from ..diff import compare_robots
 from ..difference import YAML, Side
-from ..wording import number_pair
+from ..sentences import number_pair
 from . import Found, Tolerance
 
 # Where a value comes from and what is made of it says nothing about the robot.

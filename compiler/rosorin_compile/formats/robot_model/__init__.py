@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import Box, HeightMap, Joint, Output, Pose, Robot, Shape, Vector
+from rosorin_compile.model import Box, HeightMap, Joint, Limit, Link, Output, Pose, Robot, Shape, Vector
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
+from rosorin_compile.model.link import Source
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.bounded import json_of
@@ -20,12 +20,10 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean
 from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
-from ..format import Facts, Format, Importing, InRos, Opened, Proving, Value, Writing
+from ..format import Format, Importing, InRos, Opened, Proving, Writing
 from ..unsupported import PLACES
 
 if TYPE_CHECKING:
-    from ..expectation import Expectation
-    from ..facts import Block, Deviations, Sheet
     from ..imported import Imported
     from ..templating import Templates
 
@@ -52,7 +50,6 @@ RULES = (
 )
 
 _Map = tuple[HeightMap, str]
-_UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
@@ -64,8 +61,14 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """
     import json
 
+    diagnostics: list[Diagnostic] = []
+    return json.dumps(_model(robot, output, diagnostics), allow_nan=False) + "\n", diagnostics
+
+
+def _model(robot: Robot, output: Output, diagnostics: list[Diagnostic]) -> dict[str, Any]:
+    """Return the driver's model as a value of JSON; what is wrong is added to the diagnostics."""
     options = output.options
-    diagnostics = _unknown_names(robot, options)
+    diagnostics += _unknown_names(robot, options)
     joints = [robot.joint[name] for name in _asked(robot, output) if name in robot.joint]
     joints = [joint for joint in joints if _has_word(joint, diagnostics)]
     rename: Mapping[str, str] = options.get("rename", {})
@@ -87,7 +90,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         model["chassis_heightmap"] = _height_map(rename.get(link, link), height_map, stand_in)
     for link, *_ in height_maps[1:]:
         diagnostics.append(_left_out(link, "a second height map: the format has room for one"))
-    return json.dumps(model, allow_nan=False) + "\n", diagnostics
+    return model
 
 
 def _asked(robot: Robot, output: Output) -> Iterable[str]:
@@ -224,110 +227,68 @@ def _numbers(values: Iterable[float]) -> list[float]:
 _listed = remembered(_numbers)  # many joints share them
 
 
-def read(text: str) -> Facts:
-    """Return what a driver's model says. Raises ValueError if the text is none.
-
-    Frames and links have the names that they have in the artifact. Quantities: ``frame CHILD`` has parent, origin x, y,
-    z and roll, pitch, yaw; ``joint NAME`` has type, child, axis, lower, upper; ``link NAME`` box min and box max;
-    ``height map FRAME`` each cell, counted from 0; ``servo pulse_to_rad`` the calibration.
-    """
-    from ..facts import Sheet
-
-    return _read(json_of(text, _no_number), Sheet()).facts
+def view(robot: Robot, output: Output) -> Robot:
+    """Return the robot that the model of an output is meant to contain, under the names of this artifact."""
+    return _robot_of(_model(robot, output, []))
 
 
-def against(text: str, known: Expectation) -> Deviations:
-    """Return what a driver's model says that is not known. Raises ValueError if the text is none."""
-    from ..facts import Sheet
-
-    model = json_of(text, _no_number)
-    return _read(model, Sheet(known)).deviations(model)
-
-
-def _read(model: Any, sheet: Sheet) -> Sheet:
-    try:
-        return _model(model, sheet)
-    except (KeyError, TypeError, AttributeError, OverflowError) as problem:
-        raise ValueError(f"not a driver's model: {problem!r}") from None
+def read(text: str) -> Robot:
+    """Return the robot that a driver's model contains. Raises ValueError if the text is none."""
+    return _robot_of(json_of(text, _no_number))
 
 
 def _no_number(word: str) -> float:
     raise ValueError(f"{word} is not a number of JSON")
 
 
-def _model(model: Mapping[str, Any], sheet: Sheet) -> Sheet:
-    sheet.take("robot", "robot", "source", Value(str(model["source"])))
-    for name, value in model.get("pulse_to_rad", {}).items():
-        unit = "rad" if name == "rad_per_pulse" else ""
-        text = ", ".join(value) if name == "joints" else str(value).lower()
-        is_number = name in ("rad_per_pulse", "zero")
-        sheet.take("servo", "pulse_to_rad", name, Value(float(value) if is_number else text, unit))
-    for name, joint in model["joints"].items():
-        _read_joint(sheet, name, joint)
-    for link, box in model["boxes"].items():
-        corners = tuple(box["min"]), tuple(box["max"])
-        sheet.add_box(sheet.named(link), *sheet.once(("corners", *corners), partial(_corners, sheet, *corners)))
-    if "chassis_heightmap" in model:
-        _read_height_map(sheet, model["chassis_heightmap"])
-    return sheet
+def _robot_of(model: Mapping[str, Any]) -> Robot:
+    shapes: dict[str, list[Shape]] = {}
+    try:
+        for link, box in model["boxes"].items():
+            shapes.setdefault(link, []).append(Shape(Box(_vector(box["min"]), _vector(box["max"]))))
+        if "chassis_heightmap" in model:
+            grid = model["chassis_heightmap"]
+            (x, y), heights = map(float, grid["origin_xy"]), tuple(tuple(map(float, row)) for row in grid["z"])
+            height_map = HeightMap((x, y), float(grid["cell"]), heights, 0.0, str(grid["method"]))
+            shapes.setdefault(_name(grid["frame"]), []).append(Shape(height_map, stand_in=grid.get("stand_in", "")))
+        joints = tuple(_read_joint(name, joint) for name, joint in model["joints"].items())
+        servos = model.get("pulse_to_rad")
+        groups = () if servos is None else (_servo_group(servos),)
+        source = Source(note=str(model["source"]))
+    except (KeyError, TypeError, AttributeError, OverflowError) as problem:
+        raise ValueError(f"not a driver's model: {problem!r}") from None
+    names = dict.fromkeys([*(name for joint in joints for name in (joint.parent, joint.child)), *shapes])
+    links = tuple(Link(name, collision=tuple(shapes.get(name, ()))) for name in names)
+    return Robot("", links, joints, servos=groups, source=source)
 
 
-def _floats(sheet: Sheet, numbers: Iterable[float]) -> list[float]:
-    """Return numbers as floats; of what is known all have to be finite. Raises ValueError, TypeError."""
-    made = list(map(float, numbers))
-    if sheet.known is not None and not all(map(math.isfinite, made)):
+def _name(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"{value!r} is no name")
+    return value
+
+
+def _vector(numbers: Iterable[float]) -> Vector:
+    x, y, z = map(float, numbers)
+    if not math.isfinite(x + y + z):
         raise ValueError("a number is not finite")
-    return made
+    return (x, y, z)
 
 
-def _corners(sheet: Sheet, lower: Iterable[float], upper: Iterable[float]) -> tuple[Vector, Vector]:
-    (a, b, c), (d, e, f) = _floats(sheet, lower), _floats(sheet, upper)
-    return (a, b, c), (d, e, f)
-
-
-def _read_joint(sheet: Sheet, name: str, joint: Mapping[str, Any]) -> None:
-    child, kind = sheet.named(joint["child"]), joint["type"]
-    sheet.add_parent(child, sheet.named(joint["parent"]))
-    place = tuple(joint["xyz"]), tuple(joint["rpy"])
-    sheet.add_pose(child, sheet.once(place, lambda: _pose(sheet, *place)))
-    limit = joint["limit"]
-    key = (kind, tuple(joint["axis"]), None if limit is None else tuple(limit))
-    sheet.add_joint(name, child, sheet.once(key, lambda: _motion(kind, joint)))
-
-
-def _pose(sheet: Sheet, xyz: Iterable[float], rpy: Iterable[float]) -> Pose:
-    (x, y, z), (roll, pitch, yaw) = (_floats(sheet, _numbers(numbers)) for numbers in (xyz, rpy))
-    return Pose((x, y, z), (roll, pitch, yaw))
-
-
-def _motion(kind: str, joint: Mapping[str, Any]) -> Block:
-    """Return what is said of a joint but where it sits."""
-    from ..facts import AXES
-
-    said: dict[str, Value] = {"type": Value(kind)}
-    if kind in _UNITS:
-        said |= _vector([f"axis {axis}" for axis in AXES], joint["axis"], "")
+def _read_joint(name: str, joint: Mapping[str, Any]) -> Joint:
+    limit = None
     if joint["limit"] is not None:
-        said |= _vector(("lower", "upper"), joint["limit"], _UNITS.get(kind, ""))
-    return said
+        lower, upper = map(float, joint["limit"])
+        limit = Limit(lower, upper)
+    origin = Pose(_vector(joint["xyz"]), _vector(joint["rpy"]))
+    parent, child = (_name(joint[end]) for end in ("parent", "child"))
+    return Joint(name, _name(joint["type"]), parent, child, origin, _vector(joint["axis"]), limit)
 
 
-def _read_height_map(sheet: Sheet, described: Mapping[str, Any]) -> None:
-    frame = sheet.named(described["frame"])
-    said = _vector(("origin x", "origin y"), described["origin_xy"], "m")
-    said |= _vector(("cell",), [described["cell"]], "m")
-    said |= {key: Value(described[key]) for key in ("method", "stand_in") if key in described}
-    for i, row in enumerate(described["z"]):
-        row = _floats(sheet, row)
-        if sheet.known is None:  # nothing is known of a cell
-            said |= _vector([f"cell {i} {j}" for j in range(len(row))], row, "m")
-    for quantity, value in said.items():
-        sheet.take("height map", frame, quantity, value)
-
-
-def _vector(quantities: Iterable[str], numbers: Iterable[float], unit: str) -> dict[str, Value]:
-    pairs = zip(quantities, numbers, strict=True)
-    return {quantity: Value(float(number), unit) for quantity, number in pairs}
+def _servo_group(servos: Mapping[str, Any]) -> ServoGroup:
+    names = tuple(map(_name, servos["joints"]))
+    rad_per_pulse, zero = float(servos["rad_per_pulse"]), int(servos["zero"])
+    return ServoGroup("pulse_to_rad", names, rad_per_pulse, zero, bool(servos["flipped"]), (0, 0))
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -342,10 +303,6 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 def names(output: Output) -> dict[str, str]:
     """Return the names of links by what an artifact calls them."""
     return {str(new): str(old) for old, new in output.options.get("rename", {}).items()}
-
-
-def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:  # noqa: ARG001
-    return [shape for shape in robot.link[link].collision if not isinstance(shape.geometry, HeightMap)]
 
 
 def _leaves_out(robot: Robot, link: str) -> bool:
@@ -398,8 +355,9 @@ FORMAT = Format(
     file="robot_model.json",
     endings=(".json",),
     write=write,
-    read=_read_robot,
-    facts=read,
+    load=_read_robot,
+    view=view,
+    read=read,
     reading=Importing(
         include=False,
     ),
@@ -427,10 +385,8 @@ FORMAT = Format(
         names_robot=False,
     ),
     proving=Proving(
-        against=against,
         syntax=json_of,
         schema="robot_model",
-        solids=_solids,
         names=names,
     ),
     ros=InRos(

@@ -19,7 +19,6 @@ from ..format import (
     FORMS_OF_BOXES,
     NUMBER_FORMAT,
     Asked,
-    Fact,
     Format,
     Importing,
     InRos,
@@ -28,7 +27,7 @@ from ..format import (
     Writing,
 )
 from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
-from . import damping, facts, masses, solids, write
+from . import damping, masses, write
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -47,6 +46,12 @@ def _read(opened: Opened) -> Imported:
     return read_urdf(opened.xml, opened.path, opened.options)
 
 
+def _read_back(text: str) -> Robot:
+    from .robot import read
+
+    return read(text)
+
+
 def _syntax(text: str) -> object:
     from rosorin_compile.source.xml.elements import canonical, tree_of
 
@@ -63,20 +68,6 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 def _for_simulators(output: Output) -> bool:
     return "frames" in output.options and output.options["frames"] != "published"
-
-
-def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
-    if _for_simulators(output):
-        from ..templating import attributes
-
-        for joint in masses.joints_of(robot, output):
-            if f"<child{attributes(link=joint.child)}/>" not in text:
-                yield f"it does not carry the frame {joint.child}, which it should"
-
-
-def _cannot_say(robot: Robot, fact: Fact) -> bool:
-    """Say whether a fact is the type of a ball joint, which a URDF has as floating."""
-    return (fact.kind, fact.quantity) == ("joint", "type") and robot.joint[fact.name].type == "ball"
 
 
 def _leaves_out(robot: Robot, link: str) -> bool:
@@ -164,8 +155,9 @@ FORMAT = Format(
     roots=("robot",),
     check=_check,
     write=write.write,
-    read=_read,
-    facts=facts.read,
+    view=write.view,
+    read=_read_back,
+    load=_read,
     reading=Importing(
         asked=_asked,
     ),
@@ -196,14 +188,7 @@ FORMAT = Format(
         meshes=True,
     ),
     proving=Proving(
-        against=facts.against,
         syntax=_syntax,
-        frames=lambda robot: [joint.child for joint in robot.in_urdf()],
-        solids=solids.solids,
-        inertials=masses.inertials,
-        disagreements=_disagreements,
-        all_solids=True,
-        cannot_say=_cannot_say,
     ),
     ros=InRos(
         feeds=(ROBOT_STATE_PUBLISHER,),

@@ -61,10 +61,14 @@ _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic
 
 
 class Reading:
-    """One reading of a file: collects what is wrong, what is left out, and which entry an element became."""
+    """One reading of a file: collects what is wrong, what is left out, and which entry an element became.
 
-    def __init__(self, options: ReadOptions) -> None:
+    Without ``spelling``, elements of other names are kept, even where their names look misspelt.
+    """
+
+    def __init__(self, options: ReadOptions, spelling: bool = True) -> None:
         self.options = options
+        self.spelling = spelling
         self.diagnostics: list[Diagnostic] = []
         self._left_out: dict[tuple[str, str], list[LeftOut]] = {}
         self._first: dict[tuple[str, str], Diagnostic] = {}
@@ -188,7 +192,7 @@ class Reading:
                 help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded"
                 self.cannot_carry(f"<{child.tag}> in {named(element)}", child.span, help)
                 continue
-            near = correction(child.tag, tags)
+            near = correction(child.tag, tags) if self.spelling else None
             if near is not None:
                 self._misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
             elif keep is None:

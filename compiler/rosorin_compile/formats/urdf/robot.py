@@ -13,15 +13,18 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, has_errors
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot
+from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.model.link import NO_SOURCE
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import COMMENT, Document, Element, Remark
+from rosorin_compile.source.xml.markup import COMMENT, Document, Element, MarkupError, Remark, parse
 
-from ..checked import accept
+from ..checked import accept, lower_artifact
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
 from .grammar import CHILDREN, attributes
 from .joints import read_joint
@@ -40,6 +43,7 @@ RULES = (
 )
 
 
+_PUBLISHER = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 _NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
 _VERSIONS = ("1", "1.0", "1.1", "1.2")
 
@@ -61,6 +65,43 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
         return Imported(None, diagnostics, (), files, left_out, version)
     comments = without_banner(comments_of(document, reading.paths))
     return Imported(accepted, diagnostics, comments, files, left_out, version)
+
+
+def read(text: str) -> Robot:
+    """Return the robot that a URDF of ours contains. Raises ValueError if it is damaged."""
+    try:
+        document = parse(Source("the URDF", text))
+        if document.root.tag != "robot":
+            raise ValueError(f"the root element is {document.root.tag}, not robot")
+        reading = Reading(ReadOptions(), spelling=False)
+        tree = _tree(document.root, Path("robot.urdf"), reading)
+    except MarkupError as problem:
+        raise ValueError(problem.diagnostic.message) from None
+    return _without_springs(plain(lower_artifact(tree, reading.diagnostics)))
+
+
+def _without_springs(robot: Robot) -> Robot:
+    """Return a robot without the springs that ``_springs`` found: its <gazebo> elements have them already."""
+    joints = []
+    for joint in robot.joints:
+        if joint.dynamics is not None:
+            dynamics = replace(joint.dynamics, stiffness=0.0, spring_reference=0.0)
+            joint = replace(joint, dynamics=dynamics if dynamics != Dynamics() else None)
+        joints.append(joint)
+    return replace(robot, joints=tuple(joints))
+
+
+def plain(robot: Robot) -> Robot:
+    """Return a robot without what no URDF and no SDF says: where it is from, and who publishes its joints.
+
+    Raises ValueError if a joint has an end that is no link.
+    """
+    for joint in robot.joints:
+        for end in ("parent", "child"):
+            if getattr(joint, end) not in robot.link:
+                raise ValueError(f'the {end} of the joint "{joint.name}" is no link: "{getattr(joint, end)}"')
+    joints = tuple(replace(joint, publisher=_PUBLISHER) for joint in robot.joints)
+    return replace(robot, source=NO_SOURCE, joints=joints, outputs=())
 
 
 def _with_way_out(diagnostic: Diagnostic) -> Diagnostic:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rosorin_compile.model import (
@@ -20,6 +21,7 @@ from rosorin_compile.model import (
     Ellipsoid,
     Inertial,
     Joint,
+    Link,
     Mesh,
     Output,
     Pose,
@@ -28,8 +30,9 @@ from rosorin_compile.model import (
     Sphere,
     Vector,
 )
+from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.sections import sections_in_urdf
-from rosorin_compile.model.shape import plain
+from rosorin_compile.model.shape import Material, plain
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
@@ -78,12 +81,6 @@ class _Format(NamedTuple):
     def numbers(self, values: Iterable[float]) -> str:
         return numbers(values, self.number)
 
-    def kept(self, texts: Iterable[str], indent: str) -> list[str]:
-        """Return elements that the description has for the URDF."""
-        if "urdf_elements" not in self.elements:
-            return []
-        return [indented(text, indent) for text in texts]
-
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the URDF of a robot.
@@ -95,44 +92,130 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """
     form = _form(output)
     number, elements = form.number, form.elements
-    robot = _seen(robot, output)
-    groups = link_groups(robot, joints_of(robot, output))
-    carried = links_of(robot, output)
-    diagnostics: list[Diagnostic] = []
-    try:
-        masses = inertials(robot, output)
-    except ValueError as problem:
-        masses, diagnostics = {}, [too_much(problem)]
-    unsaid: dict[str, Counter[type]] = {}
-    stand_ins: set[str] = set()
+    content = _Content(_seen(robot, output), output, form)
+    shown, carried = content.view, content.carried
     steps = []
-    for names, joint in groups:
+    for names, joint in link_groups(shown, shown.joints):
         rows = []
-        for name in names:
-            link = robot.link[name]
-            visual = robot.shapes_at(name, carried, "visual", form.boxes)[0] if "visual" in elements else []
-            collision = collisions(robot, name, carried, form.boxes) if "collision" in elements else []
-            others = [type(s.geometry) for s in (*visual, *collision) if isinstance(s.geometry, (Capsule, Ellipsoid))]
-            if others:
-                unsaid[name] = Counter(others)
-            stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
-            inertial = form.once(masses[name], lambda one: _inertial(one, number)) if name in masses else []
-            shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
-            rows.append((attribute("name", name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
+        for link in map(shown.link.__getitem__, names):
+            inertial = form.once(link.inertial, lambda one: _inertial(one, number)) if link.inertial else []
+            shapes = _rows(link.visual, form), _rows(link.collision, form)
+            rows.append((attribute("name", link.name), inertial, *shapes, _kept(link.urdf_elements, "    ")))
         steps.append((rows, [] if joint is None else [_joint(joint, form)]))
-    diagnostics += [*_stood_in(unsaid, form), *_balls(robot), *_left_out(robot, output, elements)]
-    diagnostics += standing_still(robot, carried) if masses else ()
-    values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
+    diagnostics = [*content.diagnostics, *_stood_in(content.replaced, form), *_balls(robot)]
+    diagnostics += _left_out(robot, output, elements)
+    diagnostics += standing_still(robot, carried) if content.masses else ()
+    values = {"robot": robot, "steps": steps, "stand_ins": sorted(content.stand_ins), "comment": comment}
     values["names"] = attributes(name=robot.name, **({} if form.version == "1.0" else {"version": form.version}))
-    values["materials"] = _materials(robot, form) if "visual" in elements else []
-    kept = form.kept(robot.urdf_elements, "  ")
-    if output.options.get("gazebo"):
-        blocks, told = _gazebo(robot, output, form, masses)
-        kept += blocks
-        diagnostics += told
-    kept += _of_sections(robot, output, form)
-    values["elements"] = kept
+    values["materials"] = [(attributes(name=m.name), _look(m.rgba, m.texture, form)) for m in shown.materials]
+    values["elements"] = _kept(shown.urdf_elements, "  ")
     return templates.own("core/robot.urdf.jinja", values), diagnostics
+
+
+def view(robot: Robot, output: Output) -> Robot:
+    """Return the robot that the URDF of an output is meant to contain, in the terms of URDF."""
+    return _Content(_seen(robot, output), output, _form(output)).view
+
+
+class _Content:
+    """What a URDF contains of a robot.
+
+    ``replaced`` counts, by link, shapes that others stand in for; ``masses`` are the inertials of the links.
+    """
+
+    def __init__(self, robot: Robot, output: Output, form: _Format) -> None:
+        self.robot = robot
+        self.form = form
+        self.diagnostics: list[Diagnostic] = []
+        self.replaced: dict[str, Counter[type]] = {}
+        self.stand_ins: set[str] = set()
+        self.carried = links_of(robot, output)
+        joints = joints_of(robot, output)
+        try:
+            self.masses: Mapping[str, Inertial] = inertials(robot, output)
+        except ValueError as problem:
+            self.masses = {}
+            self.diagnostics.append(too_much(problem))
+        names = [name for group, _ in link_groups(robot, joints) for name in group]
+        links = tuple(self._link(name) for name in names)
+        elements = self._said(robot.urdf_elements)
+        if output.options.get("gazebo"):
+            blocks, told = _gazebo(robot, output, form, self.masses)
+            elements += tuple(blocks)
+            self.diagnostics += told
+        elements += tuple(_of_sections(robot, output, form))
+        self.view = Robot(
+            robot.name,
+            links,
+            tuple(map(self._joint, joints)),
+            materials=tuple(
+                Material(one.name, one.rgba, urdf_file_name(one.texture))
+                for one in robot.materials
+                if "visual" in form.elements
+            ),
+            urdf_elements=elements,
+        )
+
+    def _said(self, texts: tuple[str, ...]) -> tuple[str, ...]:
+        return texts if "urdf_elements" in self.form.elements else ()
+
+    def _link(self, name: str) -> Link:
+        robot, form = self.robot, self.form
+        visual = robot.shapes_at(name, self.carried, "visual", form.boxes)[0] if "visual" in form.elements else []
+        collision = collisions(robot, name, self.carried, form.boxes) if "collision" in form.elements else []
+        others = [type(s.geometry) for s in (*visual, *collision) if isinstance(s.geometry, (Capsule, Ellipsoid))]
+        if others:
+            self.replaced[name] = Counter(others)
+        self.stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
+        shown, solid = (
+            tuple(self._shape(shape, f"{name}_{number}") for number, shape in enumerate(shapes, 1))
+            for shapes in (visual, collision)
+        )
+        return Link(name, self.masses.get(name), shown, solid, urdf_elements=self._said(robot.link[name].urdf_elements))
+
+    def _shape(self, shape: Shape, own: str) -> Shape:
+        """Return a shape in the terms of URDF; ``own`` is the name of its material if it has none, but a look."""
+        if shape.rgba is None and not shape.texture:
+            made: Shape = self.form.once(shape, self._plain)
+            return made
+        while not shape.material and own in self.robot.material:
+            own += "_"
+        return replace(self._plain(shape), material=shape.material or own)
+
+    def _plain(self, shape: Shape) -> Shape:
+        geometry = shape.geometry
+        if self.form.version == "1.0" or isinstance(geometry, Ellipsoid):
+            geometry = plain(geometry)
+        if isinstance(geometry, Box):
+            x, y, z = (size / 2 for size in geometry.size)
+            geometry = Box((-x, -y, -z), (x, y, z))
+        if isinstance(geometry, Mesh):
+            geometry = replace(geometry, file=urdf_file_name(geometry.file))
+        elements, texture = self._said(shape.urdf_elements), urdf_file_name(shape.texture)
+        return Shape(
+            geometry, shape.origin(), shape.name, shape.rgba, shape.material, "", texture, urdf_elements=elements
+        )
+
+    def _joint(self, joint: Joint) -> Joint:
+        along = not joint.is_fixed and not joint.is_axleless
+        dynamics = joint.dynamics if "dynamics" in self.form.elements else None
+        if dynamics is not None:
+            dynamics = Dynamics(dynamics.damping, dynamics.friction)
+        # The nearest type that URDF has to a ball, and robot_state_publisher leaves it alone as well.
+        return Joint(
+            joint.name,
+            "floating" if joint.type == "ball" else joint.type,
+            joint.parent,
+            joint.child,
+            joint.origin,
+            joint.axis if along else (1.0, 0.0, 0.0),
+            joint.limit if along else None,
+            joint.mimic,
+            dynamics if dynamics != Dynamics() else None,
+            calibration=joint.calibration,
+            safety=joint.safety,
+            urdf_elements=self._said(joint.urdf_elements),
+        )
 
 
 def _seen(robot: Robot, output: Output) -> Robot:
@@ -213,44 +296,27 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
     return groups
 
 
-def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, str]]:
-    """Return the materials of the robot: the attributes of each, and what is in it."""
-    return [(attributes(name=one.name), _look(one.rgba, one.texture, form)) for one in robot.materials]
-
-
 def _look(rgba: Sequence[float] | None, texture: str, form: _Format) -> str:
     """Return the elements of a material."""
     colour = f"<color{attributes(rgba=form.numbers(rgba))}/>" if rgba is not None else ""
     return f"{colour}<texture{attributes(filename=urdf_file_name(texture))}/>" if texture else colour
 
 
-def _rows(robot: Robot, link: str, solids: list[Shape], form: _Format) -> list[tuple[Any, ...]]:
+def _kept(texts: Iterable[str], indent: str) -> list[str]:
+    return [indented(text, indent) for text in texts]
+
+
+def _rows(solids: Iterable[Shape], form: _Format) -> list[tuple[Any, ...]]:
     """Return each solid as attributes of its elements: name, origin, kind and sizes, material; and what is in them."""
-    rows = []
-    for index, solid in enumerate(solids, 1):
-        if solid.rgba is None and not solid.texture:  # else the name of the link may be in it
-            rows.append(form.once(solid, lambda one: _row(one, "", form)))
-        else:
-            rows.append(_row(solid, _own_material(robot, f"{link}_{index}"), form))
-    return rows
+    return [form.once(solid, lambda one: _row(one, form)) for solid in solids]
 
 
-def _row(solid: Shape, own: str, form: _Format) -> tuple[Any, ...]:
-    """Return a shape as attributes; ``own`` is the name of its material if it has none, but a look."""
+def _row(solid: Shape, form: _Format) -> tuple[Any, ...]:
     kind, sizes = _geometry(solid, form)
-    look = _look(solid.rgba, solid.texture, form)
-    material = solid.material or (own if look else "")
     names = attributes(name=solid.name) if solid.name else ""
-    surface = attributes(name=material) if material else ""
-    kept = form.kept(solid.urdf_elements, "      ")
-    return names, _origin(solid.origin(), form.number), kind, attributes(**sizes), surface, look, kept
-
-
-def _own_material(robot: Robot, name: str) -> str:
-    """Return a name for the material of one visual that no other material has."""
-    while name in robot.material:
-        name += "_"
-    return name
+    surface = attributes(name=solid.material) if solid.material else ""
+    look, kept = _look(solid.rgba, solid.texture, form), _kept(solid.urdf_elements, "      ")
+    return names, _origin(solid.pose, form.number), kind, attributes(**sizes), surface, look, kept
 
 
 def _origin(pose: Pose, number: NumberFormat) -> Markup:
@@ -270,8 +336,6 @@ def _axis(axis: Vector, number: NumberFormat) -> Markup:
 def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     """Return the element and the attributes of a geometry (http://wiki.ros.org/urdf/XML/link)."""
     shape, number = solid.geometry, form.number
-    if form.version == "1.0" or isinstance(shape, Ellipsoid):
-        shape = plain(shape)
     if isinstance(shape, Box):
         return "box", {"size": form.numbers(shape.size)}
     if isinstance(shape, Cylinder):
@@ -299,15 +363,14 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     """Return a joint as attributes: names, links, origin; then its elements with theirs; then those it has kept."""
     number, dynamics, mimic = form.number, joint.dynamics, joint.mimic
     inner: list[tuple[str, Markup]] = []
-    along = not joint.is_fixed and not joint.is_axleless
-    if along:
+    if not joint.is_fixed and not joint.is_axleless:
         inner.append(("axis", _axis(joint.axis, number)))
     if joint.calibration is not None:
         inner.append(("calibration", _given(joint.calibration, ("rising", "falling", "reference_position"), number)))
-    if along and joint.limit is not None:
+    if joint.limit is not None:
         keys = ("lower", "upper", "effort", "velocity")
         inner.append(("limit", form.once(joint.limit, lambda limit: _given(limit, keys, number))))
-    if "dynamics" in form.elements and dynamics is not None and (dynamics.damping or dynamics.friction):
+    if dynamics is not None:
         inner.append(("dynamics", _given(dynamics, ("damping", "friction"), number)))
     if mimic is not None:
         factor, offset = number(mimic.multiplier), number(mimic.offset)
@@ -315,11 +378,9 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     if joint.safety is not None:
         keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
         inner.append(("safety_controller", _given(joint.safety, keys, number)))
-    # The nearest that URDF has, and robot_state_publisher leaves it alone as well.
-    kind = attribute("type", "floating" if joint.type == "ball" else joint.type)
-    names = attribute("name", joint.name) + kind
+    names = attribute("name", joint.name) + attribute("type", joint.type)
     ends = attribute("link", joint.parent), attribute("link", joint.child)
-    return (names, *ends, _origin(joint.origin, number), inner, form.kept(joint.urdf_elements, "    "))
+    return (names, *ends, _origin(joint.origin, number), inner, _kept(joint.urdf_elements, "    "))
 
 
 def _given(entry: object, keys: Iterable[str], number: NumberFormat) -> Markup:

@@ -19,7 +19,7 @@ MuJoCo's two models is which, ``compared`` compares them (``compared_fields`` ha
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import (
@@ -27,7 +27,6 @@ from rosorin_compile.formats.format import (
     FORMS_OF_BOXES,
     NUMBER_FORMAT,
     Asked,
-    Fact,
     Format,
     Importing,
     InRos,
@@ -44,15 +43,15 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rosorin_compile.compare.proof import Proof
-    from rosorin_compile.formats.expectation import Expectation
-    from rosorin_compile.formats.facts import Deviations
-    from rosorin_compile.formats.format import Facts, Refusal
+    from rosorin_compile.formats.format import Refusal
     from rosorin_compile.formats.imported import Imported
     from rosorin_compile.formats.templating import Templates
-    from rosorin_compile.model import Output, Robot, Shape
+    from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.tree import Map
+
+    from .read_back import Mjcf
 
 __all__ = ["FORMAT"]
 
@@ -86,33 +85,6 @@ def _refusal(text: str, folder: Path) -> Refusal:
         file = folder / unescape(name, {"&quot;": '"'})
         record(file, version(file))
     return refusal(text, folder, by_itself=not names)
-
-
-def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape] | None:  # noqa: ARG001
-    from .height_fields import colliding
-
-    return colliding(robot.link[link], output)
-
-
-def _cannot_say(robot: Robot, fact: Fact) -> bool:
-    """Say whether a fact is the type of a joint that MJCF tells from another one by its range alone.
-
-    Or the effort of one whose actuators say it, or whose force is larger below zero than above, of which MJCF has both.
-    """
-    if (fact.kind, fact.quantity) == ("joint", "effort"):
-        from .servos import is_clamped
-
-        joint = robot.joint[fact.name]
-        force = joint.mjcf.get("actuatorfrcrange")
-        if isinstance(force, tuple) and abs(float(force[0])) > abs(float(force[1])):
-            return True
-        return joint.limit is not None and is_clamped(robot, joint, joint.limit.effort or 0.0)
-    if (fact.kind, fact.quantity) != ("joint", "type"):
-        return False
-    from .omissions import position_range
-
-    joint = robot.joint[fact.name]
-    return joint.type == "revolute" and position_range(joint) is None
 
 
 def _adds(robot: Robot, name: str, described: Robot) -> bool:
@@ -152,16 +124,16 @@ def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, lis
     return write(robot, output, templates)
 
 
-def _facts(text: str) -> Facts:
-    from .facts import read
+def _view(robot: Robot, output: Output) -> Mjcf:
+    from .read_back import view
+
+    return view(robot, output)
+
+
+def _read_back(text: str) -> Mjcf:
+    from .read_back import read
 
     return read(text)
-
-
-def _against(text: str, known: Expectation) -> Deviations:
-    from .facts import against
-
-    return against(text, known)
 
 
 def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
@@ -245,8 +217,10 @@ FORMAT = Format(
     roots=("mujoco",),
     check=_check,
     write=_write,
-    read=_read,
-    facts=_facts,
+    load=_read,
+    view=_view,
+    partial=True,
+    read=_read_back,
     reading=Importing(
         asked=_asked,
         optional=True,
@@ -274,16 +248,10 @@ FORMAT = Format(
         opens=_opens,
     ),
     proving=Proving(
-        against=_against,
         syntax=_syntax,
         refusal=_refusal,
         prove=_prove,
-        frames=lambda robot: [joint.child for joint in robot.joints],
-        solids=_solids,
-        all_solids=True,
         engine_reads=True,
-        cannot_say=_cannot_say,
-        complete=True,
     ),
     ros=InRos(
         folder="mjcf",

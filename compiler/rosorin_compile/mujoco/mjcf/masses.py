@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rosorin_compile.formats.facts import Six, along_link
 from rosorin_compile.model import Inertial, Robot
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.mass import principal_moments
+from rosorin_compile.model.mass import Inertia, along_link, principal_moments
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more
 from rosorin_compile.source.rule_registry import Heading, Rule
 
@@ -44,7 +43,7 @@ def has_products(inertial: Inertial) -> bool:
     return any((inertial.ixy, inertial.ixz, inertial.iyz))
 
 
-def along_link_of(inertial: Inertial) -> Six:
+def along_link_of(inertial: Inertial) -> Inertia:
     """Return the inertia of an inertial along the axes of its link: xx yy zz xy xz yz."""
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
     return along_link(six, inertial.pose.transform())

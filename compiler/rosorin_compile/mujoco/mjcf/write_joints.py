@@ -51,7 +51,7 @@ def several(joint: Joint, printer: SimulationPrinter) -> list[Markup]:
         return [attributes(name=joint.name, type="free", **_inner(joint, printer))]
     if joint.type == "ball":
         return [attributes(name=joint.name, type="ball", **_inner(joint, printer))]
-    base, number = _base_name(joint, printer.robot), printer.number
+    base, number = base_name(joint, printer.robot), printer.number
     if joint.type == "planar":
         axes = (*plane_axes(joint.axis), joint.axis)
         kinds = ("slide", "slide", "hinge")
@@ -62,7 +62,7 @@ def several(joint: Joint, printer: SimulationPrinter) -> list[Markup]:
     return made if joint.type == "planar" else [*made, attributes(name=base + FLOATING[3], type="ball")]
 
 
-def _base_name(joint: Joint, robot: Robot) -> str:
+def base_name(joint: Joint, robot: Robot) -> str:
     """Return the name of a joint, with underscores after it where its parts would have the names of others."""
     base = joint.name
     while any(base + end in robot.joint for end in {*PLANAR, *FLOATING}):

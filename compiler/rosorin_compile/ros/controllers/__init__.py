@@ -9,9 +9,9 @@ from __future__ import annotations
 from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 from rosorin_compile.formats.unsupported import Unsupported
 
-from ..parameters import DISTRIBUTION, facts, syntax
+from ..parameters import DISTRIBUTION, read, syntax
 from .described import check
-from .filled import write
+from .filled import view, write
 
 __all__ = ["FORMAT"]
 
@@ -46,7 +46,8 @@ FORMAT = Format(
     file="controllers.yaml",
     check=check,
     write=write,
-    facts=facts,
+    view=view,
+    read=read,
     writing=Writing(
         names_robot=False,
     ),

@@ -5,7 +5,7 @@ What the description says goes before what the robot knows (``derived``). Each n
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
@@ -92,15 +92,27 @@ def _typed(found: Kind | None, key: str, value: Any) -> Any:
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the controllers.yaml of a robot, for the distribution that the output asks for."""
-    distribution = known_distribution(asked(output))
-    controllers = filled(robot, distribution)
+    controllers = filled(robot, known_distribution(asked(output)))
+    head = [f"Controllers of ros2_control, for {title(asked(output))}."]
+    text = files.text(robot, output, templates, head, _nodes(output, controllers))
+    return text, [*_later(asked(output)), *_remaps(controllers, _namespace(output))]
+
+
+def view(robot: Robot, output: Output) -> files.Parameters:
+    """Return what the controllers.yaml of a robot is meant to contain."""
+    return files.parameters_of(output, _nodes(output, filled(robot, known_distribution(asked(output)))))
+
+
+def _namespace(output: Output) -> str:
+    return str(output.options.get("namespace", "")).strip("/")
+
+
+def _nodes(output: Output, controllers: Sequence[Filled]) -> list[Node]:
+    distribution, space = known_distribution(asked(output)), _namespace(output)
     types = {f"{one.controller.name}.type": one.type for one in controllers}
-    space = str(output.options.get("namespace", "")).strip("/")
     nodes = [Node(MANAGER, manager(distribution), {**managed(output, distribution), **types})]
     nodes += [Node(one.controller.name, one.kind, one.values) for one in controllers]
-    head = [f"Controllers of ros2_control, for {title(asked(output))}."]
-    text = files.text(robot, output, templates, head, [one._replace(name=f"{space}/{one.name}") for one in nodes])
-    return text, [*_later(asked(output)), *_remaps(controllers, space)]
+    return [one._replace(name=f"{space}/{one.name}") for one in nodes]
 
 
 def _later(said: str) -> Iterator[Diagnostic]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 
-from ..parameters import DISTRIBUTION, facts, syntax
+from ..parameters import DISTRIBUTION, read, syntax
 from . import write
 
 __all__ = ["FORMAT"]
@@ -101,14 +101,14 @@ FORMAT = Format(
     file="nav2.yaml",
     check=write.check,
     write=write.write,
-    facts=facts,
+    view=write.view,
+    read=read,
     writing=Writing(
         measures=True,
         names_robot=False,
     ),
     proving=Proving(
         syntax=syntax,
-        disagreements=write.disagreements,
     ),
     ros=InRos(
         folder="config",

@@ -13,7 +13,6 @@ from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
 from rosorin_compile.model.footprint import CORNERS, Footprint, footprint, padded, solids
-from rosorin_compile.model.footprint import outside as reaching_out
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.model.tucked import left_out
 from rosorin_compile.rules.case import Case
@@ -23,7 +22,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 from ..controllers.derived import owned
 from ..controllers.topics import Driver, drivers
 from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of
-from ..parameters.files import Node, asked, nodes_of, text, value_of
+from ..parameters.files import Node, Parameters, asked, parameters_of, text
 from .scans import PLANAR, scan_topic, seen_by_slam, topic_of
 
 RULES = (
@@ -273,6 +272,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     return text(robot, output, templates, head, list(_nodes(robot, output, made, size))), said
 
 
+def view(robot: Robot, output: Output) -> Parameters:
+    """Return what the parameter file of a robot for Nav2 is meant to contain."""
+    made, _ = basics(robot, output)
+    return parameters_of(output, () if made is None else _nodes(robot, output, made, measured(robot, output, made)[0]))
+
+
 def _nodes(robot: Robot, output: Output, made: Basics, size: Measured | None) -> Iterator[Node]:
     """Yield the nodes of Nav2, by the names that nav2_bringup gives them."""
     frames, base = made.frames, {"robot_base_frame": made.base}
@@ -385,22 +390,3 @@ def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node
     if there[SLAM]:
         silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}
         yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)
-
-
-def disagreements(robot: Robot, output: Output, written: str) -> Iterator[str]:
-    """Yield where the robot reaches out of a footprint that an artifact has. Raises ValueError for a damaged one."""
-    pose = output.options.get("pose")
-    positions = robot.positions(pose) if pose is not None else {}
-    seen: dict[tuple[str, str], tuple[float, str]] = {}  # two costmaps have one footprint, as a rule
-    for name, values in nodes_of(written).items():
-        base = values.get("robot_base_frame", "")
-        if "footprint" not in values or base not in robot.link:
-            continue
-        said = str(values["footprint"])
-        if (base, said) not in seen:
-            points = value_of(said)
-            placed, _ = solids(robot, base, positions, clouds_of(robot)) if points else ([], [])
-            seen[base, said] = reaching_out(placed, [(x, y) for x, y in points]) if points else (0.0, "")
-        beyond, link = seen[base, said]
-        if beyond:
-            yield f'"{link}" reaches {1000 * beyond:.3g} mm out of the footprint of {name}'

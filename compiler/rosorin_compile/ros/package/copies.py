@@ -7,8 +7,9 @@ import posixpath
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.compare.committed import TextDifference, compare
-from rosorin_compile.compare.entities import Change
+from rosorin_compile.compare.change import Change
+from rosorin_compile.compare.committed import compare
+from rosorin_compile.compare.text_report import TextDifference
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates

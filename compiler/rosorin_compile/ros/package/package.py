@@ -178,7 +178,7 @@ def folder_of(artifact: Artifact) -> str:
     own, file = FORMATS[artifact.backend].ros.folder, artifact.file
     if own:
         return own
-    formats = (one.ros.folder for one in FORMATS.values() if one.read and one.ros.folder and file.endswith(one.endings))
+    formats = (one.ros.folder for one in FORMATS.values() if one.load and one.ros.folder and file.endswith(one.endings))
     others = (folder for ending, folder in _BY_ENDING.items() if file.endswith(ending))
     return next(others, "") or next(formats, "config")
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.formats.distributions import DISTRIBUTIONS
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.format import Facts
+    from .files import Parameters
 
 # What every format that is a parameter file has.
 DISTRIBUTION: Mapping[str, Any] = {
@@ -22,11 +22,11 @@ DISTRIBUTION: Mapping[str, Any] = {
 }
 
 
-def facts(written: str) -> Facts:
-    """Return what a parameter file says, by node. Raises ValueError for a damaged text."""
-    from .files import facts
+def read(written: str) -> Parameters:
+    """Return what a parameter file contains. Raises ValueError for a damaged text."""
+    from .files import read
 
-    return facts(written)
+    return read(written)
 
 
 def syntax(written: str) -> object:

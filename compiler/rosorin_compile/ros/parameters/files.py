@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.distributions import JAZZY, title
-from rosorin_compile.formats.format import Fact, Facts, Value
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 
@@ -23,6 +23,13 @@ from .values import converted, written
 PARAMETERS = "ros__parameters"
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What a parameter file contains: the parameters of each node by full name."""
+
+    node: Mapping[str, Mapping[str, Any]]
 
 
 class Node(NamedTuple):
@@ -42,7 +49,21 @@ def asked(output: Output) -> str:
 
 
 def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str], nodes: Sequence[Node]) -> str:
-    """Return the parameter file of some nodes; ``head`` are lines of comment.
+    """Return the parameter file of some nodes; ``head`` are lines of comment."""
+    rows = list(_rows(_tree(output, nodes)))
+    values = {"robot": robot, "distribution": title(asked(output)), "head": head, "rows": rows}
+    return templates.own("ros/parameters.yaml.jinja", values)
+
+
+def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
+    """Return what the parameter file of some nodes is meant to contain."""
+    found: dict[str, dict[str, Any]] = {}
+    _find(_tree(output, nodes), "", found, 0)
+    return Parameters(found)
+
+
+def _tree(output: Output, nodes: Iterable[Node]) -> dict[str, Any]:
+    """Return the values of some nodes as they are nested in the file.
 
     An empty list is left out, for rcl does not know of what it is one.
     """
@@ -54,8 +75,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
             if value not in ([], ()) and (kind is None or known is None or kind.has(known)):
                 path = [*node.name.strip("/").split("/"), PARAMETERS, *key.split(".")]
                 _put(tree, path, converted(value, known.type) if known is not None else value)
-    values = {"robot": robot, "distribution": title(asked(output)), "head": head, "rows": list(_rows(tree))}
-    return templates.own("ros/parameters.yaml.jinja", values)
+    return tree
 
 
 def _put(tree: dict[str, Any], path: Sequence[str], value: Any) -> None:
@@ -91,14 +111,9 @@ def _text(value: str) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def facts(written: str) -> Facts:
-    """Return what a parameter file says, by node. Raises ValueError for a damaged text."""
-    made: Facts = {}
-    for name, values in nodes_of(written).items():
-        for key, value in values.items():
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            made[Fact("node", name, key)] = Value(float(value) if number else _scalar(value))
-    return made
+def read(written: str) -> Parameters:
+    """Return what a parameter file contains. Raises ValueError for a damaged text."""
+    return Parameters(nodes_of(written))
 
 
 def nodes_of(written: str) -> dict[str, dict[str, Any]]:

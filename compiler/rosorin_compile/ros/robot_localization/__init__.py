@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 
-from ..parameters import DISTRIBUTION, facts, syntax
+from ..parameters import DISTRIBUTION, read, syntax
 from . import write
 
 __all__ = ["FORMAT"]
@@ -81,7 +81,8 @@ FORMAT = Format(
     file="ekf.yaml",
     check=write.check,
     write=write.write,
-    facts=facts,
+    view=write.view,
+    read=read,
     writing=Writing(
         names_robot=False,
     ),

@@ -18,7 +18,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from ..parameters.files import Node, asked, text
+from ..parameters.files import Node, Parameters, asked, parameters_of, text
 
 RULES = (
     Rule(
@@ -236,8 +236,17 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         f"robot_localization of {asked(output).capitalize()}: {own.name} {publishes}.",
         "No covariance is in it: load it after your own.",
     ]
-    node = Node(own.name, "ekf", dict(_values(robot, output, frames, own)))
-    return text(robot, output, templates, head, [node]), []
+    return text(robot, output, templates, head, [_node(robot, output, frames, own)]), []
+
+
+def view(robot: Robot, output: Output) -> Parameters:
+    """Return what the parameter file of a filter is meant to contain."""
+    frames, own, _ = problems(robot, output)
+    return parameters_of(output, () if frames is None or own is None else [_node(robot, output, frames, own)])
+
+
+def _node(robot: Robot, output: Output, frames: Frames, own: Filter) -> Node:
+    return Node(own.name, "ekf", dict(_values(robot, output, frames, own)))
 
 
 def _values(robot: Robot, output: Output, frames: Frames, own: Filter) -> Iterator[tuple[str, Any]]:

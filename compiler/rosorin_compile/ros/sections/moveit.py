@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.compare.difference import OTHER, YAML, Item, Side
-from rosorin_compile.compare.pairing import Pairing
-from rosorin_compile.compare.values import changed_entry
 from rosorin_compile.language.lower.entries import Problem
 from rosorin_compile.language.lower.plainly import record_of, vector_of
 from rosorin_compile.model.moveit import (
@@ -19,7 +16,6 @@ from rosorin_compile.model.moveit import (
     Group,
     Moveit,
     VirtualJoint,
-    said_of,
 )
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
@@ -109,20 +105,4 @@ def state_path(case: Case, group: Group, state: str) -> Path:
     return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
 
 
-def compare(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
-    """Yield what differs between two descriptions in planning. States are named poses, and compared as those."""
-    one, other = pairing.a.robot.moveit, pairing.b.robot.moveit
-    if one == other or not all(side.format is YAML for side in sides):
-        return
-    old, new = said_of(one), said_of(other)
-    for name in dict.fromkeys((*old, *new)):
-        before, after = old.get(name), new.get(name)
-        if before != after:
-            text = f"MoveIt: {name} {before or 'none'} -> {after or 'none'}"
-            yield Item(OTHER, name, "planning", text, before, after)
-    if one is not None and other is not None:
-        for word in ("urdf", "search"):
-            yield from changed_entry("MoveIt", {word: getattr(one, word)}, {word: getattr(other, word)})
-
-
-MOVEIT: Section[Moveit | None] = Section("moveit", lower=moveit_of, compare=compare, checks=(planning,))
+MOVEIT: Section[Moveit | None] = Section("moveit", lower=moveit_of, checks=(planning,))

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 from rosorin_compile.formats.format import (
     NUMBER_FORMAT,
     Asked,
-    Fact,
-    Facts,
     Format,
     Importing,
     InRos,
@@ -25,11 +23,11 @@ from rosorin_compile.formats.unsupported import Unsupported
 from . import checks, reading, write
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
-
-    from rosorin_compile.formats.facts import FactSheet
+    from rosorin_compile.model import Output, Robot
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document
+
+    from .view import Srdf
 
 __all__ = ["FORMAT"]
 
@@ -50,74 +48,16 @@ def _asked(tree: Map, _: str, name: str) -> Asked | None:
     return Asked({"file": f"{name}.srdf"}) if "moveit" in tree else None
 
 
-def _facts(text: str) -> Facts:
-    """Return what an SRDF says. Raises ValueError for a damaged one."""
-    from rosorin_compile.formats.facts import FactSheet
-    from rosorin_compile.model.moveit import USER
+def _read(text: str) -> Srdf:
+    from .view import read
 
-    sheet = FactSheet(text, "robot")
-    readers = {
-        "group": _group_facts,
-        "group_state": _state_facts,
-        "end_effector": _end_effector_facts,
-        "virtual_joint": _virtual_joint_facts,
-    }
-    for element in sheet.root:
-        if element.tag in readers:
-            readers[element.tag](sheet, element)
-        elif element.tag == "passive_joint":
-            sheet.add(Fact("planning", "passive joints", sheet.text(element, "name")), "passive")
-        elif element.tag == "joint_property":
-            joint, name = sheet.text(element, "joint_name"), sheet.text(element, "property_name")
-            sheet.add(Fact("joint", joint, f"property {name}"), sheet.text(element, "value"))
-        elif element.tag == "disable_collisions":
-            _pair_fact(sheet, element, "disabled collision with {} " + f"({element.get('reason', USER)})")
-        elif element.tag == "enable_collisions":
-            _pair_fact(sheet, element, "checked collision with {}")
-        elif element.tag == "disable_default_collisions":
-            sheet.add(Fact("collision of", sheet.text(element, "link"), "and others"), "off")
-        elif element.tag == "link_sphere_approximation":
-            balls = (" ".join((sheet.text(one, "center"), sheet.text(one, "radius"))) for one in element)
-            sheet.add(Fact("link", sheet.text(element, "link"), "spheres"), ", ".join(balls))
-    return sheet.facts
+    return read(text)
 
 
-def _pair_fact(sheet: FactSheet, element: Element, quantity: str) -> None:
-    one, other = sorted((sheet.text(element, "link1"), sheet.text(element, "link2")))
-    sheet.add(Fact("planning", one, quantity.replace("{}", other)), "said")
+def _view(robot: Robot, output: Output) -> Srdf:
+    from .view import view
 
-
-def _group_facts(sheet: FactSheet, element: Element) -> None:
-    name = sheet.text(element, "name")
-    said: dict[str, list[str]] = {}
-    for one in element:
-        if one.tag == "chain":
-            chain = f"{sheet.text(one, 'base_link')} to {sheet.text(one, 'tip_link')}"
-            said.setdefault("chain", []).append(chain)
-        else:
-            said.setdefault(f"{one.tag}s", []).append(sheet.text(one, "name"))
-    for key, names in said.items():
-        sheet.add(Fact("group", name, key), ", ".join(names))
-
-
-def _state_facts(sheet: FactSheet, element: Element) -> None:
-    name = f"{sheet.text(element, 'name')} of {sheet.text(element, 'group')}"
-    for one in element:
-        fact, value = Fact("state", name, sheet.text(one, "name")), sheet.text(one, "value")
-        sheet.add(fact, value if " " in value else sheet.number(one, "value"))
-
-
-def _end_effector_facts(sheet: FactSheet, element: Element) -> None:
-    for quantity in ("group", "parent_link", "parent_group"):
-        if element.get(quantity) is not None:
-            name = sheet.text(element, "name")
-            sheet.add(Fact("end effector", name, quantity.replace("_", " ")), sheet.text(element, quantity))
-
-
-def _virtual_joint_facts(sheet: FactSheet, element: Element) -> None:
-    for quantity in ("type", "parent_frame", "child_link"):
-        name = sheet.text(element, "name")
-        sheet.add(Fact("virtual joint", name, quantity.replace("_", " ")), sheet.text(element, quantity))
+    return view(robot, output)
 
 
 _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collisions", "passive_joint"}
@@ -141,7 +81,8 @@ FORMAT = Format(
     endings=(".srdf",),
     check=checks.check,
     write=write.write,
-    facts=_facts,
+    view=_view,
+    read=_read,
     reading=Importing(
         join=reading.join,
         joins=("moveit",),

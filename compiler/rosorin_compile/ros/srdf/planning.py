@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.urdf.masses import joints_of, links_of
+from rosorin_compile.formats.urdf.solids import solids
 from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING
@@ -175,8 +175,7 @@ class Planning:
     @cached_property
     def solids(self) -> Mapping[str, list[Shape]]:
         """The collision shapes of each link of the URDF, as it has them; links without any are left out."""
-        solids = FORMATS[URDF].proving.solids
-        if solids is None or "collision" not in self.urdf.options.get("elements", ("collision",)):
+        if "collision" not in self.urdf.options.get("elements", ("collision",)):
             return {}
         shapes = {}
         for name in sorted(self.links):

@@ -79,11 +79,16 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     pairs = sorted(map(ordered, planning.said.checked))
     values["checked"] = [attributes(link1=one, link2=other) for one, other in pairs]
     values["passive_joints"] = [attributes(name=name) for name in planning.said.passive_joints]
-    others = changed_meshes(planning)
-    current = planning.said.matrix is not None and not others and planning.said.matrix.of == planning.digest
+    others, current = changed_meshes(planning), is_current(planning)
     values["computed"] = _computed(planning) if current else ""
     values["disabled"] = [_disabled(one) for one in planning.disabled(current)]
     return templates.own("ros/robot.srdf.jinja", values), [*_of_meshes(others), *_left_out(planning)]
+
+
+def is_current(planning: Planning) -> bool:
+    """Return True if the collision matrix was computed of the robot as it is."""
+    matrix = planning.said.matrix
+    return matrix is not None and not changed_meshes(planning) and matrix.of == planning.digest
 
 
 def _group(group: Group) -> tuple[Markup, Markup | None, list[tuple[str, Markup]]]:
@@ -102,16 +107,24 @@ def _placed(planning: Planning, group: Group, pose: JointPose, number: NumberFor
         if joint in pose.positions:
             placed.append(attributes(name=joint, value=number(pose.positions[joint])))
         elif virtual is not None and joint == virtual.name and pose.base is not None and virtual.type != FIXED:
-            placed.append(attributes(name=joint, value=_of_base(virtual.type, pose.base, number)))
+            numbers = base_position(virtual.type, pose.base)
+            value = " ".join(vector(some, number) for some in _apart(virtual.type, numbers))
+            placed.append(attributes(name=joint, value=value))
     return placed
 
 
-def _of_base(kind: str, base: Pose, number: NumberFormat) -> str:
+def base_position(kind: str, base: Pose) -> tuple[float, ...]:
     """Return the numbers of a virtual joint, as MoveIt counts them: x y theta, or x y z and a quaternion x y z w."""
     if kind == PLANAR:
-        return f"{vector(base.xyz[:2], number)} {number(base.rpy[2])}"
+        return (*base.xyz[:2], base.rpy[2])
     w, x, y, z = base.transform().quaternion()
-    return f"{vector(base.xyz, number)} {vector((x, y, z, w), number)}"
+    return (*base.xyz, x, y, z, w)
+
+
+def _apart(kind: str, numbers: Sequence[float]) -> tuple[Sequence[float], Sequence[float]]:
+    """Return the lengths and the rotation of a virtual joint."""
+    lengths = 2 if kind == PLANAR else 3
+    return numbers[:lengths], numbers[lengths:]
 
 
 def _ball(ball: Ball, number: NumberFormat) -> Markup:

@@ -7,6 +7,7 @@ Names are names here: a prefix that nothing declares, as in <controller:foo>, is
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -259,3 +260,60 @@ def fragments(texts: Sequence[str]) -> Counter[str]:
         else:
             counts.update(map(canonical, root))
     return counts
+
+
+_NAMES = ("name", "class", "link", "joint", "body", "site")
+
+
+def values_of(text: str) -> list[tuple[str, str | float]]:
+    """Return the attributes and texts of an XML text, each by its place: the last three elements that have names.
+
+    Numbers are numbers. Places that occur twice are numbered. The root element is no part of a place, but of those of
+    its own attributes. Raises ValueError for a text that is not well formed. No depth of elements can exhaust the
+    interpreter.
+    """
+    root = tree_of(text)
+    found: list[tuple[str, str | float]] = []
+    times: Counter[str] = Counter()
+
+    def add(place: str, value: str) -> None:
+        times[place] += 1
+        found.append((place if times[place] == 1 else f"{place} ({times[place]})", _value(value)))
+
+    for key, value in root.items():
+        add(f"{root.tag} {key}", value)
+    left: list[tuple[Element, tuple[str, ...]]] = [(inner, ()) for inner in reversed(root)]
+    while left:
+        element, above = left.pop()
+        name = next((element.attrib[key] for key in _NAMES if key in element.attrib), "")
+        here = (*above, f"{element.tag} {name}".rstrip())[-3:]
+        for key, value in element.items():
+            add(f"{' '.join(here)} {key}", value)
+        words = (element.text or "").strip()
+        if words or not (len(element) or element.attrib):
+            add(" ".join(here), words)
+        left += [(inner, here if name else above) for inner in reversed(element)]
+    return found
+
+
+def _value(text: str) -> str | float:
+    try:
+        return text if "_" in text else float(text)
+    except ValueError:
+        return " ".join(text.split())
+
+
+def number_of(text: str) -> float:
+    """Return the number that a text is. Raises ValueError if it is none or not finite."""
+    value = float(text)
+    if "_" in text or not math.isfinite(value):
+        raise ValueError(f"not a number: {text}")
+    return value
+
+
+def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
+    """Return the numbers of a text. Raises ValueError if a word is none, or unless there are ``count``."""
+    found = tuple(map(number_of, text.split()))
+    if count is not None and len(found) != count:
+        raise ValueError(f'"{text}": {count} numbers are needed')
+    return found

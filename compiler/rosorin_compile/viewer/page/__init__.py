@@ -9,17 +9,16 @@ from __future__ import annotations
 import json
 import re
 from base64 import b64encode
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from html import escape
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from rosorin_compile.formats.facts import frame_facts
-from rosorin_compile.formats.format import Fact, Facts, Format, InRos, Proving, Value, Writing
+from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.unsupported import NODES, PLACES, SHAPES, UNPUBLISHED
-from rosorin_compile.model import Output, Pose, Robot
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, first_of, listed
@@ -194,44 +193,12 @@ def data_of(text: str) -> Any:
     return json_of(found[1])
 
 
-def read(text: str) -> Facts:
-    """Return what a page says of frames, joints and masses. Raises ValueError if it is damaged."""
-    try:
-        robot = data_of(text)["robot"]
-        facts: Facts = {}
-        for joint in robot["joints"]:
-            facts |= _joint_facts(joint)
-        for link in robot["links"]:
-            if "inertial" in link:
-                facts[Fact("link", link["name"], "mass")] = Value(float(link["inertial"]["mass"]), "kg")
-    except (KeyError, TypeError) as problem:
-        raise ValueError(f"not the page of a robot: {problem!r}") from None
-    return facts
-
-
-def _joint_facts(joint: Mapping[str, Any]) -> Facts:
-    (x, y, z), (roll, pitch, yaw) = (tuple(map(float, joint[key])) for key in ("xyz", "rpy"))
-    facts = frame_facts(joint["child"], joint["parent"], Pose((x, y, z), (roll, pitch, yaw)))
-    facts[Fact("joint", joint["name"], "type")] = Value(str(joint["type"]))
-    facts[Fact("joint", joint["name"], "child")] = Value(str(joint["child"]))
-    unit = "m" if joint["type"] == "prismatic" else "rad"
-    for key, value in joint.get("limit", {}).items():
-        facts[Fact("joint", joint["name"], key)] = Value(float(value), unit)
-    return facts
-
-
-def disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:  # noqa: ARG001
-    """Yield what a page says otherwise than the model. Raises ValueError if it is damaged."""
-    shown, meant = data_of(text)["robot"], json_of(json.dumps(robot_data(robot)))
-    yield from (
-        f"its {key} are not those of the robot"
-        for key in meant
-        if key not in ("meshes", "textures") and shown[key] != meant[key]
-    )
-
-
 def differ(old: str, new: str) -> str:
-    """Return what differs between two pages that say the same of frames, joints and masses."""
+    """Return what differs between what two pages show; ``old`` may be damaged."""
+    try:
+        data_of(old)["robot"]["links"]
+    except (KeyError, TypeError, ValueError):
+        return "the committed file is damaged and compared as text alone"
     try:
         before, after = data_of(old)["robot"], data_of(new)["robot"]
         found = [what for key, what in _SHOWN_OF.items() if before.get(key) != after.get(key)]
@@ -278,7 +245,6 @@ FORMAT = Format(
     file="{}.html",
     endings=(".html",),
     write=write,
-    facts=read,
     writing=Writing(
         says=("servos",),
         embeds=True,
@@ -288,7 +254,6 @@ FORMAT = Format(
         data=data_of,
         differ=differ,
         shown=False,
-        disagreements=disagreements,
     ),
     ros=InRos(
         folder="doc",

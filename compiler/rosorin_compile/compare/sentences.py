@@ -1,7 +1,7 @@
-"""How a difference is said, in ``check``, ``diff`` and wherever else two robots are held against each other.
+"""Put differences into sentences, in ``check``, ``diff`` and wherever else two robots are compared.
 
 Each kind of difference has one sentence: what it is about, what happened, and the numbers before and after, short but
-sufficient. Small steps are said in mm, deg and g.
+sufficient. Small steps are in mm, deg and g.
 """
 
 from __future__ import annotations
@@ -9,31 +9,26 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from rosorin_compile.formats import Value
-from rosorin_compile.formats.facts import AXES, INERTIA
-from rosorin_compile.formats.format import ANGLES, About
 from rosorin_compile.model import Pose, Vector
 from rosorin_compile.model.geometry import angle_between, norm
 from rosorin_compile.source.numbers import SMALL, amount, exact, few_digits, six_digits
 from rosorin_compile.source.wording import counted, first_of, printable
 
-from .tolerance import NOISE
+from .precision import NOISE
 
+AXES = ("x", "y", "z")
+ANGLES = ("roll", "pitch", "yaw")
+INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
+NEW, REMOVED = "new", "removed"
 _MAX_TEXT = 60
 _MAX_PAIRS = 3
 _MOST = 3
-# What happened to a thing that is on one side only.
-NEW, REMOVED = "new", "removed"
-# What is no length (m) and no angle (rad): a number apart that rounding made.
+# No length (m) and no angle (rad): a step that rounding made.
 _LEAST = 1e-12
 # The step of one coordinate beside a much larger one of another is told, down to what calculating leaves of it.
 _SHARE = 1e-9
-
-
-Least = tuple[float, float]  # m, rad
-NOTHING: Least = (_LEAST, _LEAST)
 
 
 class Row(NamedTuple):
@@ -62,11 +57,21 @@ class Sentence(NamedTuple):
         return f"{self.text} ({self.remark})" if self.remark else self.text
 
 
+class About(NamedTuple):
+    """What a sentence is about: a thing and a quantity of it, and what is between them."""
+
+    name: str
+    quantity: str
+    between: str = " "
+
+    def __str__(self) -> str:
+        """Return both as they are in a sentence."""
+        return f"{self.name}{self.between}{self.quantity}"
+
+
 def number(value: float, other: float | None = None) -> str:
     """Return a number in print, with the digits that tell it from another one."""
-    if other is not None and other != value:
-        return number_pair(value, other)[0]
-    return six_digits(value)
+    return six_digits(value) if other is None or other == value else number_pair(value, other)[0]
 
 
 def number_pair(old: float, new: float) -> tuple[str, str]:
@@ -94,8 +99,7 @@ def row_pair(old: Sequence[float], new: Sequence[float]) -> tuple[str, str]:
     >>> row_pair((0.5, 1), (0.5, 1.0000111))
     ('0.5 1', '0.5 1.000011')
     """
-    pairs = zip(old, new, strict=True)
-    before, after = zip(*((number(a, b), number(b, a)) for a, b in pairs), strict=True)
+    before, after = zip(*((number(a, b), number(b, a)) for a, b in zip(old, new, strict=True)), strict=True)
     return " ".join(before), " ".join(after)
 
 
@@ -138,44 +142,57 @@ def brief(texts: Iterable[str]) -> str:
     return several(list(dict.fromkeys(heads)))
 
 
-def value_change(about: About, old: Value | None, new: Value | None) -> Sentence:
-    """Return what became of a value; None where it is not given."""
+def value_change(about: About, old: Any, new: Any, unit: str = "") -> Sentence:
+    """Return what became of a value: a number in a unit, or anything else; None where it is not given."""
     row = Row(about.name, about.quantity)
     if old is None or new is None:
-        given = value_text(new or old)
-        text = f"{about}: new, {given}" if new else f"{about}: removed, was {given}"
-        return Sentence(
-            text, "", row._replace(**({"after": given, "by": "new"} if new else {"before": given, "by": "removed"}))
-        )
-    if isinstance(old.value, str) or isinstance(new.value, str):
-        both = isinstance(old.value, str) and isinstance(new.value, str)
-        before, after = _text_pair(str(old.value), str(new.value)) if both else (value_text(old), value_text(new))
+        what, value = (NEW, text_of(new)) if old is None else (REMOVED, text_of(old))
+        value = f"{value} {unit}".rstrip()
+        given = Row(about.name, about.quantity, *(("", value) if what == NEW else (value, "")), what)
+        return Sentence(f"{about}: {what}, {'' if what == NEW else 'was '}{value}", "", given)
+    if not _is_number(old) or not _is_number(new):
+        before, after = _text_pair(old, new)
         return Sentence(f"{about} {before} -> {after}", "", row._replace(before=before, after=after))
-    before, after = number_pair(old.value, new.value)
-    unit = f" {new.unit}" if new.unit else ""
-    by = step(new.value - old.value, old.value, new.unit)
+    before, after = number_pair(old, new)
+    end = f" {unit}" if unit else ""
+    by = step(new - old, old, unit)
     return Sentence(
-        f"{about} {before} -> {after}{unit}", by, row._replace(before=before + unit, after=after + unit, by=by)
+        f"{about} {before} -> {after}{end}", by, row._replace(before=before + end, after=after + end, by=by)
     )
 
 
-def number_change(about: About, old: float | None, new: float | None, unit: str) -> Sentence:
-    """Return what became of a number; None where it is not given."""
-    values = [None if value is None else Value(float(value), unit) for value in (old, new)]
-    return value_change(about, values[0], values[1])
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def value_text(value: Value | None) -> str:
-    """Return a value in print; a text of several words in quotes, and shortened."""
+def text_of(value: Any, other: Any = None) -> str:
+    """Return a value in print, with the digits that tell it from another one; "nothing" for None."""
     if value is None:
         return "nothing"
-    if not isinstance(value.value, str):
-        return value.shown()
-    return _quoted(value.value, 0)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return _quoted(value, 0)
+    if isinstance(value, Pose):
+        twin = other if isinstance(other, Pose) else value
+        return f"xyz {text_of(value.xyz, twin.xyz)} rpy {text_of(value.rpy, twin.rpy)}"
+    if isinstance(value, frozenset):
+        return first_of(sorted(map(str, value)), _MOST)
+    if isinstance(value, (tuple, list)):
+        twins = other if isinstance(other, (tuple, list)) and len(other) == len(value) else value
+        return " ".join(text_of(one, twin) for one, twin in zip(value, twins, strict=True)) or "nothing"
+    if _is_number(value):
+        return number(float(value), float(other) if _is_number(other) else None)
+    return str(value)
 
 
-def _text_pair(old: str, new: str) -> tuple[str, str]:
-    """Return two different texts in print, long ones from shortly before the place where they begin to differ."""
+def _text_pair(old: Any, new: Any) -> tuple[str, str]:
+    """Return two different values in print, long texts from shortly before the place where they begin to differ."""
+    if not isinstance(old, str) or not isinstance(new, str):
+        before, after = text_of(old, new), text_of(new, old)
+        if max(len(before), len(after)) <= _MAX_TEXT:
+            return before, after
+        old, new = before, after
     place = next((at for at, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), min(len(old), len(new)))
     first = max(0, place - _MAX_TEXT // 3) if max(len(old), len(new)) > _MAX_TEXT else 0
     return _quoted(old, first), _quoted(new, first)
@@ -193,12 +210,12 @@ def placed(
     poses: tuple[Pose, Pose],
     apart: tuple[float, float],
     others: Sequence[str] = (),
-    least: Least = NOTHING,
+    least: tuple[float, float] = (_LEAST, _LEAST),
 ) -> Sentence:
-    """Return what became of where a frame sits, before and after.
+    """Return what became of where a frame is, before and after.
 
     ``apart`` is how far it moved (m) and turned (rad), ``others`` are frames that went with it. In another parent the
-    numbers alone are said: what happened is said of the parent. ``least`` as in ``coordinates``.
+    numbers alone are given: what happened is told of the parent. Steps of ``least`` (m, rad) and below are none.
     """
     with_it = f", and with it {several(others)}" if others else ""
     steps = coordinates(*poses, *apart, least)
@@ -221,12 +238,13 @@ class Step(NamedTuple):
         return f"{self.name} {self.before} -> {self.after} {self.unit}"
 
 
-def coordinates(old: Pose, new: Pose, distance: float, angle: float, least: Least = NOTHING) -> list[Step]:
-    """Return which coordinates changed, of which something did; steps of ``least`` and below are none."""
-    length, turn = least
+def coordinates(
+    old: Pose, new: Pose, distance: float, angle: float, least: tuple[float, float] = (_LEAST, _LEAST)
+) -> list[Step]:
+    """Return which coordinates changed, of which something did; steps of ``least`` (m, rad) and below are none."""
+    length, turn = max(least[0], _SHARE * distance), max(least[1], _SHARE * angle)
     named = [*zip(AXES, old.xyz, new.xyz, strict=True)] if distance else []
     turned = [*zip(ANGLES, old.rpy, new.rpy, strict=True)] if angle else []
-    length, turn = max(length, _SHARE * distance), max(turn, _SHARE * angle)
     found = [Step(axis, *number_pair(a, b), "m") for axis, a, b in named if abs(b - a) > length]
     return found + [Step(name, *number_pair(a, b), "rad") for name, a, b in turned if abs(b - a) > turn]
 
@@ -247,9 +265,20 @@ def steps_row(what: str, steps: Sequence[Step], quantity: str = "origin") -> Row
     return Row(what, quantity, before, after)
 
 
-def pose_text(pose: Pose) -> str:
-    """Return a pose as a text of six numbers."""
-    return f"xyz {row(pose.xyz)} rpy {row(pose.rpy)}"
+def near_angles(old: Vector, new: Vector) -> Vector:
+    """Return angles (rad) that mean the same rotation as the old ones, as near to the new ones as they can be."""
+    roll, pitch, yaw = old
+    forms = [(roll, pitch, yaw), (roll + math.pi, math.pi - pitch, yaw + math.pi)]
+    near = [[b + _wrapped(a - b) for a, b in zip(form, new, strict=True)] for form in forms]
+    best = min(near, key=lambda form: sum(abs(a - b) for a, b in zip(form, new, strict=True)))
+    roll, pitch, yaw = (0.0 if abs(angle) < _LEAST else angle for angle in best)
+    return (roll, pitch, yaw)
+
+
+def _wrapped(angle: float) -> float:
+    """Return an angle (rad) within plus and minus half a turn; half a turn itself is plus, in print as well."""
+    half = math.pi + 2e-6
+    return half - (half - angle) % math.tau
 
 
 def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None) -> Sentence:
@@ -266,11 +295,6 @@ def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None
     return Sentence(f"{joint} axis {before} -> {after}", remark, Row(joint, "axis", before, after, turned))
 
 
-def mimic_change(joint: str, old: str, new: str) -> Sentence:
-    """Return what became of what a joint follows (see ``mimic_text``)."""
-    return Sentence(f"{joint} mimics {old} -> {new}", "", Row(joint, "mimics", old, new))
-
-
 def mimic_text(leader: str, multiplier: float = 1.0, offset: float = 0.0) -> str:
     """Return what a joint follows; nothing without a leader."""
     return f"{leader} * {number(multiplier)} + {number(offset)}" if leader else "nothing"
@@ -285,10 +309,10 @@ def centre_change(link: str, old: Vector, new: Vector, least: float = 0.0) -> Se
     return Sentence(text, "", steps_row(link, steps, "centre of mass")._replace(by=moved))
 
 
-def inertia_change(link: str, old: Sequence[float], new: Sequence[float], changed: Sequence[bool]) -> Sentence:
-    """Return what became of an inertia (kg*m^2; xx yy zz xy xz yz), of which some entries changed."""
-    entries = zip(INERTIA, old, new, changed, strict=True)
-    steps = [Step(f"i{name}", *number_pair(a, b), "kg*m^2") for name, a, b, is_new in entries if is_new]
+def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least: float = 0.0) -> Sentence:
+    """Return what became of an inertia (kg*m^2; xx yy zz xy xz yz); entries that changed by ``least`` did not."""
+    entries = [(name, a, b) for name, a, b in zip(INERTIA, old, new, strict=True) if abs(b - a) > least]
+    steps = [Step(f"i{name}", *number_pair(a, b), "kg*m^2") for name, a, b in entries]
     parts = [f"{one.name} {one.before} -> {one.after}" for one in steps]
     share = max(abs(b - a) for a, b in zip(old, new, strict=True)) / max(map(abs, (*old, *new)))
     percent = f"{share * 100:.2g}" if share < 0.995 else f"{share * 100:.0f}"
@@ -299,23 +323,11 @@ def inertia_change(link: str, old: Sequence[float], new: Sequence[float], change
     return Sentence(f"{link} inertia {', '.join(parts)} kg*m^2", f"by {by}", row._replace(by=by))
 
 
-class Hung(NamedTuple):
-    """What is known of how a frame hangs on another: the joint is named where it says more than the frame does."""
-
-    parent: str = ""
-    kind: str = ""
-    joint: str = ""
-    publisher: str = ""
-
-
-def existence(word: str, what: str, name: str, hung: Hung, others: Sequence[str] = ()) -> Sentence:
-    """Return that a link or a frame is new or removed, how it hangs, and ``others`` that hang on it."""
-    how = [f"{hung.kind} on {hung.parent}".strip() if hung.parent else "the root", hung.joint]
-    how += [f"published by {hung.publisher}" if hung.publisher else ""]
+def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: Sequence[str] = ()) -> Sentence:
+    """Return that something is new or removed, ``how`` it is attached, and ``others`` that are attached to it."""
     remark = ", ".join(filter(None, how))
-    row = Row(name, what, by=word)
-    row = row._replace(after=remark) if word == NEW else row._replace(before=remark)
-    sentence = Sentence(f"{word}: {what} {name}", remark, row)
+    row = Row(name, what, "" if word == NEW else remark, remark if word == NEW else "", word)
+    sentence = Sentence(f"{word}: {what} {name}".rstrip(), remark, row)
     if not others:
         return sentence
     with_it = f", and with it {several(others)}"
@@ -323,37 +335,42 @@ def existence(word: str, what: str, name: str, hung: Hung, others: Sequence[str]
 
 
 def renamed(what: str, old: str, new: str) -> Sentence:
-    """Return that a link or a joint is called otherwise."""
+    """Return that a link or a joint has another name."""
     return Sentence(f"{what} {old} renamed to {new}", "", Row(new, f"name of the {what}", old, new, "renamed"))
 
 
-def contacts_change(new: Sequence[str], removed: Sequence[str], title: str = "excluded contacts") -> Sentence:
-    """Return which pairs of links are excluded from contact now, or no more; or are what the title says."""
+def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> Sentence:
+    """Return which members of a set are new, or removed."""
+    before, after = frozenset(old), frozenset(new)
     shown = {}
-    for pairs, what in ((new, NEW), (removed, REMOVED)):
-        rest = f", {len(pairs) - _MAX_PAIRS} more" if len(pairs) > _MAX_PAIRS else ""
-        shown[what] = f"{', '.join(pairs[:_MAX_PAIRS])}{rest}"
-    counts = {what: f"{len(pairs)} {what}" for pairs, what in ((new, NEW), (removed, REMOVED)) if pairs}
-    text = ", ".join(f"{count} ({shown[what]})" for what, count in counts.items())
-    row = Row(title, "", shown[REMOVED], shown[NEW], ", ".join(counts.values()))
-    return Sentence(f"{title}: {text}", "", row)
+    for members, what in ((after - before, NEW), (before - after, REMOVED)):
+        rest = f", {len(members) - _MAX_PAIRS} more" if len(members) > _MAX_PAIRS else ""
+        shown[what] = f"{', '.join(sorted(members)[:_MAX_PAIRS])}{rest}"
+    counts = {NEW: len(after - before), REMOVED: len(before - after)}
+    text = ", ".join(f"{count} {what} ({shown[what]})" for what, count in counts.items() if count)
+    by = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
+    return Sentence(f"{title}: {text}", "", Row(title, "", shown[REMOVED], shown[NEW], by))
 
 
-def colour_change(about: About, old: str, new: str) -> Sentence:
-    """Return what became of a colour, in numbers."""
-    colours = old or "none", new or "none"
+def colour_change(about: About, old: Sequence[float] | None, new: Sequence[float] | None) -> Sentence:
+    """Return what became of a colour."""
+    colours = row_pair(old, new) if old and new else tuple(row(one) if one else "none" for one in (old, new))
     text = f"{about} colour {' -> '.join(colours)}"
-    return Sentence(text, "", Row(about.name, f"{about.quantity} colour", *colours))
+    return Sentence(text, "", Row(about.name, f"{about.quantity} colour".strip(), *colours))
 
 
-def cells_change(link: str, steps: Sequence[float], cells: tuple[str, str]) -> Sentence:
-    """Return what became of a height map: ``steps`` (m) of its heights, and its cells in words before and after."""
+def cells_change(link: str, old: Sequence[Sequence[float]], new: Sequence[Sequence[float]]) -> Sentence:
+    """Return what became of the heights (m) of a height map."""
+    sizes = [f"{len(grid)} x {len(grid[0]) if grid else 0}" for grid in (old, new)]
     made = Row(link, "height map")
-    if cells[0] != cells[1]:
-        made = made._replace(before=f"{cells[0]} cells", after=f"{cells[1]} cells")
-    parts = [f"{cells[0]} -> {cells[1]} cells"] if cells[0] != cells[1] else []
+    pairs = (pair for lines in zip(old, new, strict=False) for pair in zip(*lines, strict=False))
+    steps = [abs(b - a) for a, b in pairs if abs(b - a) > NOISE]
+    parts = []
+    if sizes[0] != sizes[1]:
+        made = made._replace(before=f"{sizes[0]} cells", after=f"{sizes[1]} cells")
+        parts.append(f"{sizes[0]} -> {sizes[1]} cells")
     if steps:
-        up_to = "by up to" if len(steps) > 1 else "by"
-        made = made._replace(by=f"{counted(len(steps), 'cell')}, {up_to} {amount(max(steps), 'm')}")
-        parts.append(f"{counted(len(steps), 'cell')} changed, {up_to} {amount(max(steps), 'm')}")
+        by = f"{'by up to' if len(steps) > 1 else 'by'} {amount(max(steps), 'm')}"
+        made = made._replace(by=f"{counted(len(steps), 'cell')}, {by}")
+        parts.append(f"{counted(len(steps), 'cell')} changed, {by}")
     return Sentence(f"{link} height map: {', '.join(parts)}", "", made)

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.committed import compare
+from rosorin_compile.compare.committed import compare, undo_all
 from rosorin_compile.compare.moves import moves
-from rosorin_compile.compare.past import past
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
 from support.moving import random_state
@@ -97,7 +96,7 @@ def _old(new: Compiled, before: Compiled, only: str = "") -> Robot:
     """Return the robot that the artifacts of another one tell of, all or those of one format."""
     assert new.robot is not None
     committed = {one.file: one.text.encode() for one in before.artifacts if only in ("", one.backend)}
-    return past(new.robot, compare(new.robot, new.artifacts, committed).pairs)
+    return undo_all(new.robot, compare(new.robot, new.artifacts, committed).pairs)
 
 
 def _same_places(one: Robot, other: Robot, within: float) -> None:
@@ -181,7 +180,7 @@ def test_an_artifact_that_was_edited_alone(tmp_path: Path) -> None:
     committed = {artifact.file: artifact.text.encode() for artifact in made.artifacts}
     assert committed["crane.xml"].count(b"0 0 0.12") == 1
     committed["crane.xml"] = committed["crane.xml"].replace(b"0 0 0.12", b"0 0 0.125")
-    old = past(new, compare(new, made.artifacts, committed).pairs)
+    old = undo_all(new, compare(new, made.artifacts, committed).pairs)
     assert old.joint_to["laser"].origin.xyz == (0.0, 0.0, 0.125)
     assert moves(old, new).how == {"laser": "moved"}
 
@@ -215,7 +214,7 @@ def test_damaged_artifacts_give_no_tree(tmp_path: Path) -> None:
     )
     assert circle != urdf
     committed = {artifact.file: artifact.text.encode() for artifact in made.artifacts} | {"crane.urdf": circle.encode()}
-    old = past(new, compare(new, made.artifacts, committed).pairs)
+    old = undo_all(new, compare(new, made.artifacts, committed).pairs)
     assert old.root == "base_link"
     assert set(old.link) <= set(new.link)
     assert moves(old, new).how

@@ -1,0 +1,392 @@
+"""Walk two values of one dataclass type, and yield every leaf that differs.
+
+A leaf has an address: the kind and the name of the thing that it belongs to, and its quantity ("frame laser, origin").
+One change has one address in every format, because all values are built from the dataclasses of the model: a ``Robot``,
+or a small dataclass of a format, whose fields are named after the kind of things that they hold by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from functools import cache
+from typing import Any, NamedTuple
+
+from rosorin_compile.model import Edge, HeightMap, Inertial, Joint, Link, Pose, Robot, Shape, Vector
+from rosorin_compile.model.geometry import IDENTITY, rotation_of_rpy
+from rosorin_compile.model.joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
+from rosorin_compile.model.mass import along_link
+from rosorin_compile.model.robot import JointPose
+from rosorin_compile.source.xml.elements import values_of
+
+from .precision import NOISE, TURNS, Precision, exact, joined
+from .solids import Solid, match, solids_of
+
+
+class Address(NamedTuple):
+    """Where a leaf is: ``kind`` and ``name`` of the thing, and its quantity; empty for the thing as a whole."""
+
+    kind: str
+    name: str
+    quantity: str = ""
+
+
+class Difference(NamedTuple):
+    """A leaf that differs; None on the side that does not have it."""
+
+    address: Address
+    old: Any
+    new: Any
+
+
+Thing = tuple[str, str]
+Leaves = dict[Thing, dict[str, Any]]
+
+# What says nothing about a robot: where a value comes from, where it is written, and files that were found.
+SKIPPED = frozenset(
+    {"source", "stand_in", "stand_ins", "outputs", "missing_meshes", "mesh_files", "mesh_contents", "root_in_world"}
+)
+_KINDS = {
+    "materials": "material",
+    "poses": "pose",
+    "servos": "servo",
+    "sensors": "sensor",
+    "publishers": "publisher",
+    "disabled_contacts": "contacts",
+    "mjcf_sensors": "simulated sensor",
+}
+_EMPTY: frozenset[str] = frozenset()
+_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+# Lengths and angles: near zero they are known no better than elsewhere.
+_ABSOLUTE = frozenset(
+    {"xyz", "rpy", "axis", "lower", "upper", "offset", "rising", "falling", "reference", "position", "limit"}
+)
+
+
+def walk(
+    old: Any, new: Any, precisions: tuple[Precision, Precision] = (exact, exact), tolerance: float = NOISE
+) -> list[Difference]:
+    """Return every leaf that differs between two values of one dataclass type.
+
+    ``precisions`` are how well the numbers of both are known; ``tolerance`` is no difference besides: a part of the
+    larger number, and of 1 m or 1 rad for lengths and angles.
+    """
+    return compare_leaves(leaves(old), leaves(new), precisions, tolerance)
+
+
+def compare_leaves(
+    old: Leaves, new: Leaves, precisions: tuple[Precision, Precision] = (exact, exact), tolerance: float = NOISE
+) -> list[Difference]:
+    """Return the differences between the leaves of two values (see ``walk``)."""
+    found: list[Difference] = []
+    comparison = _Comparison(precisions, tolerance)
+    for thing in dict.fromkeys([*old, *new]):
+        first, second = old.get(thing), new.get(thing)
+        if first is None or second is None:
+            sides = [_EMPTY if side is None else side.get("", side) for side in (first, second)]
+            is_set = any(isinstance(side, frozenset) and side for side in sides)
+            found.append(Difference(Address(*thing), *(sides if is_set else (first, second))))
+            continue
+        for quantity in dict.fromkeys([*first, *second]):
+            values = first.get(quantity), second.get(quantity)
+            if not comparison.same(thing[0], quantity, *values):
+                found.append(Difference(Address(*thing, quantity), *values))
+    return found
+
+
+class _Comparison:
+    """The comparison of two leaves, within how well both are known."""
+
+    def __init__(self, precisions: tuple[Precision, Precision], tolerance: float) -> None:
+        self.precisions = precisions
+        self.tolerance = tolerance
+
+    def same(self, kind: str, quantity: str, old: Any, new: Any) -> bool:
+        if old is new or (type(old) is type(new) and old == new):
+            return True
+        if old is None or new is None:
+            return False
+        if isinstance(old, Pose) and isinstance(new, Pose):
+            return self._same_pose(old, new)
+        if isinstance(old, Shapes) and isinstance(new, Shapes):
+            first, second = (shapes.solids(p) for shapes, p in zip((old, new), self.precisions, strict=True))
+            rest = match(first, second, self.tolerance)
+            return not rest.old and not rest.new
+        key = "position" if kind == "pose" else quantity.rpartition(" ")[2]
+        if _is_number(old) and _is_number(new):
+            return self._near(key, (old,), (new,))
+        if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
+            if quantity == "inertia":
+                least = known_inertia(old, new, self.precisions, self.tolerance)
+                return all(abs(a - b) <= least for a, b in zip(old, new, strict=True))
+            return len(old) == len(new) and self._same_items(kind, key, old, new)
+        return bool(old == new)
+
+    def _same_items(self, kind: str, key: str, old: Sequence[Any], new: Sequence[Any]) -> bool:
+        if all(map(_is_number, (*old, *new))):
+            return self._near(key, old, new)
+        return all(self.same(kind, key, *both) for both in zip(old, new, strict=True))
+
+    def _near(self, key: str, old: Sequence[float], new: Sequence[float]) -> bool:
+        """Return True if numbers that were written together are the same."""
+        largest = max(map(abs, (*old, *new)), default=0.0)
+        known = joined(self.precisions[0](key, *old), self.precisions[1](key, *new)) if old != new else 0.0
+        floor = max(1.0, largest) if key in _ABSOLUTE else largest if len(old) > 1 else 0.0
+        return all(
+            abs(a - b) <= known + self.tolerance * max(floor, abs(a), abs(b)) for a, b in zip(old, new, strict=True)
+        )
+
+    def _same_pose(self, old: Pose, new: Pose) -> bool:
+        near = self._near("xyz", old.xyz, new.xyz)
+        return near and same_turn(old.rpy, new.rpy, self.precisions, self.tolerance)
+
+
+def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision], tolerance: float) -> bool:
+    """Return True if two triples of angles (rad) mean the same rotation."""
+    if old == new:
+        return True
+    known = TURNS * joined(precisions[0]("rpy", *old), precisions[1]("rpy", *new)) + tolerance
+    rows = zip(rotation_of_rpy(old), rotation_of_rpy(new), strict=True)
+    return all(abs(a - b) <= known for pair in rows for a, b in zip(*pair, strict=True))
+
+
+def known_inertia(
+    old: Sequence[float], new: Sequence[float], precisions: tuple[Precision, Precision], tolerance: float
+) -> float:
+    """Return how far entries of two inertias (kg*m^2) may be apart that mean the same, turned axes included."""
+    largest = max(map(abs, (*old, *new)), default=0.0)
+    numbers, turns = (
+        joined(*values)
+        for values in zip(
+            *((p("ixx", *six), p("rpy", 1.0)) for p, six in zip(precisions, (old, new), strict=True)), strict=True
+        )
+    )
+    return TURNS * numbers + largest * (turns + tolerance)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+class Shapes(NamedTuple):
+    """The shapes of a link of one purpose: a leaf, because their order in a file means nothing."""
+
+    shapes: tuple[Shape, ...]
+
+    def solids(self, precision: Precision = exact) -> list[Solid]:
+        """Return the shapes as solids."""
+        return solids_of(self.shapes, precision)
+
+
+def leaves(value: Any) -> Leaves:
+    """Return the leaves of a value by the thing that they belong to and their quantity."""
+    found: Leaves = {}
+    if isinstance(value, Robot):
+        _robot(value, found)
+        return found
+    for field in fields(value):
+        content = getattr(value, field.name)
+        kind = field.name.replace("_", " ")
+        if isinstance(content, Robot):
+            _robot(content, found)
+        elif isinstance(content, Mapping):
+            for name, entry in content.items():
+                _flatten(entry, "", found.setdefault((kind, str(name)), {}))
+        elif isinstance(content, tuple) and content and isinstance(content[0], Edge):
+            _edges(content, found)
+        elif isinstance(content, tuple) and content and isinstance(content[0], JointPose):
+            _poses(content, found)
+        elif isinstance(content, tuple) and content and is_dataclass(content[0]):
+            _entries(_KINDS.get(field.name, kind), content, found)
+        elif content is not None and content not in ((), frozenset()):
+            found.setdefault((kind, kind), {})[""] = content
+    return found
+
+
+def _robot(robot: Robot, found: Leaves) -> None:
+    """Add the leaves of a robot."""
+    _own = found.setdefault(("robot", "robot"), {})
+    if robot.name:
+        _own["name"] = robot.name
+    if robot.source.note:
+        _own["source"] = robot.source.note
+    _elements(robot.urdf_elements, _own)
+    _elements(robot.mjcf_elements, _own, "mjcf element")
+    for link in robot.links:
+        _link(link, found)
+    for joint in robot.joints:
+        _joint(joint, found)
+    _edges(robot.edges, found)
+    _poses(robot.poses, found)
+    if robot.disabled_contacts:
+        pairs = frozenset(" - ".join(sorted(pair)) for pair in robot.disabled_contacts)
+        found["contacts", "disabled contacts"] = {"": pairs}
+    if robot.modes:
+        _own["modes"] = robot.modes
+    for name, word in _sections().items():
+        section = getattr(robot, name, None) if name not in robot.sections.said else robot.sections.said[name]
+        if isinstance(section, Mapping) and _is_by_name(name):
+            for key, entry in section.items():
+                _flatten(entry, "", found.setdefault((word, str(key)), {}))
+        elif isinstance(section, (tuple, list)):
+            _entries(word, section, found)
+        elif section is not None:
+            _flatten(section, "", found.setdefault((word, word), {}))
+
+
+@cache
+def _sections() -> Mapping[str, str]:
+    """Return the sections of a robot that are compared entry by entry, and what an entry of each is called."""
+    from rosorin_compile.language.annotations import sections
+
+    own = {"materials", "servos", "sensors", "drive", "control", "controllers", "moveit", "publishers"}
+    named = {name: node.compared for name, node in sections().items() if node.compared}
+    named |= {name: _KINDS.get(name, name) for name in own if name not in named}
+    for name in _SIMULATED:
+        named.setdefault(name, _KINDS.get(name) or name.replace("_", " ").removesuffix("s"))
+    return {name: word for name, word in named.items() if name not in _APART}
+
+
+@cache
+def _is_by_name(section: str) -> bool:
+    from rosorin_compile.language.annotations import ENTRIES, sections
+
+    return section not in sections() or sections()[section].merge == ENTRIES
+
+
+_SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs")
+# Sections of a robot that are flattened in their own way.
+_APART = frozenset(
+    {"links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs", "urdf_elements", "mjcf_elements"}
+)
+
+
+def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
+    for pose in poses:
+        entry = found.setdefault(("pose", pose.name), {})
+        entry.update(pose.positions)
+        _flatten({"base": pose.base, "controls": pose.controls, "mjcf": pose.mjcf}, "", entry)
+
+
+def _link(link: Link, found: Leaves) -> None:
+    entry = found.setdefault(("link", link.name), {})
+    if link.inertial is not None:
+        _inertial(link.inertial, entry)
+    for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
+        solid = tuple(shape for shape in shapes if not isinstance(shape.geometry, HeightMap))
+        if solid:
+            entry[purpose] = Shapes(solid)
+        for shape in shapes:
+            if isinstance(shape.geometry, HeightMap):
+                grid = found.setdefault(("height map", link.name), {})
+                _flatten(shape.geometry, "", grid)
+                _flatten({"pose": shape.pose if shape.pose != IDENTITY else None, "name": shape.name}, "", grid)
+                if shape.stand_in:
+                    grid["stand_in"] = shape.stand_in
+    _elements(link.urdf_elements, entry)
+    for mark in link.marked:
+        _flatten(mark, "", found.setdefault((mark.tag, mark.name), {"link": link.name}))
+    _flatten({"gravity compensation": link.gravity_compensation or None, **link.mjcf}, "", entry)
+    _elements(link.mjcf_elements, entry, "mjcf element")
+
+
+def _inertial(inertial: Inertial, entry: dict[str, Any]) -> None:
+    six = tuple(getattr(inertial, name) for name in _INERTIA)
+    if any((inertial.mass, *six)):
+        entry["mass"] = inertial.mass
+        entry["centre of mass"] = inertial.pose.xyz
+        entry["inertia"] = along_link(six, inertial.pose.transform())
+
+
+def _joint(joint: Joint, found: Leaves) -> None:
+    frame = found.setdefault(("frame", joint.child), {})
+    frame |= {"parent": joint.parent, "origin": joint.origin} | _publisher(joint.publisher)
+    if not joint.name:
+        return
+    entry = found.setdefault(("joint", joint.name), {})
+    entry |= {"type": joint.type, "child": joint.child}
+    if joint.moves or joint.type == "planar":
+        entry["axis"] = joint.axis
+    if joint.mimic is not None:
+        entry |= {f"mimic {name}": getattr(joint.mimic, name) for name in ("joint", "multiplier", "offset")}
+    for part in ("limit", "dynamics", "calibration", "safety", "actuator"):
+        _flatten(getattr(joint, part), "" if part == "dynamics" else part, entry)
+    for gain in ("kp", "kv"):
+        if f"actuator {gain}" in entry:
+            entry[gain] = entry.pop(f"actuator {gain}")
+    _elements(joint.urdf_elements, entry)
+    _flatten(joint.mjcf, "", entry)
+
+
+def _publisher(publisher: Publisher) -> dict[str, Any]:
+    if publisher.simulated:
+        return {"publisher": "simulations"}
+    if publisher.kind != UNPUBLISHED:
+        return {"publisher": publisher.name}
+    return {"publisher": f"nobody: {' '.join(publisher.about.split())}" if publisher.about else "nobody"}
+
+
+def _edges(edges: Iterable[Edge], found: Leaves) -> None:
+    """Add transforms; of several with one child, later ones are named by their parent or their condition, too."""
+    parents: dict[str, str] = {}
+    for edge in edges:
+        first = parents.setdefault(edge.child, edge.parent)
+        name = edge.child if first == edge.parent else f"{edge.child} below {edge.parent}"
+        name = f"{name} when {' '.join(edge.when.split())}" if edge.when else name
+        entry = found.setdefault(("frame", name), {})
+        entry |= {"parent": edge.parent} | _publisher(edge.publisher)
+        if edge.pose is not None:
+            entry["origin"] = edge.pose
+        if edge.publisher.kind != UNPUBLISHED:
+            moving = edge.moving and edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER
+            entry["topic"] = "/tf" if moving else "/tf_static"
+
+
+def _entries(kind: str, entries: Iterable[Any], found: Leaves) -> None:
+    """Add the entries of a list, by name, or by number where they have none."""
+    for number, entry in enumerate(entries, 1):
+        name = entry if isinstance(entry, str) else str(getattr(entry, "name", "") or number)
+        name = f"{name} ({number})" if (kind, name) in found else name
+        own = found.setdefault((kind, name), {})
+        if not isinstance(entry, str):
+            _flatten(entry, "", own)
+
+
+def _elements(texts: Iterable[str], entry: dict[str, Any], word: str = "element") -> None:
+    """Add what elements of XML say, each value by its place."""
+    for place, value in values_of(f"<all>{''.join(texts)}</all>") if texts else ():
+        entry[f"{word} {place}"] = value
+
+
+def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
+    """Add the leaves of a value below a path; what says nothing is left out."""
+    if value is None or value == () or value == "" or value == {}:
+        return
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            _flatten(inner, _below(path, key), entry)
+    elif is_dataclass(value) and not isinstance(value, Pose):
+        for name, default in _fields(type(value)):  # type: ignore[arg-type]
+            inner = getattr(value, name)
+            if inner != default:
+                whole = name in ("values", "mjcf")  # they hold words by name
+                _flatten(inner, path if whole else _below(path, name.replace("_", " ")), entry)
+    elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
+        for number, inner in enumerate(value, 1):
+            _flatten(inner, _below(path, getattr(inner, "name", "") or number), entry)
+    else:
+        entry[path] = float(value) if _is_number(value) else value
+
+
+@cache
+def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
+    return tuple((field.name, field.default) for field in fields(kind) if field.name not in (*SKIPPED, "name"))
+
+
+def _below(path: str, key: object) -> str:
+    return f"{path} {key}".strip()
+
+
+def frames_of(found: Leaves) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the frames of a value, each with its leaves."""
+    return ((name, entry) for (kind, name), entry in found.items() if kind == "frame")

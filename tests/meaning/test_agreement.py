@@ -1,0 +1,174 @@
+"""The compiled artifacts hold against the model; one that a faulty template spoiled does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.formats import FORMATS, Artifact
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.model import Output, Robot
+from support.comparing import BASE, COMMITTED
+from support.machines import machine
+from support.robots import compiled, compiled_text, sound
+
+
+def emitted(robot: Robot, number_format: str) -> tuple[Robot, list[Artifact]]:
+    """Return a robot with every output, and its artifacts."""
+    files = {"urdf": "m.urdf", "mjcf": "m.xml", "static_tf": "tf.launch.py", "static_tf_json": "tf.json"}
+    files |= {"robot_model": "model.json", "frames": "frames.md", "sdf": "m.sdf"}
+    options = {name: {"number_format": number_format} for name in ("urdf", "mjcf", "frames", "sdf")}
+    outputs = tuple(Output(name, name, file, options.get(name, {})) for name, file in files.items())
+    robot = replace(robot, outputs=outputs)
+    texts = [(output, FORMATS[output.backend].write(robot, output, Templates())[0]) for output in outputs]
+    return robot, [Artifact(output.file, text, output.backend, output.name) for output, text in texts]
+
+
+@pytest.mark.parametrize("number_format", ["exact", "six"])
+def test_a_robot_with_every_shape_and_joint_agrees(number_format: str) -> None:
+    robot, artifacts = emitted(machine(), number_format)
+    assert agreement(robot, artifacts) == []
+
+
+BODY = "{inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}}}"
+NAMESAKES = f"""robot: r
+links: {{base: {BODY}, arm: {BODY}, hand: {BODY}, arm_joint: {BODY}}}
+joints:
+  arm: {{type: continuous, parent: base, child: arm, axis: [0, 0, 1]}}
+  hand: {{type: continuous, parent: arm, child: hand, axis: [0, 1, 0], mimic: {{joint: arm, multiplier: 2}}}}
+  arm_joint: {{type: continuous, parent: hand, child: arm_joint, axis: [1, 0, 0], mimic: {{joint: hand}}}}
+"""
+
+
+def test_joints_that_are_called_like_links_agree_and_are_held_against_the_model(tmp_path: Path) -> None:
+    """An SDF calls them otherwise, the leaders of followers too."""
+    made = compiled_text(tmp_path, NAMESAKES).robot
+    assert made is not None
+    robot, artifacts = emitted(made, "exact")
+    assert agreement(robot, artifacts) == []
+    sdf = next(one for one in artifacts if one.backend == "sdf")
+    others = [one for one in artifacts if one is not sdf]
+    for old, new, what in (
+        ("<multiplier>2</multiplier>", "<multiplier>3</multiplier>", "mimic multiplier"),
+        ("<xyz>0 0 1</xyz>", "<xyz>0 1 0</xyz>", "axis 0 0 1 -> 0 1 0"),
+        ('<mimic joint="hand_joint">', '<mimic joint="base">', "which is no joint"),
+    ):
+        assert old in sdf.text
+        found = agreement(robot, [*others, replace(sdf, text=sdf.text.replace(old, new))])
+        assert found
+        assert all(what in one.message for one in found)
+
+
+def test_the_reference_robot_agrees() -> None:
+    assert BASE.robot is not None
+    assert agreement(BASE.robot, BASE.artifacts) == []
+
+
+def spoiled(name: str, old: str, new: str) -> list[str]:
+    """Return what is said if one artifact has another text in the first place where the old one stands."""
+    assert old in COMMITTED[name].decode(), f"{old!r} is not in {name}"
+    artifacts = [replace(a, text=a.text.replace(old, new, 1)) if a.file == name else a for a in BASE.artifacts]
+    assert BASE.robot is not None
+    found = agreement(BASE.robot, artifacts)
+    assert {(d.rule, d.severity) for d in found} == {("artifacts-disagree", "error")}
+    assert all("please report it" in d.help for d in found)
+    return [d.message for d in found]
+
+
+SPOILED = [
+    ("rosorin.urdf", "0.00074282 0.08513", "0.00074282 0.0852", "link3 moved 0.07 mm in link2"),
+    ("rosorin.xml", 'pos="0.048156 7.5552e-05 0.106748"', 'pos="0.048156 7.5552e-05 0.106749"', "laser moved"),
+    ("static_tf.launch.py", "'--yaw', '3.14159265'", "'--yaw', '3.14159255'", "laser turned"),
+    ("static_tf.json", '"--x",\n        "0.048156"', '"--x",\n        "0.0481561"', "laser moved"),
+    ("robot_model.json", '"limit": [-2.09, 2.09]', '"limit": [-2.09, 2.1]', "joint1 limit upper 2.09 -> 2.1 rad"),
+    ("frames.md", "0.00074282  0.08513", "0.00074282  0.08512", "link3 moved 0.01 mm in link2"),
+    ("frames.md", "0           -0.0087266  1.5707 ", "0           -0.0087266  1.5717 ", "imu_link turned"),
+    (
+        "robot_model.json",
+        '"rpy": [-3.1416, -1.5681, 3.1416]',
+        '"rpy": [-3.1416, -1.5671, 3.1416]',
+        "gripper_link turned",
+    ),
+    (
+        "rosorin.xml",
+        'axis="0 1 0" range="-2.09 2.09"',
+        'axis="0 1.5 0" range="-2.09 2.09"',
+        "joint3 axis 0 1 0 -> 0 1.5 0",
+    ),
+    ("rosorin.xml", 'mass="0.01059727718133"', 'mass="0.0106"', "link1 mass 0.0105973 -> 0.0106 kg"),
+    ("rosorin.xml", 'joint2="r_joint"', 'joint2="joint1"', "l_joint mimics r_joint"),
+    ("rosorin.urdf", '<box size="0.05377', '<box size="0.06377', "base_link collision: box"),
+    (
+        "robot_model.json",
+        '"max": [0.02398, 0.02399, 0.03955]',
+        '"max": [0.02398, 0.02399, 0.04]',
+        "link1 collision: box max z",
+    ),
+    ("rosorin.xml", 'type="box" size="0.0239', 'type="box" size="0.0479', "link1 collision: box"),
+    ("static_tf.launch.py", "[frame_prefix, 'imu_link']", "[frame_prefix, 'imu']", "removed: frame imu_link"),
+    ("static_tf.json", '"imu_link"\n      ]', '"imu"\n      ]', "tf_base_imu goes from base_link to imu_link"),
+    ("rosorin.urdf", '<parent link="link2"/>', '<parent link="link1"/>', "link3 parent link2 -> link1"),
+    ("rosorin_sim.urdf", '<mass value="0.02222218845453"/>', '<mass value="0.0322221884545253"/>', "laser mass"),
+    ("rosorin.xml", "</mujoco>", "", "cannot be read back"),
+]
+
+
+@pytest.mark.parametrize(("name", "old", "new", "message"), SPOILED)
+def test_an_artifact_that_says_something_else_is_an_error(name: str, old: str, new: str, message: str) -> None:
+    found = spoiled(name, old, new)
+    assert all(one.startswith(name) for one in found)
+    assert any(message in one for one in found), found
+
+
+def test_shapes_that_are_left_out_are_missed() -> None:
+    geom = next(line for line in COMMITTED["rosorin.xml"].decode().splitlines() if "link5_collision_1" in line)
+    (message,) = spoiled("rosorin.xml", geom, "")
+    assert "link5 collision: 1 -> 0 shapes" in message
+
+
+def test_a_json_artifact_that_does_not_fit_its_schema_is_found() -> None:
+    made = compiled()
+    artifacts = [
+        replace(artifact, text=artifact.text.replace('"zero": 500', '"zero": 500, "spare": 1'))
+        if artifact.backend == "robot_model"
+        else artifact
+        for artifact in made.artifacts
+    ]
+    assert made.robot is not None
+    (found,) = [d.message for d in agreement(made.robot, artifacts)]
+    assert found.startswith("robot_model.json does not fit schemas/robot_model.schema.json: pulse_to_rad")
+
+
+BLANKS = """
+robot: "r  r"
+links: {b: {}, "a  b": {LINK}, "c   c": {LINK}}
+joints:
+  "j  j": {type: continuous, parent: b, child: "a  b", axis: [0, 0, 1]}
+  "k  k": {type: fixed, parent: "a  b", child: "c   c", xyz: [0, 0, 0.3], publisher: {static_transform_publisher: t}}
+sensors: {"i  i": {type: imu, parent: "a  b", frame: "i  f"}}
+publishers: {"n  n": {package: x}}
+modes: {m: mapping}
+poses: {"p  p": {positions: {"j  j": 0.5}}}
+edges:
+  - {parent: "odom  x", child: b, publisher: "n  n", when: "m  and m"}
+  - {parent: "map  x", child: b, publisher: "n  n", when: "not  m"}
+moveit: {groups: {"g  g": {joints: ["j  j"]}}}
+control: {"h  h": {plugin: mock_components/GenericSystem, joints: {"j  j": {command: position, state: position}}}}
+controllers: {"arm": {type: position_group, hardware: "h  h"}}
+outputs:
+  urdf: {file: r.urdf, control: jazzy}
+  controllers: {file: c.yaml, distribution: jazzy}
+""".replace("{LINK}", "{inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]}")
+
+
+def test_blanks_within_names_are_kept_by_every_format(tmp_path: Path) -> None:
+    files = {name: one.file.format("r") for name, one in FORMATS.items() if one.write and one.file}
+    left = {name: file for name, file in files.items() if name not in ("urdf", "controllers", "nav2", "scene")}
+    del left["robot_localization"]
+    outputs = "".join(f"  {name}: {{file: every_{file}}}\n" for name, file in left.items())
+    robot, _, made = sound(compiled_text(tmp_path, BLANKS + outputs))
+    assert robot.joint["j  j"].child == "a  b"
+    assert len(made.artifacts) >= len(left)

@@ -367,9 +367,9 @@ def complaint(document: Document, code: int, at: int, open_element: Element | No
     unclosed = kind in (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
     if unclosed and text.startswith("<", at):
         beginning = next((one for one in _ENDS if text.startswith(one, at)), "<")
-        name, end = _ENDS.get(beginning, ("tag", ">, or a missing quote"))
+        name, ending = _ENDS.get(beginning, ("tag", ">, or a missing quote"))
         span = document.span(at, len(beginning))
-        return error(RULE, f"this {name} is not closed", span, f"add {end}")
+        return error(RULE, f"this {name} is not closed", span, f"add {ending}")
     if unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS:
         if open_element is None:
             return error(RULE, "there is no XML element in this file", document.span(0), "is this the right file?")
@@ -383,8 +383,8 @@ def complaint(document: Document, code: int, at: int, open_element: Element | No
         help = "put everything into one root element"
         related = [Related("the root element", document.root.span)] if document.root.tag else []
     elif kind == _ERRORS.XML_ERROR_DUPLICATE_ATTRIBUTE:
-        name = _NAME.match(text, at)
-        message, help = f'an element has the attribute "{name[0] if name else ""}" twice', "remove one"
+        match = _NAME.match(text, at)
+        message, help = f'an element has the attribute "{match[0] if match else ""}" twice', "remove one"
     elif kind == _ERRORS.XML_ERROR_UNDEFINED_ENTITY:
         match = _REFERS.search(text, at)
         where, length = (match.start(), len(match[0])) if match else (at, 1)

@@ -19,9 +19,10 @@ from rosorin_compile.formats.load_robot import Understood, judge_foreign, unders
 from rosorin_compile.language import asked
 from rosorin_compile.language.arguments import read as read_argument_files
 from rosorin_compile.language.expand import Expanded
-from rosorin_compile.source.diagnostics import Diagnostic, arrange, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import ENDINGS, Description, NoDescription, stdin_of
 
 if TYPE_CHECKING:

@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Related,
-    Source,
-    Span,
-    Use,
-    arrange,
-    gathered,
-)
+from rosorin_compile.request import Request
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, Use
+from rosorin_compile.source.messages import arrange, gathered
 
 FILE = Source("robot.yaml", "robot: made\n")
 SPECK = "{inertial: {mass: 1 kg, inertia: {ixx: 1e-9, iyy: 1e-9, izz: 1e-9}}}"
@@ -127,3 +119,13 @@ def test_a_program_gets_all(capsys: pytest.CaptureFixture[str]):
     _robot(9)
     assert main(["all", "made.yaml", "--format", "json"]) == 0
     assert [one["rule"] for one in json.loads(capsys.readouterr().out)["diagnostics"]] == ["inertia-implausible"] * 9
+
+
+def test_a_description_with_20_000_unknown_keys_is_reported_within_5_s(tmp_path: Path):
+    keys = "".join(f"k{number}: 1\n" for number in range(20_000))
+    (tmp_path / "robot.yaml").write_text(f"robot: r\nlinks: {{base: {{}}}}\n{keys}", "utf-8")
+    begin = time.monotonic()
+    found = Request.of(tmp_path / "robot.yaml").compile().diagnostics
+    assert time.monotonic() - begin < 5
+    assert len(found) == 20_000
+    assert [bool(one.help) for one in found] == [True] * 200 + [False] * 19_800

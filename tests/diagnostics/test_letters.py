@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.source import letters
+from rosorin_compile.source import wording
 from rosorin_compile.source.diagnostics import did_you_mean
-from rosorin_compile.source.letters import foreign, look, unseen
+from rosorin_compile.source.wording import foreign, look, unseen
 
 NAMES = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=12)
 
@@ -33,8 +33,8 @@ def test_names_in_letters_of_the_world_are_names(name):
 
 
 def test_every_look_alike_stands_for_a_latin_letter_or_a_dash():
-    assert all(letter.isascii() and (letter.isalpha() or letter == "-") for letter in letters.LATIN.values())
-    assert not any(chr(code).isascii() for code in letters.LATIN)
+    assert all(letter.isascii() and (letter.isalpha() or letter == "-") for letter in wording.LATIN.values())
+    assert not any(chr(code).isascii() for code in wording.LATIN)
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import parse_yaml, plain_scalar
 from rosorin_compile.source.tree import Place
-from rosorin_compile.source.yaml_text import scalar
+from rosorin_compile.source.yaml_text import Scalar
 
 ODD = [
     *("on", "no", "y", "1", "1.5", "0x1F", "1e3", "1_000", "12:30", "2020-01-01", "null", "~", "true", ".inf", ".nan"),
@@ -123,7 +123,7 @@ def _holds(document: Any, path: tuple[Any, ...]) -> bool:
 @pytest.mark.parametrize("flow", [True, False])
 def test_other_readers_see_the_same_text(text: str, flow: bool) -> None:
     """PyYAML knows YAML 1.1, where more words mean something else."""
-    written = scalar(escaped(text), flow)
+    written = Scalar(escaped(text)).written(flow)
     read = yaml.safe_load(f"[{written}]" if flow else f"- {written}")
     assert read == [escaped(text)]
 
@@ -150,7 +150,7 @@ def test_other_readers_see_the_same_text(text: str, flow: bool) -> None:
     ],
 )
 def test_quotes_only_where_they_are_needed(text: str, flow: bool, written: str) -> None:
-    assert scalar(text, flow) == written
+    assert Scalar(text).written(flow) == written
 
 
 def at(token: str) -> Span:

@@ -16,7 +16,8 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, arrange, has_errors
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.report import text as report
 from rosorin_compile.source.tree import locate
 from support.comparing import different

@@ -23,7 +23,8 @@ import pytest
 
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.source.diagnostics import Diagnostic, Span, arrange
+from rosorin_compile.source.diagnostics import Diagnostic, Span
+from rosorin_compile.source.messages import arrange
 from support.paths import TESTS
 
 RENEW = "RENEW_MESSAGES"  # set in the environment by renew.py

@@ -16,9 +16,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.importing.new_robot import start
-from rosorin_compile.source import watched_files
+from rosorin_compile.output import watched_files
+from rosorin_compile.output.watched_files import WatchedFiles
 from rosorin_compile.source.files import exists, read_bytes
-from rosorin_compile.source.watched_files import WatchedFiles
 from support.robots import copy_of_rosorin
 
 pytestmark = pytest.mark.slow

@@ -121,7 +121,7 @@ def test_our_own_colours_and_the_bar_come_through(monkeypatch: pytest.MonkeyPatc
     with console.guarded():
         console.paint("\x1b[31merror\x1b[0m \x1b[2J\n", sys.stderr)
         console.show_progress()
-        monkeypatch.setattr(Progress._line, "due", 0.0)
+        monkeypatch.setattr(Progress, "_due", 0.0)
         Progress.step("measuring", 1, 2)
         print("\x1b[31m", file=sys.stderr)
     shown = sys.stderr.getvalue()  # type: ignore[attr-defined]

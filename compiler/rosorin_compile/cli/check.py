@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.language.arguments import Argument, Choice, Combination, combinations, declared
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, arrange, error, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ON_STDIN, Description
 from rosorin_compile.source.wording import counted

@@ -11,10 +11,10 @@ from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
-from rosorin_compile.source.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.wording import and_more, counted
 
 from .answer import FINE

@@ -15,7 +15,8 @@ from rosorin_compile.language.lower.shapes import RULES
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Robot
 from rosorin_compile.rules.check import acceptable, check
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, gathered, has_errors
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, has_errors
+from rosorin_compile.source.messages import gathered
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Seq
 

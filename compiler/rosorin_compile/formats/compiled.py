@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.language.accepting import settled, unused
 from rosorin_compile.model import Mesh, Output, Robot
 from rosorin_compile.rules.check import acceptable
-from rosorin_compile.source.diagnostics import Diagnostic, Span, arrange, error, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, Span, error, has_errors
 from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.load import unreadable
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import of_tool

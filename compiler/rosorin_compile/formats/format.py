@@ -12,7 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, and_here, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, error
+from rosorin_compile.source.messages import and_here
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.proof import Proof

@@ -15,7 +15,8 @@ from rosorin_compile.language.validate import validate
 from rosorin_compile.language.wanted import with_wanted
 from rosorin_compile.model import Robot
 from rosorin_compile.rules import check as rules
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, arrange, has_errors
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, has_errors
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map

@@ -34,9 +34,11 @@ from urllib.parse import unquote
 from rosorin_compile.language.accepting import EVERYTHING
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_here
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span
+from rosorin_compile.source.files import shown
+from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.project import ENDINGS, MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
+from rosorin_compile.source.project import ENDINGS, MESH_FILE, ROS_PACKAGE, Resolved, resolved
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import first_of

@@ -17,16 +17,8 @@ from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.output import OutputError, WriteResult, write_set
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    WARNING,
-    Diagnostic,
-    RequestError,
-    arrange,
-    counted,
-    error,
-    has_errors,
-)
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, counted, error, has_errors
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 

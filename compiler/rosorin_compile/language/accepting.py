@@ -74,7 +74,6 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
 
 
 def _inner(value: Any, step: str | int) -> Any:
-    """Return what is at a step of a path; ``None`` if nothing is."""
     try:
         return value[step]
     except (KeyError, IndexError, TypeError):
@@ -135,7 +134,6 @@ def settled(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[st
 
 
 def _wanted(tree: Map) -> _Wanted:
-    """Return the entries of ``accept`` by rule and name."""
     wanted: _Wanted = {}
     for index, entry in enumerate(tree.get("accept") or ()):
         for name in entry.get("of", (EVERYTHING,)):
@@ -161,7 +159,6 @@ def _with_way_out(diagnostic: Diagnostic, wanted: _Wanted, acceptable: Mapping[s
 
 
 def _note(tree: Map, group: list[Diagnostic], wanted: _Wanted, acceptable: Mapping[str, Rule]) -> Diagnostic:
-    """Return the note for what is accepted of one rule."""
     entries = [entry for d in group for entry in _entries(wanted, d, acceptable)]
     reasons = dict.fromkeys(tree["accept"][index]["reason"] for index, _ in entries)
     more = f",{and_more(len(group) - 1, 'of this kind')}" if len(group) > 1 else ""
@@ -205,7 +202,6 @@ def _meant(tree: Map, name: str) -> str:
 
 
 def _asked(id: str, acceptable: Mapping[str, Rule]) -> str:
-    """Return what a run has to ask for to tell a rule."""
     rule = acceptable.get(id) or OF_PLUGINS.get(id) or find([id]).get(id)
     if rule is None or rule.topic == PHYSICS:
         return "physics" if rule else ""

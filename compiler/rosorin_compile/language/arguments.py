@@ -7,14 +7,15 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, Span, arrange, error, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, Span, error, has_errors
+from rosorin_compile.source.files import shown
 from rosorin_compile.source.load import LoadError, load_mapping
-from rosorin_compile.source.project import shown
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.written import Written
 
 from .expand import expand
 from .expand.files import Reader
+from .written import Written
 
 Choice = tuple[str, tuple[str, ...]]  # an argument and its values, that of the default first
 Combination = tuple[str, ...]  # one value for each argument

@@ -69,7 +69,6 @@ def deaf(path: Path) -> Diagnostic:
 
 
 def _folders(packages: object) -> tuple[dict[str, Path], list[Diagnostic]]:
-    """Return folders of packages by name, and what is wrong with them."""
     if not isinstance(packages, Mapping):
         message = f"packages map names to folders; this is {_a_kind(packages)}"
         return {}, [error("package-missing", message, None, 'write {"NAME": FOLDER}')]
@@ -151,7 +150,6 @@ def _key(key: object) -> str:
 
 
 def _a_kind(value: object) -> str:
-    """Return the type of a value of Python in words."""
     return "None" if value is None else f"of the type {type(value).__name__}"
 
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from rosorin_compile.source.diagnostics import Diagnostic, swaps
-from rosorin_compile.source.letters import in_words, unseen
 from rosorin_compile.source.rule_registry import ARGUMENTS, SHAPE, Rule
 from rosorin_compile.source.tree import Map, Seq, locate
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.wording import counted
+from rosorin_compile.source.wording import counted, in_words, unseen
 
 from .expand.scope import Scope
 from .expand.tracing import problem_at
-from .misnamed import fallen_out, goes_on, is_meant, key_meant, word_meant
+from .misnamed import fallen_out, is_meant, key_meant, text_tails, word_meant
 from .schema import Steps, part_at, resolve, subject
 from .suggestions import (
     flag_meant,
@@ -69,6 +70,17 @@ _EXPANDED = ("parts", "sensor_types", "use")
 _MEANING = {"&": "an anchor", "#": "a comment", "!": "a tag"}
 
 
+_LIMITS = {
+    "minimum": "{where} is {value}, less than {limit}",
+    "maximum": "{where} is {value}, more than {limit}",
+    "exclusiveMinimum": "{where} is {value}, and has to be more than {limit}",
+    "exclusiveMaximum": "{where} is {value}, and has to be less than {limit}",
+    "multipleOf": "{where} is {value}, no multiple of {limit}",
+    "maxLength": "{where} is longer than {limit}",
+    "uniqueItems": "{where} has an item twice",
+}
+
+
 class Complaint:
     """One complaint of the validator, told in the words of the description."""
 
@@ -86,18 +98,33 @@ class Complaint:
         self.value = node
 
     def diagnostics(self) -> list[Diagnostic]:
+        wanted = self.misfit.wanted
+        if self.keyword in ("minItems", "maxItems"):
+            return [self._count(f"at {'least' if self.keyword == 'minItems' else 'most'} {wanted}")]
+        if words := _LIMITS.get(self.keyword):
+            limit = counted(wanted, "letter") if self.keyword == "maxLength" else wanted
+            message = words.format(where=self.where, value=self.value, limit=limit)
+            plain = self.keyword in ("minimum", "maximum")
+            return [self._make("wrong-value", message) if plain else self._beyond(message)]
         method = getattr(self, f"_{self.keyword.lower()}", self._other)
         told: list[Diagnostic] = method()
         return told
 
     def _make(
-        self, rule: str, message: str, help: str = "", path: Steps | None = None, key: bool = False
+        self,
+        rule: str,
+        message: str,
+        help: str | Callable[[], str] = "",
+        path: Steps | None = None,
+        key: bool = False,
     ) -> Diagnostic:
+        """Return an error; a help that takes long to compute is a function, which ``messages`` calls."""
         path = self.path if path is None else path
-        return problem_at(self.scope, self.tree, path, rule, message, help, key=key)
+        if isinstance(help, str):
+            return problem_at(self.scope, self.tree, path, rule, message, help, key=key)
+        return replace(problem_at(self.scope, self.tree, path, rule, message, key=key), suggest=help)
 
     def _kind(self) -> str:
-        """Return the name of the kind of entry that complains, as tables of synonyms have it."""
         if not self.path:
             return "top"
         return self.defined or str(self.path[0])
@@ -106,12 +133,18 @@ class Complaint:
         known = self.part.get("properties", {})
         if not self.path:
             known = {**known, **dict.fromkeys(_EXPANDED)}
-        unexpected = self.misfit.unexpected()
+        unexpected = dict.fromkeys(self.misfit.unexpected())
+        tails, kind = text_tails(self.value, unexpected), self._kind()
         return [
-            self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
+            self._make(
+                "unknown-key",
+                f'{self.where} has no key "{key}"',
+                partial(key_meant, key, self.value, known, kind, self.path),
+                [*self.path, key],
+                True,
+            )
             for key in unexpected
-            if not goes_on(key, self.value, unexpected)
-            for help in [key_meant(key, self.value, known, self._kind())]
+            if key not in tails
         ]
 
     def _required(self) -> list[Diagnostic]:
@@ -142,7 +175,8 @@ class Complaint:
         fallen = fallen_out(self.tree, self.path, expected)
         if self._is_told_as_list(types) or (fallen and not (fallen.is_first and "null" in types)):
             return []
-        help = self._type_help(types, [unit] if isinstance(unit, str) else unit or [], expected)
+        help: str | Callable[[], str]
+        help = partial(self._type_help, types, [unit] if isinstance(unit, str) else unit or [], expected)
         if fallen:
             help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen.owner}"'
         return [self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)]
@@ -156,7 +190,6 @@ class Complaint:
         return alone and len(numbers_in(self.value)) > 1
 
     def _type_help(self, types: list[str], units: list[str], expected: Mapping[str, Any]) -> str:
-        """Return the way out for a value of another type than its place asks for."""
         sign = self._sign() if self.value is None else ""
         if sign:
             return f'"{sign}" begins {_MEANING[sign]} here: put the text in quotes'
@@ -197,12 +230,6 @@ class Complaint:
         help = f"this tool knows only {self.misfit.wanted}"
         return [self._make("wrong-value", f"{self.where} cannot be {self.value}", help)]
 
-    def _minitems(self) -> list[Diagnostic]:
-        return [self._count(f"at least {self.misfit.wanted}")]
-
-    def _maxitems(self) -> list[Diagnostic]:
-        return [self._count(f"at most {self.misfit.wanted}")]
-
     def _count(self, wanted: str) -> Diagnostic:
         fragment = self.part
         if fragment.get("minItems") == fragment.get("maxItems"):
@@ -211,29 +238,7 @@ class Complaint:
         help = items_meant(self.value, fragment) or _sentence(fragment.get("description", ""))
         return self._make("wrong-length", message, help)
 
-    def _minimum(self) -> list[Diagnostic]:
-        return [self._make("wrong-value", f"{self.where} is {self.value}, less than {self.misfit.wanted}")]
-
-    def _maximum(self) -> list[Diagnostic]:
-        return [self._make("wrong-value", f"{self.where} is {self.value}, more than {self.misfit.wanted}")]
-
-    def _exclusiveminimum(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} is {self.value}, and has to be more than {self.misfit.wanted}")]
-
-    def _exclusivemaximum(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} is {self.value}, and has to be less than {self.misfit.wanted}")]
-
-    def _multipleof(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} is {self.value}, no multiple of {self.misfit.wanted}")]
-
-    def _maxlength(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} is longer than {counted(self.misfit.wanted, 'letter')}")]
-
-    def _uniqueitems(self) -> list[Diagnostic]:
-        return [self._beyond(f"{self.where} has an item twice")]
-
     def _beyond(self, message: str) -> Diagnostic:
-        """Return an error about a value that is not one of those that there may be."""
         return self._make("wrong-value", message, _sentence(str(self.part.get("description", ""))))
 
     def _pattern(self) -> list[Diagnostic]:
@@ -248,8 +253,7 @@ class Complaint:
         help = _odd_letter(str(name)) or help
         return [self._make("bad-name", message, help, [*self.path, name], True)]
 
-    def _dependencies(self) -> list[Diagnostic]:
-        return self._required()
+    _dependencies = _required
 
     def _minlength(self) -> list[Diagnostic]:
         if self.value:

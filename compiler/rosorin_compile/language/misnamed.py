@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import pairwise
 from types import NoneType
 from typing import Any, NamedTuple
 
@@ -17,8 +18,8 @@ from .symbols import MOUNT
 from .synonyms import OTHERS, VALUES, synonym, way_out, words_for
 
 
-def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
-    """Return the way out for a key that an entry does not have.
+def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: Sequence[str | int] = ()) -> str:
+    """Return the way out for a key that the entry at a path does not have.
 
     ``known`` are the keys that it may have, with their fragments of the schema; ``kind`` is that of the entry.
     """
@@ -27,6 +28,9 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
     told = _written_wrongly(said, entry, known) or way_out(key, table)
     if told:
         return told
+    inner = entry.get(said)
+    if len(path) == 2 and isinstance(inner, Map) and inner and known.keys() >= set(inner):
+        return f'"{said}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
     close = synonym(key, table, known)
     help = f'did you mean "{close}"?' if close else did_you_mean(key, known)
     if help.startswith("known") and kind == "pose":
@@ -79,11 +83,15 @@ def text_meant_by(key: str, entry: Map) -> str:
     return f'a comma ends the text: put it in quotes, {keys[first]}: "{whole}"'
 
 
-def goes_on(key: str, entry: Map, unknown: Sequence[str]) -> bool:
-    """Say whether an unknown key is only the rest of a text whose beginning is an unknown key, too, and told."""
-    keys = list(entry)
-    before = keys[keys.index(key) - 1] if keys.index(key) else ""
-    return before in unknown and bool(text_meant_by(key, entry))
+def text_tails(entry: Map, unknown: Collection[str]) -> set[str]:
+    """Return the unknown keys that are the rest of a text after a comma, and whose beginning is an unknown key."""
+    tails: set[str] = set()
+    in_text = False
+    for before, key in pairwise(entry):
+        in_text = _goes_on(entry, before, key) and (in_text or type(entry[before]) is str)
+        if in_text and before in unknown:
+            tails.add(key)
+    return tails
 
 
 def _goes_on(entry: Map, before: str, key: str) -> bool:

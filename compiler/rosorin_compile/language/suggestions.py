@@ -120,7 +120,6 @@ def inner_number(value: Any, key: str) -> str:
 
 
 def _of_signs(text: str, plain: str, wanted: Sequence[str], key: str) -> str:
-    """Return the way out for a number with letters that numbers do not have here."""
     if isinstance(text, Text) and _is_number(plain):
         return f"write it without the quotes: {plain}"
     tidy = plain.translate({0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}).rstrip(",;").strip()
@@ -140,7 +139,6 @@ def _of_signs(text: str, plain: str, wanted: Sequence[str], key: str) -> str:
 
 
 def _of_unit(found: re.Match[str], wanted: Sequence[str], key: str) -> str:
-    """Return the way out for a number with something behind it that is no unit."""
     number, rest = found[1], (found[2] or "").strip()
     about = re.match(r"([A-Za-z*/^\d]*)\s*(\+-|\+/-|\u00b1)", rest)
     if about or rest in UNITS or not rest:
@@ -172,7 +170,6 @@ def _megabytes(unit: str, key: str) -> float:
 
 
 def _of_references(plain: str) -> str:
-    """Return the way out for what other languages write for a named value or a calculation."""
     foreign = re.fullmatch(r"(?:\$\(|\$|\{\{?|%\(?|<|@)\s*([A-Za-z_]\w*)\s*(?:\)s?|\}\}?|%|>)?", plain)
     if foreign:
         name = foreign[1]
@@ -189,7 +186,6 @@ def _of_references(plain: str) -> str:
 
 
 def _is_expression(text: str) -> bool:
-    """Say whether a text is a calculation; a word alone is none."""
     from .expression import ExpressionError, compiled
 
     if not re.search(r"[-+*/(]", text) and text not in ("pi", "tau"):
@@ -207,7 +203,6 @@ _UNKNOWN = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "
 
 
 def _of_words(plain: str, wanted: Sequence[str]) -> str:
-    """Return the way out for a word where a number belongs."""
     if plain.casefold() in _UNKNOWN:
         return "not known yet? write the best guess, with source: {status: stand_in, note: ...}"
     if plain.casefold() in ("nan", "inf", "infinity", "-inf", "unlimited"):
@@ -284,7 +279,6 @@ def _is_xml(fragment: Mapping[str, Any]) -> bool:
 
 
 def _as_xml(value: Map) -> str:
-    """Return a mapping as the XML that it may stand for: its first entry, with what is plain in it as attributes."""
     name = next(iter(value), "NAME")
     inner = value.get(name)
     plain = inner.items() if isinstance(inner, Map) else ()
@@ -298,7 +292,6 @@ def _attribute(value: Any) -> str:
 
 
 def _list_of(value: Map, key: str, items: Mapping[str, Any]) -> str:
-    """Return the way out for a mapping where a list belongs."""
     if _is_xml(items):
         return f"its items are elements of XML: write {key}: ['{_as_xml(value)}']"
     small = {name.casefold(): name for name in value}
@@ -397,7 +390,6 @@ def _may_be(value: Any, key: str, part: Mapping[str, Any]) -> bool:
 
 
 def _may_hold(part: Mapping[str, Any], value: Seq) -> bool:
-    """Say whether a list may be what a key is for, by how many items it has, and their kind."""
     wanted = part.get("items", {}).get("type", "")
     of_one_kind = not any(isinstance(item, (Map, Seq)) for item in value) or wanted not in ("number", "string")
     return part.get("minItems", len(value)) == len(value) and of_one_kind
@@ -413,7 +405,6 @@ def _short(value: Any) -> str:
 
 
 def _entry_in(value: str, legal: Mapping[str, Any] | None) -> str:
-    """Return the way out for a text that is an entry with its colon written wrongly."""
     if value.startswith("<"):
         return "this is XML: write it in YAML, or keep it under urdf_elements"
     pairs = re.findall(r"([\w.-]+)\s*=\s*\"?([^\s\",=]+)", value)
@@ -428,7 +419,6 @@ def _entry_in(value: str, legal: Mapping[str, Any] | None) -> str:
 
 
 def _named(value: Seq, section: str) -> str:
-    """Return the way out for a list of entries where each stands under its name."""
     first = value[0] if value else None
     if isinstance(first, Map):
         name = first.get("name") or (next(iter(first)) if len(first) == 1 else None)

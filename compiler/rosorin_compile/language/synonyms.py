@@ -267,7 +267,6 @@ def _instead(kind: str) -> dict[str, str]:
 
 
 def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Yield the keys of all mappings in a piece of the schema, with what it says of each."""
     if isinstance(fragment, Mapping):
         yield from fragment.get("properties", {}).items()
     for inner in fragment.values() if isinstance(fragment, Mapping) else fragment if isinstance(fragment, list) else ():
@@ -275,7 +274,6 @@ def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
 
 
 def _also(fragment: Mapping[str, Any]) -> list[str]:
-    """Return what others call a key: what stands beside it, and with what it refers to."""
     return f"{fragment.get('x-also', '')} {resolve(dict(fragment)).get('x-also', '')}".split()
 
 

@@ -59,7 +59,6 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
 def _complaints(
     tree: Map, formats: Mapping[str, Format], told: Collection[tuple[str | int, ...]], scope: Scope | None
 ) -> Iterator[Diagnostic]:
-    """Yield what the validator says; ``told`` are the paths of numbers of which something else is said."""
     judge = _judge_of(tree.get("outputs"), formats)
     for misfit in misfits_of(judge.validator, tree):
         from .complaint import Complaint
@@ -150,7 +149,6 @@ class _Walk:
                 self._number(item, key)
 
     def _allowed(self, key: str | int) -> tuple[Dimension, ...] | None:
-        """Return the dimensions that a number may have at a key of the piece that is walked; None for any."""
         # The names of entries and the indices of items make no difference.
         steps = [0 if type(step) is int else step for step in (*self.path, key)]
         if len(steps) > 1 and has_entries(str(steps[0])):
@@ -163,7 +161,6 @@ class _Walk:
         self._number(float(item), key)
 
     def _number(self, value: float, key: str | int) -> None:
-        """Note a number that is none, or beyond what can be reckoned with."""
         steps = [*self.path, key]
         if not (-MOST <= value <= MOST or (math.isfinite(value) and not _is_reckoned(steps))):
             self.not_finite.append((steps, value))
@@ -200,7 +197,6 @@ def _dimensions(path: tuple[str | int, ...]) -> tuple[Dimension, ...] | None:
 def _wrong_unit(
     tree: Map, path: Steps, quantity: Quantity, allowed: tuple[Dimension, ...], scope: Scope | None
 ) -> Diagnostic:
-    """Return an error: a quantity has another dimension than its place in the schema asks for."""
     named = " or ".join(describe(dimension) for dimension in allowed)
     text = quantity.text or f"{float(quantity):g}"
     message = f"{subject(path)} is {named or 'a plain number'}, but {text} is {describe(quantity.dimension)}"

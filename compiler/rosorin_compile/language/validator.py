@@ -111,7 +111,6 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
 
 
 def _misfits(errors: Iterable[Any]) -> Iterator[Misfit]:
-    """Yield what the errors say; for a key that is missing there is one whose message alone names it."""
     told = set()
     for error in errors:
         path, schema_path = list(error.absolute_path), list(error.absolute_schema_path)
@@ -202,7 +201,6 @@ def words(misfit: Misfit) -> str:
 
 
 def _choice(options: list[Any]) -> str:
-    """Return the options in words: up to three of them, or two and the number of the others."""
     named = [_json(one) for one in options]
     if len(named) > 3:
         named = [*named[:2], f"{len(named) - 2} other candidates"]

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
-from rosorin_compile.source.letters import difference, in_words, look, unseen
 from rosorin_compile.source.project import DESCRIPTIONS, ENDINGS
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Map, Place, Seq
+from rosorin_compile.source.wording import difference, in_words, look, unseen
 
 from .expand.files import Reader
 from .expand.scope import Scope

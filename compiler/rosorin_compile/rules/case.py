@@ -142,7 +142,6 @@ class Case:
         return list(related.values()), same
 
     def _place(self, path: Path, key: bool = False) -> Span:
-        """Return where a value was written."""
         return mistake_place(self.scope, self.tree, path, "", key)[0].span
 
     def suggest(self, path: Path, word: str, known: Iterable[str], otherwise: str, more: Sequence[str] = ()) -> str:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.language.annotations import Node
 from rosorin_compile.language.schema import sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
-from rosorin_compile.source.misspelt import UNNAMED, Offer, offer, placed, told_once, written
+from rosorin_compile.source.messages import UNNAMED, Offer, offer, placed, told_once, written
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, exists, locate, nearer
 from rosorin_compile.source.tree import Path as TreePath
 
@@ -84,7 +84,6 @@ def _home(place: Place, of: Offer) -> Span:
 
 
 def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: str) -> Iterator[_Named]:
-    """Yield where a name is defined."""
     for kind, key in (("link", "frame"), ("joint", "joint")):
         path = places.get((kind, name))
         if path and path[0] in ("links", "joints"):
@@ -103,7 +102,6 @@ def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: st
 
 
 def _mentions(tree: Map, wanted: set[str]) -> dict[str, list[_Named]]:
-    """Return where names are named, those of definitions aside."""
     found: dict[str, list[_Named]] = {}
 
     def walk(node: Any, via: Instance | None, path: TreePath, said: Node | None) -> None:

@@ -10,10 +10,10 @@ from typing import NamedTuple
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
-from rosorin_compile.source.letters import difference, foreign, in_words, look, unseen
-from rosorin_compile.source.misspelt import Offer, placed
+from rosorin_compile.source.messages import Offer, placed
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
 from rosorin_compile.source.tree import Map, Path, exists
+from rosorin_compile.source.wording import difference, foreign, in_words, look, unseen
 
 from .case import Case
 from .magnitudes import NOT_XML

@@ -81,7 +81,6 @@ def _of_dynamics(joint: Joint) -> Iterator[_Twice]:
 
 
 def _of_limit(joint: Joint) -> Iterator[_Twice]:
-    """Yield what is said of the range and the force of a joint of one position."""
     limit = joint.limit
     if not joint.moves or limit is None:
         return
@@ -99,7 +98,6 @@ def _of_limit(joint: Joint) -> Iterator[_Twice]:
 
 
 def _numbers(joint: Joint, word: str) -> tuple[float, ...]:
-    """Return the numbers of a word of MuJoCo; none if it is not said."""
     said = joint.mjcf.get(word)
     return tuple(map(float, said)) if isinstance(said, tuple) else ()
 

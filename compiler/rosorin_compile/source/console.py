@@ -17,7 +17,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from .diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
+from .diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic
+from .messages import gathered
 from .progress import Progress
 from .wording import and_more, counted, inert, printable
 

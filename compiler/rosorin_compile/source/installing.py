@@ -1,33 +1,42 @@
-"""Installing: the command of pip that brings what an extra has, from where this installation came.
+"""The pip command that installs an extra, from where this installation came.
 
-No index serves the package, so that its name alone installs nothing. What pip wrote beside the package says what it was
-made of: https://packaging.python.org/en/latest/specifications/direct-url/.
+No index serves the package, so its name alone installs nothing. What pip wrote beside the package has its origin:
+https://packaging.python.org/en/latest/specifications/direct-url/.
 """
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 from . import files
-
-if TYPE_CHECKING:
-    from importlib.metadata import Distribution
 
 NAME = "rosorin-compile"
 _OF_EXTRA = re.compile(r"""(?:^|\band\s+)extra\s*==\s*["']([^"']+)["']\s*$""")
 
 
 def pip_install(extra: str) -> str:
-    """Return the command that installs an extra: what this installation came from with it, or its requirements."""
-    return f"pip install {' '.join(shlex.quote(word) for word in _words(extra))}"
+    """Return the command that installs an extra of this installation."""
+    from importlib.metadata import PackageNotFoundError, distribution
+
+    try:
+        installed = distribution(NAME)
+    except PackageNotFoundError:  # run from a tree of sources
+        folder = _sources()
+        words: Sequence[str] = [f"{folder if _is_project(folder) else f'path/to/{NAME}'}[{extra}]"]
+    else:
+        words = _of_origin(installed.read_text("direct_url.json") or "{}", extra)
+        words = words or _required(installed.requires or [], extra)
+    return f"pip install {' '.join(map(shlex.quote, words))}"
 
 
 def package_folders(name: str) -> list[str]:
-    """Return the folders of an installed package, which is not imported; of a module its file; nothing without one."""
+    """Return the folders of an installed package, or the file of a module, without importing it."""
     from importlib.util import find_spec
 
     try:
@@ -38,65 +47,39 @@ def package_folders(name: str) -> list[str]:
 
 
 def is_installed(name: str) -> bool:
-    """Whether a package or module can be imported, by its name; it is not imported."""
+    """Return True if a package or module can be imported, without importing it."""
     return bool(package_folders(name))
 
 
-def _words(extra: str) -> Sequence[str]:
-    from importlib.metadata import PackageNotFoundError, distribution
-
-    try:
-        installed = distribution(NAME)
-    except PackageNotFoundError:  # run from a tree of sources
-        return _of_folder(_sources(), extra) or [f"path/to/{NAME}[{extra}]"]
-    return _of_origin(installed, extra) or _required(installed.requires or [], extra)
-
-
 def _sources() -> Path:
-    """Return the root of the clone that has this file, if it is one."""
     return Path(__file__).absolute().parents[3]
 
 
-def _of_origin(installed: Distribution, extra: str) -> Sequence[str]:
-    """Return what installs from where a distribution came, as long as that is there."""
-    import json
+def _is_project(folder: Path) -> bool:
+    return files.is_file(folder / "pyproject.toml")
 
+
+def _of_origin(text: str, extra: str) -> Sequence[str]:
+    """Return the words for pip that install from an origin (direct_url.json), as long as that exists."""
     try:
-        origin = json.loads(installed.read_text("direct_url.json") or "{}")
+        origin = json.loads(text)
         address = str(origin["url"])
     except (ValueError, KeyError, TypeError):  # from an index; or a file that pip did not write
         return []
-    if "vcs_info" in origin:
-        return [f"{NAME}[{extra}] @ {_of_version_control(address, origin)}"]
+    if about := origin.get("vcs_info"):
+        folder = f"#subdirectory={origin['subdirectory']}" if origin.get("subdirectory") else ""
+        return [f"{NAME}[{extra}] @ {about['vcs']}+{address}@{about['commit_id']}{folder}"]
     if not address.startswith("file:"):
         return [f"{NAME}[{extra}] @ {address}"]
-    path = _path(address)
-    if "dir_info" not in origin:
-        return [f"{path}[{extra}]"] if files.is_file(path) else []
-    return _of_folder(path, extra, bool(origin["dir_info"].get("editable")))
-
-
-def _path(address: str) -> Path:
-    from urllib.parse import urlsplit
-    from urllib.request import url2pathname
-
-    return Path(url2pathname(urlsplit(address).path))
-
-
-def _of_folder(folder: Path, extra: str, editable: bool = False) -> Sequence[str]:
-    if not files.is_file(folder / "pyproject.toml"):
+    path = Path(url2pathname(urlsplit(address).path))
+    is_folder = "dir_info" in origin
+    if not (_is_project(path) if is_folder else files.is_file(path)):
         return []
-    return [*(["-e"] if editable else []), f"{folder}[{extra}]"]
-
-
-def _of_version_control(address: str, origin: dict[str, Any]) -> str:
-    about = origin["vcs_info"]
-    folder = origin.get("subdirectory")
-    return f"{about['vcs']}+{address}@{about['commit_id']}" + (f"#subdirectory={folder}" if folder else "")
+    return [*(["-e"] if is_folder and origin["dir_info"].get("editable") else []), f"{path}[{extra}]"]
 
 
 def _required(requirements: Sequence[str], extra: str) -> Sequence[str]:
-    """Return the requirements of an extra, with what is left of their markers.
+    """Return the requirements of an extra, with the rest of their markers.
 
     >>> _required(["numpy>=1.26; extra == 'view'", 'mujoco; python_version >= "3.11" and extra == "view"'], "view")
     ['numpy>=1.26', 'mujoco; python_version >= "3.11"']
@@ -104,9 +87,8 @@ def _required(requirements: Sequence[str], extra: str) -> Sequence[str]:
     found = []
     for requirement in requirements:
         what, _, marker = requirement.partition(";")
-        marker = marker.strip()
-        of = _OF_EXTRA.search(marker)
+        of = _OF_EXTRA.search(marker.strip())
         if of and of[1] == extra:
-            left = marker[: of.start()].strip()
+            left = marker.strip()[: of.start()].strip()
             found.append(f"{what.strip()}; {left}" if left else what.strip())
     return found

@@ -27,6 +27,7 @@ from .project import stdin_of
 from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
 from .units import Quantity
+from .wording import in_words
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -59,6 +60,24 @@ RULES = (
         "yaml-too-large",
         "A file has too many values, or its aliases multiply to too many.",
         "Use fewer aliases; make entries that are alike with a loop.",
+        FILES,
+    ),
+    Rule(
+        "yaml-directive",
+        "A directive such as `%YAML 1.1` has no effect: files are read as YAML 1.2, where `010` is 10.",
+        "Remove the line.",
+        FILES,
+    ),
+    Rule(
+        "yaml-line-end",
+        "U+2028, U+2029 or U+0085 is outside of quotes. It ends a line for YAML, but not for most editors.",
+        "Remove it, or write an escape in double quotes.",
+        FILES,
+    ),
+    Rule(
+        "bidi-control",
+        "A control character changes the order in which editors show the letters of a line.",
+        'Remove it, or write an escape in double quotes, such as `"\\u202e"`.',
         FILES,
     ),
     Rule(
@@ -145,14 +164,56 @@ def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
 
 def parse_yaml(source: Source, via: Instance | None = None) -> Any:
     """Return the tree of a YAML source: Map, Seq or scalar. Raises LoadError with the place of what is wrong."""
+    _check_text(source)
     try:
         return _Composer(source, via).document()
     except yaml.YAMLError as problem:
         raise _refused(source, problem) from None
 
 
+_BIDI = re.compile("[\u202a-\u202e\u2066-\u2069]")
+_LINE_ENDS = re.compile("[\x85\u2028\u2029]")
+_DIRECTIVE = re.compile(r"(?:\s|#.*\n)*(%(?!YAML\s+1\.2\s)\S+.*)\n(?:.*\n)*?---")
+
+
+def _check_text(source: Source) -> None:
+    """Refuse text that a reviewer reads differently than the parser. Raises LoadError."""
+    text = source.text
+    if directive := _DIRECTIVE.match(text) if "%" in text[:1_000] else None:
+        message = f"{directive[1].split('#')[0].strip()} has no effect: files are read as YAML 1.2"
+        raise LoadError(error("yaml-directive", message, _span_at(source, directive.start(1)), "remove the line"))
+    if text.isascii():
+        return
+    if found := _BIDI.search(text):
+        help = f'remove it, or write the text in double quotes with "\\u{ord(found[0]):04x}"'
+        message = f"{in_words(found[0])} changes the order in which editors show this line"
+        raise LoadError(error("bidi-control", message, _span_at(source, found.start()), help))
+    quoted: list[tuple[int, int]] = []
+    for found in _LINE_ENDS.finditer(text):
+        quoted = quoted or list(_quoted_texts(text)) or [(0, 0)]
+        if not any(start <= found.start() < end for start, end in quoted):
+            message = f"{in_words(found[0]).removesuffix(', a control character')} ends this line for YAML"
+            help = "remove it: most editors show it within the line"
+            raise LoadError(error("yaml-line-end", message, _span_at(source, found.start()), help))
+
+
+def _quoted_texts(text: str) -> Iterator[tuple[int, int]]:
+    scanner = getattr(yaml, "CLoader", yaml.Loader)(text)
+    try:
+        while (token := scanner.get_token()) is not None:
+            if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
+                yield token.start_mark.index, token.end_mark.index
+    except yaml.YAMLError:  # the parser reports it
+        return
+
+
+def _span_at(source: Source, offset: int) -> Span:
+    """Return the place of a character, with lines and columns as YAML counts them."""
+    lines = re.split("\r\n|[\n\r\x85\u2028\u2029]", source.text[:offset])
+    return Span(source, len(lines), len(lines[-1]) + 1)
+
+
 def _refused(source: Source, problem: yaml.YAMLError) -> LoadError:
-    """Return what is wrong with a text that the parser of YAML refuses."""
     from .bounded import is_too_deep
 
     mark = getattr(problem, "problem_mark", None)
@@ -393,7 +454,6 @@ _OPERATIONS: Mapping[type[ast.operator], Callable[[float, float], float]] = {
 
 
 def _calculated(node: ast.expr) -> float:
-    """Return the value of an arithmetic expression. Raises ValueError for anything else."""
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
         return float(node.value)  # type: ignore[arg-type]
     if isinstance(node, ast.Name) and node.id in ("pi", "e", "tau"):

@@ -16,7 +16,8 @@ from functools import lru_cache
 from html import escape
 from typing import NamedTuple
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, gathered
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span
+from .messages import gathered
 from .report import from_workspace
 from .wording import counted, listed, plural, printable
 
@@ -136,7 +137,6 @@ def _head(sections: Sequence[Section]) -> str:
 
 
 def _line(section: Section) -> str:
-    """Return a robot in one line of a list."""
     said = [*map(prose, [*section.wrong, *section.said]), *_counts(section.diagnostics, [ERROR, WARNING, NOTE])]
     return f"- {code(section.name)}: {'; '.join(said) or 'nothing to say'}"
 
@@ -152,7 +152,6 @@ def _counts(diagnostics: Sequence[Diagnostic], severities: Sequence[str]) -> lis
 
 
 def _section(section: Section, detail: _Detail) -> Iterator[str]:
-    """Yield the paragraphs about one robot."""
     verdict = listed([*map(prose, section.wrong), *_counts(section.diagnostics, [ERROR, WARNING])])
     yield f"### {code(section.name)}: {verdict}" if section.name else f"### {verdict[:1].upper()}{verdict[1:]}"
     yield from (prose(line.strip()) for line in section.said)
@@ -216,7 +215,6 @@ def _cell(pieces: Cell) -> Iterator[str]:
 
 
 def _diff(diff: Diff, most: int) -> str:
-    """Return a diff that is folded away."""
     lines = [printable(line, keep="\t") for line in diff.lines[:most]]
     left = diff.left + len(diff.lines) - len(lines)
     if left:

@@ -1,8 +1,7 @@
-"""Progress: what is being done and how far it is, once that takes longer than a while.
+"""Progress: one line at the end of a terminal that shows what takes long.
 
-Whoever does something that may take long says so with ``Progress.step``; that costs next to nothing, and nothing is
-shown unless the command line asked for it with ``show``: for a person at a terminal, on whose last line it stands until
-something else is printed.
+Code that may take long calls ``Progress.step``, which costs next to nothing. Nothing is shown unless the command line
+called ``Progress.show``, and nothing in the first two seconds.
 """
 
 from __future__ import annotations
@@ -15,132 +14,106 @@ from typing import ClassVar, TextIO
 
 from .wording import printable
 
-AFTER = 2.0  # seconds
-_EVERY = 0.1
+_EVERY = 0.1  # seconds between two changes of the line
 _WIDTH = 30
 _COLUMNS = 80
 
 
-class _Line:
-    """The last line of a terminal."""
+class Progress:
+    """The progress line of this process; ``AFTER`` is the delay (s) before it is shown."""
 
-    def __init__(self, stream: TextIO, clock: Callable[[], float]) -> None:
-        self.stream, self.clock = stream, clock
-        self.about = ""
-        self.begin()
+    AFTER = 2.0
+    _stream: ClassVar[TextIO | None] = None
+    _clock: ClassVar[Callable[[], float]]
+    _topic: ClassVar[str] = ""
+    _kind: ClassVar[str] = ""
+    _due: ClassVar[float] = 0.0  # nothing is shown before
+    _next: ClassVar[float] = 0.0  # a step of the same kind is not shown before
+    _is_shown: ClassVar[bool] = False
 
-    def begin(self) -> None:
-        """Begin anew: nothing is shown for a while."""
-        self.due = self.next = self.clock() + AFTER
-        self.text, self.shown = "", False
+    @classmethod
+    def show(cls, stream: TextIO, clock: Callable[[], float] | None = None) -> None:
+        """Show progress from now on, on a stream that is a terminal; ``clock`` gives seconds."""
+        cls._stream, cls._clock, cls._topic = stream, staticmethod(clock or (lambda: time.monotonic())), ""
+        cls.begin()
 
-    def step(self, what: str, done: int, total: int, counted: bool, more: str = "") -> None:
-        """Show a step when it is time; the first one of its kind at once, since none may follow for long."""
-        now = self.clock()
-        fresh = what != self.text
-        self.text = what
-        if now < (self.due if fresh else self.next):
+    @classmethod
+    def hide(cls) -> None:
+        """Erase the line, and show nothing any more."""
+        cls.wipe()
+        cls._stream = None
+
+    @classmethod
+    def begin(cls) -> None:
+        """Restart the delay, as ``watch`` does for each change."""
+        if cls._stream is not None:
+            cls.wipe()
+            cls._due = cls._next = cls._clock() + cls.AFTER
+            cls._kind = ""
+
+    @classmethod
+    def about(cls, topic: str) -> None:
+        """Begin the line with a topic from now on, such as the name of a robot."""
+        cls._topic = topic
+
+    @classmethod
+    def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True, more: str = "") -> None:
+        """Show that ``done`` of ``total`` (0 if unknown) steps of a kind are done; not ``counted``: as a bar alone.
+
+        The first step of a kind is shown at once, since none may follow for long. ``more`` ends the line.
+        """
+        if cls._stream is None:
             return
-        self.next = now + _EVERY
-        text = self._said(what, done, total, counted)
+        now, is_new = cls._clock(), what != cls._kind
+        cls._kind = what
+        if now < (cls._due if is_new else cls._next):
+            return
+        cls._next = now + _EVERY
+        text = " ".join(filter(None, [printable(cls._topic), printable(what)]))
+        if counted and (done or total):
+            text += f" {done:,}" + (f" of {total:,}" if total else "")
         if total:
             share = min(1.0, done / total)  # a recording may hold more than it says
             full = int(_WIDTH * share)
             text += f" [{'#' * full}{'.' * (_WIDTH - full)}] {int(100 * share):3d}%"
-        text += printable(more)
-        self.shown = True
-        self._write(f"\r{_cut(text, self._columns() - 1)}\x1b[K")
-
-    def _said(self, what: str, done: int, total: int, counted: bool) -> str:
-        text = " ".join(filter(None, [printable(self.about), printable(what)]))
-        if counted and (done or total):
-            text += f" {done:,}" + (f" of {total:,}" if total else "")
-        return text
-
-    def wipe(self) -> None:
-        """Wipe the line off."""
-        if self.shown:
-            self.shown = False
-            self._write("\r\x1b[K")
-
-    def _write(self, text: str) -> None:
-        with suppress(OSError, ValueError):  # no run fails because nobody can see how far it is
-            self.stream.write(text)
-            self.stream.flush()
-
-    def _columns(self) -> int:
-        try:
-            return os.get_terminal_size(self.stream.fileno()).columns or _COLUMNS
-        except (OSError, ValueError, AttributeError):
-            return _COLUMNS
-
-
-class Progress:
-    """What takes long in this process: there is one line on which it is shown, and whoever does something says so.
-
-    ``AFTER`` is after how long (s) it is shown.
-    """
-
-    AFTER = AFTER
-    _line: ClassVar[_Line | None] = None
-
-    @classmethod
-    def show(cls, stream: TextIO, clock: Callable[[], float] | None = None) -> None:
-        """Show from now on what takes long, on a stream that is a terminal; ``clock`` gives seconds."""
-        cls._line = _Line(stream, clock or (lambda: time.monotonic()))
-
-    @classmethod
-    def hide(cls) -> None:
-        """Wipe the line off, and show nothing any more."""
-        cls.wipe()
-        cls._line = None
-
-    @classmethod
-    def begin(cls) -> None:
-        """Begin anew: what takes long is counted from here, as by ``watch`` for each change."""
-        if cls._line is not None:
-            cls._line.wipe()
-            cls._line.begin()
-
-    @classmethod
-    def about(cls, what: str) -> None:
-        """Say which of several things the steps are about from now on, such as the name of a robot."""
-        if cls._line is not None:
-            cls._line.about = what
-
-    @classmethod
-    def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True, more: str = "") -> None:
-        """Say what is being done now, and that ``done`` of ``total`` (0: nobody knows) are; not ``counted``: a share.
-
-        ``more`` stands behind it, such as a rate.
-        """
-        if cls._line is not None:
-            cls._line.step(what, done, total, counted, more)
+        columns = _COLUMNS
+        with suppress(OSError, ValueError, AttributeError):
+            columns = os.get_terminal_size(cls._stream.fileno()).columns or _COLUMNS
+        cls._is_shown = True
+        cls._write(f"\r{_cut(text + printable(more), columns - 1)}\x1b[K")
 
     @classmethod
     @contextmanager
     def within(cls) -> Iterator[None]:
-        """Show nothing of the steps within a step that is shown already."""
-        line, cls._line = cls._line, None
+        """Show no steps in the block, which is a step itself."""
+        stream, cls._stream = cls._stream, None
         try:
             yield
         finally:
-            cls._line = line
+            cls._stream = stream
 
     @classmethod
     def part(cls, what: str, index: int, count: int) -> Callable[[float], None]:
-        """Return what is told the share (0 to 1) that is done of one part of several."""
+        """Return a function that takes the share (0 to 1) that is done of one part of several."""
         return lambda share: cls.step(what, int(1000 * (index + share)), 1000 * count, counted=False)
 
     @classmethod
     def wipe(cls) -> None:
-        """Wipe the line off, before something else is printed."""
-        if cls._line is not None:
-            cls._line.wipe()
+        """Erase the line, before something else is printed."""
+        if cls._is_shown:
+            cls._is_shown = False
+            cls._write("\r\x1b[K")
+
+    @classmethod
+    def _write(cls, text: str) -> None:
+        with suppress(OSError, ValueError):  # no run fails because nobody can see how far it is
+            if cls._stream is not None:
+                cls._stream.write(text)
+                cls._stream.flush()
 
 
 def _cut(text: str, columns: int) -> str:
-    """Return as much of a text as fits on a line; a letter that is no ASCII may be two columns wide."""
+    """Return as much of a text as fits on a line; a letter that is not ASCII may be two columns wide."""
     width = 0
     for index, letter in enumerate(text):
         width += 1 if letter.isascii() else 2

@@ -154,7 +154,6 @@ def without_first_file(project: Path) -> list[tuple[str, str]]:
 
 
 def _description_folders(project: Path) -> list[Path]:
-    """Return what is in the folder of descriptions of a project. Raises OSError."""
     try:
         return files.list_folder(Path(project, DESCRIPTIONS))
     except (FileNotFoundError, NotADirectoryError):
@@ -190,10 +189,9 @@ def _beginning(file: Path) -> bytes:
 
 
 def _no_first_file(folder: Path, misnamed: Path | None) -> tuple[str, str]:
-    """Return that a folder is no description, and the way out."""
     if misnamed is not None:
-        return f"{shown(misnamed)} is not compiled: it has to be called {ROOT_FILE}", f"rename it to {ROOT_FILE}"
-    return f"{shown(folder)} has no {ROOT_FILE}", f"add {ROOT_FILE}, or move the folder out of {DESCRIPTIONS}"
+        return f"{files.shown(misnamed)} is not compiled: it has to be called {ROOT_FILE}", f"rename it to {ROOT_FILE}"
+    return f"{files.shown(folder)} has no {ROOT_FILE}", f"add {ROOT_FILE}, or move the folder out of {DESCRIPTIONS}"
 
 
 def all_with(files: Iterable[str]) -> list[Path]:
@@ -315,20 +313,10 @@ def too_long(path: Path) -> str:
     return ""
 
 
-def is_file(path: Path) -> bool:
-    """Say whether there is a file; there is none of a name that no file can have."""
-    return files.is_file(path)
-
-
 def _from_here(path: Path, absolute: bool) -> Path:
     """Return an absolute path relative to here, as a person would name it; not if it is above, and ``absolute``."""
     here = os.path.relpath(path)
     return path if absolute and here.startswith("..") else Path(here)
-
-
-def shown(path: Path) -> str:
-    """Return a path as a person would name it: relative to here if it is below."""
-    return files.shown(path)
 
 
 ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"

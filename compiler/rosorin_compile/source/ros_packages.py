@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .files import exists, is_file, is_folder, read_text, resolve
-from .python_values import Unknown, constants, value
 
 MAX_FILES = 50_000
 _SKIPPED = {"__pycache__", "node_modules"}
@@ -148,27 +147,28 @@ def _cmake_installs(text: str, file: str) -> bool:
 
 
 def _setup_installs(text: str, file: str) -> bool:
-    """Say whether setup.py names a file, as it is or with wildcards, or looks for files itself."""
+    """Return True if setup.py names a file, as it is or with wildcards, or searches for files itself.
+
+    The folder and the name may be two texts, as in ``glob(os.path.join("launch", "*.py"))``.
+    """
     try:
         tree = ast.parse(text)
-        names = constants(tree)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return True
     if any(word in text for word in _WALKS):
         return True
-    for node in ast.walk(tree):
-        if isinstance(node, ast.expr):
-            try:
-                pattern = value(node, names)
-            except (Unknown, RecursionError):
-                continue
-            if isinstance(pattern, str) and _matches(file, pattern.removeprefix("./")):
-                return True
-    return False
+    nodes = list(ast.walk(tree))
+    texts = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    formatted = (node.values for node in nodes if isinstance(node, ast.JoinedStr))
+    texts |= {"".join(str(one.value) if isinstance(one, ast.Constant) else "*" for one in each) for each in formatted}
+    texts = {text.removeprefix("./") for text in texts}
+    folder, _, name = file.rpartition("/")
+    has_folder = not folder or any(folder in (text, text.rstrip("/")) for text in texts)
+    return any(_matches(file, text) or (has_folder and _matches(name, text.rpartition("/")[2])) for text in texts)
 
 
 def _matches(file: str, pattern: str) -> bool:
-    """Say whether a pattern finds a file; its wildcards stop at "/"."""
+    """Return True if a pattern matches a file; its wildcards stop at "/"."""
     words, patterns = file.split("/"), pattern.split("/")
     return len(words) == len(patterns) and all(map(fnmatch.fnmatchcase, words, patterns))
 

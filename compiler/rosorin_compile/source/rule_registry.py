@@ -23,59 +23,42 @@ if TYPE_CHECKING:
 
     Look = Callable[[Case], Iterable[Diagnostic]]
 
-# The topics of the page of rules: the headings under which they stand there.
-FILES = "Files and YAML"
-ARGUMENTS = "Arguments, named values, expressions, parts"
-SHAPE = "Shape"
-JOINTS = "Links and joints"
-NUMBERS = "Numbers"
-POSES = "Servos and poses"
-FRAMES = "Frames and publishers"
-OUTPUTS = "Outputs and stand-ins"
-FORMATS = "Unsupported by a format"
-SIMULATED = "MuJoCo keys and elements"
-SIMULATION = "Simulation"
-ROS2_CONTROL = "Hardware and controllers of ros2_control"
-TEMPLATES = "Templates"
-WRITING = "Writing and comparing"
-READING = "Robots in other formats"
-MESHES = "Numbers from meshes"
-PHYSICS = "Physics"
-ASKING = "Transforms and pulses"
-PACKAGES = "ROS packages"
-RECORDINGS = "Recordings"
-PARAMETERS = "Parameters of nodes"
-NAVIGATION = "Navigation and localisation"
-PLUGINS = "Plug-ins"
-
 
 class Heading:
-    """The headings of the page of rules by name, as packages beside the core name that of a rule."""
+    """The headings of the page of rules by name."""
 
-    FILES = FILES
-    ARGUMENTS = ARGUMENTS
-    SHAPE = SHAPE
-    JOINTS = JOINTS
-    NUMBERS = NUMBERS
-    POSES = POSES
-    FRAMES = FRAMES
-    OUTPUTS = OUTPUTS
-    FORMATS = FORMATS
-    SIMULATED = SIMULATED
-    SIMULATION = SIMULATION
-    CONTROL = ROS2_CONTROL
-    TEMPLATES = TEMPLATES
-    WRITING = WRITING
-    READING = READING
-    MESHES = MESHES
-    PHYSICS = PHYSICS
-    ASKING = ASKING
-    PACKAGES = PACKAGES
-    RECORDINGS = RECORDINGS
-    PARAMETERS = PARAMETERS
-    NAVIGATION = NAVIGATION
-    PLUGINS = PLUGINS
+    FILES = "Files and YAML"
+    ARGUMENTS = "Arguments, named values, expressions, parts"
+    SHAPE = "Shape"
+    JOINTS = "Links and joints"
+    NUMBERS = "Numbers"
+    POSES = "Servos and poses"
+    FRAMES = "Frames and publishers"
+    OUTPUTS = "Outputs and stand-ins"
+    FORMATS = "Unsupported by a format"
+    SIMULATED = "MuJoCo keys and elements"
+    SIMULATION = "Simulation"
+    CONTROL = "Hardware and controllers of ros2_control"
+    TEMPLATES = "Templates"
+    WRITING = "Writing and comparing"
+    READING = "Robots in other formats"
+    MESHES = "Numbers from meshes"
+    PHYSICS = "Physics"
+    ASKING = "Transforms and pulses"
+    PACKAGES = "ROS packages"
+    RECORDINGS = "Recordings"
+    PARAMETERS = "Parameters of nodes"
+    NAVIGATION = "Navigation and localisation"
+    PLUGINS = "Plug-ins"
 
+
+# The same as plain names, for modules of the core.
+FILES, ARGUMENTS, SHAPE, JOINTS = Heading.FILES, Heading.ARGUMENTS, Heading.SHAPE, Heading.JOINTS
+NUMBERS, POSES, FRAMES, OUTPUTS = Heading.NUMBERS, Heading.POSES, Heading.FRAMES, Heading.OUTPUTS
+FORMATS, SIMULATED, SIMULATION, TEMPLATES = Heading.FORMATS, Heading.SIMULATED, Heading.SIMULATION, Heading.TEMPLATES
+WRITING, READING, MESHES, PHYSICS = Heading.WRITING, Heading.READING, Heading.MESHES, Heading.PHYSICS
+ASKING, PACKAGES, RECORDINGS, PARAMETERS = Heading.ASKING, Heading.PACKAGES, Heading.RECORDINGS, Heading.PARAMETERS
+NAVIGATION, PLUGINS = Heading.NAVIGATION, Heading.PLUGINS
 
 _MARKS = (b"Rule(", b"@rule(")
 
@@ -182,7 +165,6 @@ def every_rule() -> dict[str, Rule]:
 
 
 def _declaring() -> Iterator[tuple[Path, bytes]]:
-    """Yield the sources of the program in which rules may be declared, with their texts."""
     for path in sorted(_PACKAGE.glob("**/*.py")):
         text = path.read_bytes()
         if any(mark in text for mark in _MARKS):

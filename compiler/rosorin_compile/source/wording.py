@@ -1,8 +1,199 @@
-"""Wording: what all sentences share. Texts that cannot steer a terminal, counted things, and names in a row."""
+"""Wording: what all messages share, such as lists of names, letters that look alike, and "did you mean".
+
+Letters that look like Latin ones are those of Unicode's list of confusables (https://www.unicode.org/reports/tr39/)
+that a keyboard of another script types.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
+
+MAX_COMPARED = 60
+MAX_LISTED = 40
+MAX_MEANT = 3
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that is most like ``word``, or None if none is alike."""
+    close = _alike(word, sorted(known))
+    return close[0] if close else None
+
+
+def _alike(word: str, names: list[str]) -> list[str]:
+    """Return the names that a word may stand for, the likeliest first; several only where they are equally likely."""
+    import difflib
+
+    if not word.isascii() and (same := [name for name in names if look(name) == look(word)]):
+        return same[:1]
+    if (known := set(names)) and (slips := [made for made in swaps(word) if made in known]):
+        return slips[:1]
+    if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
+        first = "".join(_parts(word))[:1] or word[:1]  # of /laser the l
+        names = [name for name in names if name[:1].casefold() == first and abs(len(name) - len(word)) < 3]
+        small = word.casefold()
+        names = [name for name in names if name.casefold() == small][:1] or names[:MAX_COMPARED]
+    parts = {name: _parts(name) for name in names} if len(word) > 1 else {}  # everything is like a single letter
+    own = _parts(word)
+    plain = {"".join(of): name for name, of in parts.items()}
+    text = "".join(own) or word
+    if text in plain:
+        return [plain[text]]
+    if turned := [name for name, of in parts.items() if of != own and sorted(of) == sorted(own)]:
+        return turned[:1]
+    lower = {name.casefold(): name for name in parts}
+    if misspelt := difflib.get_close_matches(word.casefold(), lower, n=1, cutoff=0.85):
+        return [lower[misspelt[0]]]
+    if within := [name for name, of in parts.items() if _holds(of, own) or _holds(own, of)]:
+        return sorted(within, key=lambda name: (abs(len(name) - len(word)), name))[:MAX_MEANT]
+    alike = difflib.get_close_matches(word.casefold(), lower, n=1, cutoff=0.75 if len(word) > 3 else 0.66)
+    return [lower[one] for one in alike]
+
+
+def swaps(word: str) -> Iterator[str]:
+    """Yield what a word may have been before two letters side by side changed places."""
+    for at in range(1, len(word)):
+        one, other = word[at - 1], word[at]
+        if one != other:
+            yield f"{word[: at - 1]}{other}{one}{word[at + 1 :]}"
+
+
+def _parts(name: str) -> list[str]:
+    """Return the words of a name in small letters: those of ``left_wheel`` are left and wheel."""
+    return [part for part in _BETWEEN.split(name.casefold()) if part]
+
+
+_BETWEEN = re.compile(r"[\W_]+")
+
+
+def _holds(longer: list[str], shorter: list[str]) -> bool:
+    """Say whether the words of one name stand in another, side by side, or begin or end it without a gap."""
+    one, other = "".join(longer), "".join(shorter)
+    if len(other) < 3 or len(one) <= len(other):
+        return False
+    if len(other) > 3 and (one.startswith(other) or one.endswith(other)):
+        return True
+    return any(longer[i : i + len(shorter)] == shorter for i in range(len(longer) - len(shorter) + 1))
+
+
+def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Return 'did you mean "x"?' for the nearest known words, or the list of known words if none is near.
+
+    ``otherwise`` is what to do then: it comes before the list.
+    """
+    if otherwise:
+        return or_else(did_you_mean(word, known), otherwise)
+    names = sorted(known)
+    close = _alike(word, names)
+    if close:
+        quoted = [f'"{name}"' for name in close]
+        told = f"did you mean {' or '.join(quoted)}?"
+        alike = not (word + close[0]).isascii() and look(word) == look(close[0])
+        return told + (f" the two differ in {difference(word, close[0])}" if alike else "")
+    return f"known: {first_of(names, MAX_LISTED)}" if names else ""
+
+
+def or_else(guess: str, otherwise: str) -> str:
+    """Return 'did you mean "x"?' as it is, or what to do before a list of legal words."""
+    if guess.startswith("did"):
+        return guess
+    return f"{otherwise} ({guess})" if guess else otherwise
+
+
+# Letters of Cyrillic, Greek and Armenian, each before the one of Latin that it looks like; and dashes.
+_ALIKE = (
+    "аaсcеeоoрpхxуyіiјjѕsԁdһhԛqԝwѵvӏlАAВBЕEІIЈJКKМMНHОOРPСCТTУYХXЅSԌGҮY"
+    "οoνvρpιiκkυuχxΑAΒBΕEΖZΗHΙIΚKΜMΝNΟOΡPΤTΥYΧXϲcϳj"
+    "օoսuհhոnցgզqՕOՏS"
+    "ɑaɡg‐-‑-‒-–-—-−-"
+)
+LATIN = {ord(other): latin for other, latin in zip(_ALIKE[::2], _ALIKE[1::2], strict=True)}
+# Unseen though Unicode does not class them as control or format: joiners, fillers and variation selectors.
+_FILLERS = "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800\u3164\uffa0"
+_SELECTORS = re.compile("[\ufe00-\ufe0f\U000e0100-\U000e01ef]")
+_UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+_WORD = re.compile(r"[^\W\d_]+")
+
+
+def unseen(name: str) -> str:
+    r"""Return the first letter of a name that nobody sees: a control character, a bidi mark, one without width.
+
+    >>> unseen("laser"), unseen("größe"), unseen("la\u200bser") == "\u200b"
+    ('', '', True)
+    """
+    if name.isascii():
+        return "" if name.isprintable() else next(letter for letter in name if not letter.isprintable())
+    from unicodedata import category
+
+    for letter in name:
+        if category(letter) in _UNSEEN or letter in _FILLERS or _SELECTORS.match(letter):
+            return letter
+    return ""
+
+
+def foreign(name: str) -> str:
+    r"""Return the first letter of another script that stands in a Latin word and looks as if it belonged there.
+
+    >>> foreign("base_link"), foreign("joint_\u043e"), foreign("b\u0430se_link") == "\u0430"
+    ('', '', True)
+    """
+    if name.isascii():
+        return ""
+    for word in _WORD.findall(name):
+        if any(letter.isascii() for letter in word):
+            found = next((letter for letter in word if ord(letter) in LATIN), "")
+            if found:
+                return str(found)
+    return ""
+
+
+def in_words(letter: str) -> str:
+    r"""Return a letter by its number and its name in Unicode.
+
+    >>> in_words("\u200b"), in_words("\x07")
+    ('U+200B ZERO WIDTH SPACE', 'U+0007, a control character')
+    """
+    from unicodedata import name
+
+    called = name(letter, "")
+    return f"U+{ord(letter):04X} {called}" if called else f"U+{ord(letter):04X}, a control character"
+
+
+def look(name: str, case: bool = True) -> str:
+    """Return what is the same for names that look alike; ``case``: upper and lower case are one.
+
+    >>> look("Base_Link") == look("b\u0430se_link"), look("R", case=False) == look("r", case=False)
+    (True, False)
+    """
+    if not name.isascii():
+        from unicodedata import normalize
+
+        name = normalize("NFKC", name)
+        name = name if name.isascii() else normalize("NFC", "".join(filter(lambda letter: not unseen(letter), name)))
+        name = name.translate(LATIN)
+    return name.casefold() if case else name
+
+
+def difference(name: str, other: str) -> str:
+    r"""Return in words in what a name differs from another one that looks like it.
+
+    >>> difference("Arm", "arm"), difference("la\u200bser", "laser")
+    ('upper and lower case', 'U+200B ZERO WIDTH SPACE, which nobody sees')
+    """
+    from unicodedata import normalize
+
+    for one, another in ((name, other), (other, name)):
+        if unseen(one) and unseen(one) not in another:
+            return f"{in_words(unseen(one))}, which nobody sees"
+    if normalize("NFC", name) == normalize("NFC", other):
+        return "the Unicode form (NFC, NFD)"
+    if name.casefold() == other.casefold():
+        return "upper and lower case"
+    for one, another in ((name, other), (other, name)):
+        strange = [letter for letter in one if letter not in another and not letter.isascii()]
+        if strange:
+            return in_words(strange[0])
+    return "letters that look alike"
 
 
 def printable(text: str, keep: str = "") -> str:

@@ -79,7 +79,6 @@ def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
 
 
 def _conflict(trouble: Trouble) -> Diagnostic | None:
-    """Find the marks that a merge leaves where both sides changed the same lines."""
     mark = _CONFLICT.search(trouble.source.text)
     if mark is None:
         return None
@@ -89,7 +88,6 @@ def _conflict(trouble: Trouble) -> Diagnostic | None:
 
 
 def _tab(trouble: Trouble) -> Diagnostic | None:
-    """Find tabs in the indentation of the line."""
     blank = trouble.text[: len(trouble.text) - len(trouble.text.lstrip())]
     if "\t" not in blank:
         return None
@@ -98,7 +96,6 @@ def _tab(trouble: Trouble) -> Diagnostic | None:
 
 
 def _expression(trouble: Trouble) -> Diagnostic | None:
-    """Find an expression without quotes inside brackets."""
     if not trouble.before.endswith("$") or trouble.letter != "{":
         return None
     help = 'inside [ ] and { } an expression needs quotes: "${...}"'
@@ -106,7 +103,6 @@ def _expression(trouble: Trouble) -> Diagnostic | None:
 
 
 def _comment_of_others(trouble: Trouble) -> Diagnostic | None:
-    """Find a comment within brackets as other languages write it."""
     for number in range(trouble.begun[0], trouble.line + 1) if "parsing a flow" in trouble.what else ():
         line = trouble.source.line(number)
         if line.lstrip().startswith(_COMMENTS):
@@ -188,7 +184,6 @@ def _bracket(trouble: Trouble) -> Diagnostic | None:
 
 
 def _comma(trouble: Trouble, closing: str) -> Diagnostic:
-    """Return what is wrong with a value in brackets that are closed: a comma is missing, or quotes around a text."""
     piece = re.split(r"[,\[\]{}]", trouble.before)[-1]
     start = len(trouble.before) - len(piece.lstrip())
     text = piece.strip()
@@ -206,7 +201,6 @@ def _comma(trouble: Trouble, closing: str) -> Diagnostic:
 
 
 def _keys() -> set[str]:
-    """Return the keys that any entry of a description has."""
     whole = json.loads((data_folder("schemas") / "description.schema.json").read_text("utf-8"))
     return {key for part in (whole, *whole["$defs"].values()) for key in part.get("properties", ())}
 
@@ -236,7 +230,6 @@ def _is_closed(source: Source, line: int, column: int) -> bool:
 
 
 def _second_colon(trouble: Trouble) -> Diagnostic | None:
-    """Find a text with a colon, without quotes, after the key of its line."""
     if "mapping values are not allowed" not in trouble.what:
         return None
     found = _COLON.search(trouble.before)
@@ -248,7 +241,6 @@ def _second_colon(trouble: Trouble) -> Diagnostic | None:
 
 
 def _no_colon(trouble: Trouble) -> Diagnostic | None:
-    """Find a line that should name an entry, or give it a value, and has no colon."""
     if not trouble.what.endswith(("mapping values are not allowed in this context", "could not find expected ':'")):
         return None
     number = trouble.begun[0] if "simple key" in trouble.what else _line_above(trouble.source, trouble.line)
@@ -271,7 +263,6 @@ def _is_bare(line: str) -> bool:
 
 
 def _bare(trouble: Trouble, number: int) -> Diagnostic:
-    """Return what is wrong with a line that is a text alone."""
     line = trouble.source.line(number)
     column = _key_indent(line) + 1
     text = line[column - 1 :].strip()
@@ -304,7 +295,6 @@ def _comment(trouble: Trouble, line: int, column: int) -> Diagnostic:
 
 
 def _value_and_entries(trouble: Trouble) -> Diagnostic | None:
-    """Find entries below a line that has a value already."""
     number = _line_above(trouble.source, trouble.line)
     if "mapping values are not allowed" not in trouble.what or not number:
         return None
@@ -321,7 +311,6 @@ def _value_and_entries(trouble: Trouble) -> Diagnostic | None:
 
 
 def _no_dash(trouble: Trouble) -> Diagnostic | None:
-    """Find a line among the items of a list that is no item."""
     indent = _indent(trouble.text)
     if "'-' indicator" not in trouble.what or indent != trouble.begun[1] - 1:
         return None
@@ -331,7 +320,6 @@ def _no_dash(trouble: Trouble) -> Diagnostic | None:
 
 
 def _indentation(trouble: Trouble) -> Diagnostic | None:
-    """Find a line that is indented as no entry above it is."""
     if "expected key" not in trouble.what and "'-' indicator" not in trouble.what:
         return None
     indent = _indent(trouble.text)
@@ -421,7 +409,6 @@ def _beginning(trouble: Trouble) -> Diagnostic | None:
 
 
 def _open_at_the_end(trouble: Trouble) -> Diagnostic | None:
-    """Find the last bracket, of which the file ends before its first value."""
     text = trouble.source.text
     last = max(text.rfind(bracket) for bracket in _CLOSING)
     if last < 0:

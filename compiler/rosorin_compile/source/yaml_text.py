@@ -29,71 +29,54 @@ _SHORT |= {'"': '"', "\\": "\\", "\x85": "N", "\xa0": "_", "\u2028": "L", "\u202
 
 
 class Scalar(str):
-    """A text as a scalar of YAML."""
+    """A text as a scalar of YAML.
+
+    >>> Scalar("base link").written(True), Scalar("180 deg").written(True), Scalar("a: b").written(False)
+    ('base link', '"180 deg"', '"a: b"')
+    """
 
     __slots__ = ()
 
+    @remembered  # the same keys and texts occur in a robot again and again
     def written(self, flow: bool) -> str:
         """Return it on one line, in quotes only where it has to be; ``flow`` is inside brackets."""
-        return scalar(self, flow)
+        if self._is_plain(flow):
+            return str(self)
+        if ('"' in self or "\\" in self) and "'" not in self and self.is_raw:
+            return f"'{self}'"
+        return self.quoted()
 
     def quoted(self) -> str:
         """Return it in double quotes, which every reader of YAML takes for just this text."""
-        return quoted(self)
+        return '"' + "".join(map(_letter, self)) + '"'
 
     @property
     def is_raw(self) -> bool:
-        """Whether every letter can stand in a file as it is; a line end cannot."""
-        return is_raw(self)
+        """Whether every letter can be in a file as it is; a line end cannot."""
+        return _RAW.fullmatch(self) is not None
 
     @property
     def value(self) -> Any:
-        """What it says without quotes: None, bool, int, float, Quantity or str."""
-        return plain_scalar(self)
+        """Its value without quotes: None, bool, int, float, Quantity or str."""
+        return plain_scalar(str(self))
 
-
-# The same keys and texts stand in a robot again and again.
-@remembered
-def scalar(text: str, flow: bool) -> str:
-    """Return a text as a scalar on one line; ``flow`` is inside brackets.
-
-    >>> scalar("base link", True), scalar("180 deg", True), scalar("a: b", False)
-    ('base link', '"180 deg"', '"a: b"')
-    """
-    if is_plain(text, flow):
-        return text
-    if ('"' in text or "\\" in text) and "'" not in text and is_raw(text):
-        return f"'{text}'"
-    return quoted(text)
-
-
-def quoted(text: str) -> str:
-    """Return a text as a scalar in double quotes, which every reader of YAML takes for just this text."""
-    return '"' + "".join(map(_letter, text)) + '"'
-
-
-def is_raw(text: str) -> bool:
-    """Say whether every letter of a text can stand in a file as it is; a line end cannot."""
-    return _RAW.fullmatch(text) is not None
-
-
-def is_plain(text: str, flow: bool) -> bool:
-    """Say whether a text can stand without quotes, for this reader of YAML and for others."""
-    if not text or text != text.strip(" ") or text[0] in _INDICATORS or not is_raw(text):
-        return False
-    if ": " in text or " #" in text or text.endswith(":") or text.startswith(("...", "=")):
-        return False
-    if flow and not _FLOW.isdisjoint(text):
-        return False
-    value = plain_scalar(text)
-    return isinstance(value, str) and value == text and _YAML_1_1.fullmatch(text) is None
+    def _is_plain(self, flow: bool) -> bool:
+        """Return True if it needs no quotes, for this reader of YAML and for others."""
+        if not self or self != self.strip(" ") or self[0] in _INDICATORS or not self.is_raw:
+            return False
+        if ": " in self or " #" in self or self.endswith(":") or self.startswith(("...", "=")):
+            return False
+        if flow and not _FLOW.isdisjoint(self):
+            return False
+        value = self.value
+        return isinstance(value, str) and value == self and _YAML_1_1.fullmatch(self) is None
 
 
 def _letter(letter: str) -> str:
     """Return a letter inside double quotes (https://yaml.org/spec/1.2.2/#57-escaped-characters)."""
     if letter in _SHORT:
         return f"\\{_SHORT[letter]}"
-    if is_raw(letter):
+    if _RAW.fullmatch(letter):
         return letter
     code = ord(letter)
     if code < 0x100:

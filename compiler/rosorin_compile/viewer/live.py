@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.model import Joint
+from rosorin_compile.output.watched_files import WatchedFiles
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.watched_files import WatchedFiles
 
 from .page import html
 from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback

@@ -13,7 +13,8 @@ import pytest
 
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.source.diagnostics import ERROR, arrange
+from rosorin_compile.source.diagnostics import ERROR
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.report import text as report
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import Quantity

@@ -22,6 +22,7 @@ from typing import Any
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.urdf.reading import named
 from rosorin_compile.formats.urdf.robot import read_urdf
+from rosorin_compile.importing.xacro.trust import untrusted
 from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import (
     NOTE,
@@ -34,13 +35,11 @@ from rosorin_compile.source.diagnostics import (
     Span,
     did_you_mean,
     error,
-    with_calls,
 )
-from rosorin_compile.source.files import record
+from rosorin_compile.source.files import record, shown
 from rosorin_compile.source.installing import pip_install
-from rosorin_compile.source.project import shown
+from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.rule_registry import READING, Rule
-from rosorin_compile.source.trust import untrusted
 from rosorin_compile.source.wording import and_more, counted
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse

@@ -27,7 +27,7 @@ from rosorin_compile.source.diagnostics import (
     swaps,
 )
 from rosorin_compile.source.load import plain_scalar
-from rosorin_compile.source.misspelt import offer, placed, told_once
+from rosorin_compile.source.messages import offer, placed, told_once
 from rosorin_compile.source.project import Resolved, data_folder
 from rosorin_compile.source.tree import Map, Place, Seq
 

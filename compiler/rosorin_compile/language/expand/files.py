@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
-from rosorin_compile.source.files import Version, is_file, record, recording, resolve
+from rosorin_compile.source.files import Version, is_file, record, recording, resolve, shown
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.memo import forget
 from rosorin_compile.source.packages import Packages
@@ -28,7 +28,6 @@ from rosorin_compile.source.project import (
     data_folder,
     python_folder,
     resolved,
-    shown,
 )
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq, locate
@@ -242,7 +241,8 @@ class Reader:
         if names is None:
             return []
         if not isinstance(names, Seq):
-            self._error("wrong-type", "include is a list of file names", locate(file, ("include",)), "write [arm.yaml]")
+            help = f"write [{names}]" if isinstance(names, str) else 'write "- " before each file name'
+            self._error("wrong-type", "include is a list of file names", locate(file, ("include",)), help)
             return []
         return list(zip(names, names.value_spans, strict=True))
 

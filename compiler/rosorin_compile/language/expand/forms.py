@@ -10,14 +10,14 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from rosorin_compile.source.letters import in_words, unseen
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Dimension, Quantity, describe
+from rosorin_compile.source.wording import in_words, unseen
 
 from ..annotations import ENTRIES, ITEMS
 from ..expression import pieces
 from ..expression.functions import kind_of
-from ..misnamed import goes_on, text_meant_by, word_meant
+from ..misnamed import text_meant_by, text_tails, word_meant
 from ..schema import merged, of_parts, of_types, resolve, schema
 from .ledger import Failed
 from .scope import Scope
@@ -163,7 +163,7 @@ def _check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool) -> boo
 def _check_keys(owner: str, tree: Map, known: Sequence[str], scope: Scope, kind: str = "") -> bool:
     unknown = [key for key in tree if key not in known]
     for key in unknown:
-        if goes_on(key, tree, unknown):
+        if key in text_tails(tree, unknown):
             continue
         place = Place(tree.key_spans[key], scope.via or tree.via)
         help = text_meant_by(key, tree) or word_meant(key, known, kind)

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
-from rosorin_compile.source.project import MESH_FILE, resolved, shown
+from rosorin_compile.source.files import shown
+from rosorin_compile.source.project import MESH_FILE, resolved
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place
 from rosorin_compile.source.wording import first_of

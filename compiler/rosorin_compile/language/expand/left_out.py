@@ -13,7 +13,8 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related, Span, arrange
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related, Span
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more
 

@@ -17,7 +17,7 @@ from rosorin_compile.source.wording import quoted
 
 from ..expression import CHOICES
 from ..expression.functions import kind_of
-from ..misnamed import goes_on, text_meant_by, word_meant
+from ..misnamed import text_meant_by, text_tails, word_meant
 from ..suggestions import flag_meant, number_meant
 from .ledger import Failed
 from .scope import Scope
@@ -160,8 +160,9 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
     if not isinstance(entry, Map):
         return Parameter(name, "", True, entry, None, "", Place(declared.value_spans[name], declared.via))
     unknown = [key for key in entry if key not in (*KEYS, *BOUNDS)]
-    for key in unknown:
-        if not goes_on(key, entry, unknown):
+    if unknown:
+        tails = text_tails(entry, unknown)
+        for key in (one for one in unknown if one not in tails):
             help = text_meant_by(key, entry) or word_meant(key, KEYS, "arg")
             scope.report(
                 "unknown-key", f'argument "{name}" has no key "{key}"', Place(entry.key_spans[key], entry.via), help

@@ -14,12 +14,12 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, locate, maker
 from rosorin_compile.source.units import NUMBER, Quantity, describe
-from rosorin_compile.source.written import Piece, Written
 
 from ..expand.ledger import Failed
 from ..expand.scope import Scope
 from ..expression import ExpressionError, evaluate, parsed, pieces
 from ..symbols import MOUNT
+from ..written import Piece, Written
 from .explanation import Meaning, Origin, Step, Where
 
 _POSE = ("xyz", "rpy")

@@ -126,6 +126,8 @@ def mistake(text: str, problem: SyntaxError) -> ExpressionError:
     column = max(0, (problem.offset or 1) - 1)
     if "never closed" in str(problem.msg) or "unmatched" in str(problem.msg):
         return ExpressionError(f"not an expression: {problem.msg}", column, "brackets come in pairs")
+    if operator := re.search(r"(\*\*|//|[-+*/%<>=]|\b(?:and|or|not|if|else|in))\s*$", plain):
+        return ExpressionError(f'a value is missing after "{operator[1]}"', column)
     two = re.search(r"[\w)\]] +[\w(]", plain[max(0, column - 2) :])
     help = "two values need an operator between them: * for a product" if two else ""
     return ExpressionError(f"not an expression: {problem.msg}", column, help)

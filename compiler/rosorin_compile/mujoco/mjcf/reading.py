@@ -9,7 +9,8 @@ from rosorin_compile.formats.format import cannot_carry
 from rosorin_compile.formats.imported import LeftOut
 from rosorin_compile.model import Vector
 from rosorin_compile.model.geometry import plane_axes
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, and_here
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span
+from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element

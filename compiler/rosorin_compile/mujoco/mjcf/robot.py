@@ -11,8 +11,9 @@ from pathlib import Path
 
 from rosorin_compile.formats.checked import accept
 from rosorin_compile.formats.imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
-from rosorin_compile.source.diagnostics import Diagnostic, arrange, error
+from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.files import is_file
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath

@@ -11,16 +11,9 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
-from rosorin_compile.source.diagnostics import (
-    Diagnostic,
-    MissingPackages,
-    RequestError,
-    arrange,
-    error,
-    has_errors,
-    listed,
-)
+from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, RequestError, error, has_errors, listed
 from rosorin_compile.source.installing import is_installed, pip_install
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
 

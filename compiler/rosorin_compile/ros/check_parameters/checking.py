@@ -20,13 +20,13 @@ from rosorin_compile.source.diagnostics import (
     RequestError,
     Source,
     Span,
-    arrange,
     counted,
     error,
     has_errors,
     listed,
 )
 from rosorin_compile.source.files import is_file
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
 from rosorin_compile.source.rule_registry import Heading, Rule
 

@@ -13,8 +13,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile.ros.python_values import Unknown, constants, value
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, error
-from rosorin_compile.source.python_values import Unknown, constants, value
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Document
 

@@ -25,8 +25,8 @@ from rosorin_compile.model import (
     Robot,
     Transform,
 )
+from rosorin_compile.ros.python_values import Unknown, constants, value
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
-from rosorin_compile.source.python_values import Unknown, constants, value
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Document
 

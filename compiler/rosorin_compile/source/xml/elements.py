@@ -203,7 +203,6 @@ def indented(text: str, indent: str) -> str:
 
 
 def _margin(lines: list[str]) -> str:
-    """Return the blanks that all lines begin with."""
     margin = min((line[: len(line) - len(line.lstrip(" \t"))] for line in lines), key=len)
     while not all(line.startswith(margin) for line in lines):
         margin = margin[:-1]

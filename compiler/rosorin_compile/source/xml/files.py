@@ -11,7 +11,8 @@ from pathlib import Path
 
 from .. import files
 from ..diagnostics import Diagnostic, Source, Span, error
-from ..project import shown, stdin_of
+from ..files import shown
+from ..project import stdin_of
 from ..rule_registry import READING, Rule
 from ..wording import masked
 from .markup import Document, MarkupError

@@ -83,7 +83,6 @@ def used(found: Found, top: bool) -> Iterator[Reference]:
 
 
 def _kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
-    """Return what an attribute is the name of; empty where it is no name."""
     if attribute in ("objname", "refname"):
         kind = attributes.get(f"{attribute[:3]}type", "")
         return _KINDS.get(kind, kind)

@@ -84,7 +84,6 @@ def _named(tags: tuple[str, ...], attributes: Iterable[str]) -> Iterator[tuple[s
 
 @lru_cache(maxsize=2_000)
 def _kind_of_text(tag: str) -> str:
-    """Return what the text of an element of this tag names: a link, a joint, a frame, or none of them."""
     return next((kind for form, kind in _TEXTS if re.fullmatch(form, tag)), "")
 
 

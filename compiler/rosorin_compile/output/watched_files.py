@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from .files import Version, read_bytes, recording, version
+from rosorin_compile.source.files import Version, read_bytes, recording, version
 
 INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from .diagnostics import Source, Span
-from .load import LoadError, parse_yaml
-from .tree import Map, Path, Seq
+from rosorin_compile.source.diagnostics import Source, Span
+from rosorin_compile.source.load import LoadError, parse_yaml
+from rosorin_compile.source.tree import Map, Path, Seq
 
 MAX_TEXT = 80
 
@@ -65,12 +65,10 @@ class Written:
 
 
 def _is_markup(source: Source) -> bool:
-    """Say whether a file is that of a robot that was included as it is, in XML."""
     return source.text[:200].lstrip("\ufeff \t\r\n").startswith("<")
 
 
 def _pieces(tree: Any) -> Iterator[Piece]:
-    """Yield every value of a tree, what holds others before them."""
     waiting: list[tuple[Path, Any]] = [((), tree)]
     while waiting:
         path, value = waiting.pop()

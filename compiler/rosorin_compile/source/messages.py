@@ -1,0 +1,229 @@
+"""Messages: diagnostics of all stages merged, ordered and worded, after the last stage.
+
+One mistake in a value that many entries use, or in a part, is reported once with its uses. An unknown name for which
+there is a suggestion is reported once, however often it is used. Suggestions that a stage has left open
+(``Diagnostic.suggest``) are computed here, for as many errors as anybody reads.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Use
+from .wording import and_more, counted, swaps
+
+MAX_WORDED = 200  # diagnostics with a computed suggestion: more than a person reads
+_ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
+# Rules about a value as it is written, whatever entry it belongs to.
+_OF_VALUES = (
+    *("unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length"),
+    *("wrong-unit", "not-finite", "bad-name", "empty-text", "wrong-shape"),
+)
+_NAME = re.compile(r'(the key )?"[^"]*"')
+_INDEX = re.compile(r"\[\d+\]")
+_SUBJECT = re.compile(r"^.*?(?= (has|needs|is|cannot|does)\b)")
+_VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
+_PLACES = 6  # further places of one diagnostic
+_EACH = ("stand-in",)  # rules that are reported one by one
+
+
+def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Merge the diagnostics of one mistake, and order them by file, line and column; those without a place come last.
+
+    Suggestions that are still open are computed for the first 200 of them.
+    """
+    causes: dict[tuple[object, ...], list[Diagnostic]] = {}
+    for diagnostic in map(with_calls, diagnostics):
+        causes.setdefault(_cause(diagnostic), []).append(diagnostic)
+    return worded(sorted(map(_merged, causes.values()), key=order))
+
+
+def worded(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Compute the suggestions that the stages have left open, for the first 200 of them."""
+    count = 0
+    result = []
+    for one in diagnostics:
+        count += one.suggest is not None
+        help = one.suggest() if one.suggest and count <= MAX_WORDED else one.help
+        result.append(replace(one, help=help, suggest=None) if one.suggest else one)
+    return result
+
+
+def order(d: Diagnostic) -> tuple[object, ...]:
+    """Return the key to sort diagnostics by: file, line and column, the worst first; those without a place last."""
+    place = (0, d.span.source.path, d.span.line, d.span.column) if d.span else (1, "", 0, 0)
+    return (*place, _ORDER[d.severity], d.rule, d.message)
+
+
+def with_calls(diagnostic: Diagnostic) -> Diagnostic:
+    """Add the calls of macros that led to the place of a diagnostic."""
+    via = diagnostic.span.via if isinstance(diagnostic.span, MadeSpan) else ()
+    new = [one for one in via if one not in diagnostic.related]
+    return replace(diagnostic, related=(*diagnostic.related, *new)) if new else diagnostic
+
+
+def _cause(diagnostic: Diagnostic) -> tuple[object, ...]:
+    """Return the rule, the place and the message without the names of the entries that share the value."""
+    span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
+    if span is None:
+        return (rule, message)
+    message = _INDEX.sub("", _NAME.sub(lambda found: found[0] if found[1] else "", message))
+    message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
+    return (rule, message, span.source.path, span.line, span.column)
+
+
+def _merged(same: list[Diagnostic]) -> Diagnostic:
+    """Return the first of several diagnostics of one mistake, with the other uses or the number of other entries."""
+    first = same[0]
+    if len(same) == 1:
+        return first
+    uses = dict.fromkeys(
+        use
+        for other in same[1:]
+        if (use := next((one for one in other.related if isinstance(one, Use) and one not in first.related), None))
+    )
+    if uses:
+        left = [Related(and_more(len(uses) - _PLACES).strip(), None)] if len(uses) > _PLACES else []
+        return replace(first, related=(*first.related, *[*uses][:_PLACES], *left))
+    others = len({diagnostic.message for diagnostic in same}) - 1
+    if not others:
+        return first
+    more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value").strip()
+    return replace(first, related=(Related(more, None), *first.related))
+
+
+def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
+    """Return the first six of further places, and the number of the others."""
+    places = [Related("and here", span) for span in spans[:_PLACES]]
+    left = len(spans) - _PLACES
+    return (*places, Related(f"and in {counted(left, 'more place')}", None)) if left > 0 else tuple(places)
+
+
+def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list[Diagnostic]:
+    """Merge diagnostics that differ in names and numbers alone into the first, with the places of the others.
+
+    Those without a place, or of a severity that is not in ``severities``, stay as they are.
+    """
+    groups: dict[object, list[Diagnostic]] = {}
+    for index, one in enumerate(diagnostics):
+        alone = one.severity not in severities or one.span is None or one.rule in _EACH
+        key = index if alone else (one.rule, one.severity, _VARYING.sub("", one.message))
+        groups.setdefault(key, []).append(one)
+    result = []
+    for first, *others in groups.values():
+        spans = sorted((one.span for one in others if one.span), key=lambda span: (span.source.path, *span[1:3]))
+        message = f"{first.message},{and_more(len(others), 'of this kind')}"
+        related = (*first.related, *and_here(spans))
+        result.append(replace(first, message=message, related=related) if others else first)
+    return result
+
+
+# --- unknown names ---
+
+# The note at the definition that an unknown name is similar to, if nothing else names it.
+UNNAMED = "is defined here, and may be what is misspelt"
+USED = "used here"
+_WORD = re.compile(r"[\w-]+")
+_QUOTED = re.compile(r'"([^"]+)"')
+_MEANT = re.compile(r'did you mean "([^"]+)"\?')
+# Each of these is a mistake of its own, wherever it is.
+_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")
+
+
+class Offer(NamedTuple):
+    """An unknown name, and the suggested one."""
+
+    name: str
+    meant: str
+
+
+def offer(diagnostic: Diagnostic) -> Offer | None:
+    """Return the unknown name of an error and the name that its help suggests, or None for another error."""
+    import difflib
+
+    found = _MEANT.match(diagnostic.help) if diagnostic.severity == ERROR else None
+    if found is None or diagnostic.rule in _OF_SHAPE:
+        return None
+    meant = found[1]
+    names = [name for name in _QUOTED.findall(diagnostic.message) if name != meant]
+
+    def likeness(name: str) -> tuple[bool, float]:
+        return name in swaps(meant), difflib.SequenceMatcher(None, name, meant).ratio()
+
+    return Offer(max(names, key=likeness), meant) if names else None
+
+
+def told_once(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Merge the diagnostics about one unknown name, or about one definition that nothing names, into the first."""
+    groups: list[list[Diagnostic]] = []
+    known: dict[object, list[Diagnostic]] = {}
+    for diagnostic in sorted(diagnostics, key=order):
+        keys = _keys(diagnostic)
+        same = next((known[key] for key in keys if key in known), None)
+        if same is None:
+            groups.append(same := [])
+        same.append(diagnostic)
+        for key in keys:
+            known.setdefault(key, same)
+    return [one for same in groups for one in _first(same)]
+
+
+def _keys(diagnostic: Diagnostic) -> list[object]:
+    offered = offer(diagnostic)
+    if offered is None or diagnostic.span is None:
+        return []
+    homes = [one.span for one in diagnostic.related if one.message.endswith(UNNAMED)]
+    keys: list[object] = [offered.name, tuple(sorted(offered))]
+    keys += [(home.source.path, home.line, home.column) for home in homes if home]
+    steps = zip(offered.name.split("."), offered.meant.split("."), strict=False)
+    group = [pair for pair in steps if pair[0] != pair[1]]
+    return [*keys, *group] if "." in offered.name and len(group) == 1 else keys  # of a.b and a.c the a
+
+
+def _first(same: list[Diagnostic]) -> list[Diagnostic]:
+    """Return the first of several diagnostics with the places of the others; those at its own place stay apart.
+
+    These are of the uses of one part: ``arrange`` merges them.
+    """
+    first = same[0]
+    beside = [one for one in same[1:] if one.span == first.span and one.rule == first.rule]
+    others = [one for one in same[1:] if one not in beside]
+    shown = [first.span, *(one.span for one in first.related)]
+    notes = [one for other in others for one in other.related if one.message.endswith(UNNAMED)]
+    new = {one.span: one for one in reversed(notes) if one.span not in shown}
+    places = dict.fromkeys(one.span for one in others if one.span is not None and one.span not in (*shown, *new))
+    return [replace(first, related=(*first.related, *new.values(), *and_here(list(places)))), *beside]
+
+
+def placed(diagnostic: Diagnostic, offered: Offer) -> Diagnostic:
+    """Move an error about an unknown name to the place, of those that led to it, where its letters were written."""
+    span, related = diagnostic.span, diagnostic.related
+    there = written([span, *(one.span for one in related)], offered.name, offered.meant)
+    if span is None or there is None or there == span:
+        return diagnostic
+    related = (*(one for one in related if one.span != there), Related(USED, span))
+    return replace(diagnostic, span=there, related=related)
+
+
+def written(spans: Iterable[Span | None], name: str, other: str) -> Span | None:
+    """Return the first place with a word that is in a name, and not in the other name."""
+    for span in spans:
+        if span is not None and any(word in name and word not in other for word in _WORD.findall(_text(span))):
+            return span
+    return None
+
+
+def _text(span: Span) -> str:
+    """Return the text at a place: a word, or the part of a list or a table that is in its line."""
+    rest = span.source.line(span.line)[span.column - 1 :]
+    if rest[:1] not in ("[", "{"):
+        return rest[: span.length]
+    depth = 0
+    for at, letter in enumerate(rest):
+        depth += (letter in "[{") - (letter in "]}")
+        if depth == 0:
+            return rest[:at]
+    return rest

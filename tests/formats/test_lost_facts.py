@@ -29,11 +29,6 @@ CASES = {
         'urdf_elements: [\'<plugin name="p" filename="f"/>\']',
         {"misplaced-element"},
     ),
-    "command": (
-        "type: revolute, axis: [0, 0, 1], limit: {lower: -1, upper: 1, effort: 1, velocity: 1}",
-        "control: {s: {plugin: mock_components/GenericSystem, joints: {j: {command: {position: {min: -3}}}}}}",
-        {"beyond-joint-limit"},
-    ),
 }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.compare.proof import Proof
+from rosorin_compile.compare.elements import element_differences
 
 SENSOR = '<gazebo reference="eye"><sensor name="s" type="camera"><camera>{}</camera></sensor></gazebo>'
 LIDAR = '<gazebo reference="l"><sensor name="s" type="gpu_lidar">{}<topic>scan</topic></sensor></gazebo>'
@@ -48,4 +48,4 @@ MU = "<gazebo reference='a'><mu1>{}</mu1></gazebo>"
     ],
 )
 def test_what_elements_say(one: str, other: str, said: list[str]) -> None:
-    assert Proof.of([one], [other], Proof.elements()).texts == said
+    assert element_differences([one], [other]) == said

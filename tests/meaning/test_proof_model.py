@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from rosorin_compile.compare.proof.model import _Comparison
+from rosorin_compile.compare.same_model import _Comparison
 from rosorin_compile.model import Joint, Link, Robot, Sensor
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.robot import JointPose

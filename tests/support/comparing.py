@@ -13,7 +13,7 @@ from typing import Any
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.compare.committed import Comparison, compare, lines
-from rosorin_compile.compare.proof import Proof
+from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
 from support.paths import DATA, ROSORIN
@@ -133,4 +133,4 @@ def block(name: str, key: str) -> str:
 
 def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> list[str]:
     """Return in which values two robots differ, to a proof."""
-    return Proof.of(one, other, Proof.model(tolerance, carried_by_urdf=carried_by_urdf)).texts
+    return model_differences(one, other, tolerance, carried_by_urdf=carried_by_urdf)

@@ -9,16 +9,16 @@ Then, the states of the joints at which two robots are compared: the same ones i
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import random
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.model.joint import motion
 
 from .precision import HERE, ROOT_THREE, TURNS, Placed, Printing, joined
-from .proof import Proof
 
 Positions = Mapping[str, float]
 
@@ -169,7 +169,24 @@ def states_of(joints: Sequence[tuple[Joint, Joint | None]]) -> list[dict[str, fl
     found: list[dict[str, float]] = [{}]
     for joint, twin in joints:
         found += [{joint.name: position} for position in span_of(joint, twin) if position]
-    return found + Proof.states(_spans(joints), 6 if len(joints) > 1 else 1, _SEED)
+    return found + random_states(_spans(joints), 6 if len(joints) > 1 else 1, _SEED)
+
+
+def random_states(joints: Iterable[tuple[Joint, float, float]], count: int, seed: int) -> list[dict[str, Any]]:
+    """Return states of joints, the same for a seed: each number (rad or m) between the two beside its joint.
+
+    A joint has as many numbers as it has ``coordinates``; those of an orientation are not normalised.
+    """
+    chance = random.Random(seed)  # noqa: S311 - the same states in every run
+    drawn = list(joints)
+    return [
+        {joint.name: _random_position(joint, low, high, chance) for joint, low, high in drawn} for _ in range(count)
+    ]
+
+
+def _random_position(joint: Joint, low: float, high: float, chance: random.Random) -> float | Sequence[float]:
+    numbers = [chance.uniform(low, high) for _ in joint.coordinates]
+    return numbers if len(numbers) > 1 else sum(numbers)
 
 
 def _spans(joints: Sequence[tuple[Joint, Joint | None]]) -> list[tuple[Joint, float, float]]:
@@ -182,4 +199,4 @@ def whole_states(robot: Robot, twin: Robot) -> list[dict[str, float]]:
     pairs = [(joint, twin.joint.get(joint.name)) for joint in free]
     found = states_of(pairs) if len(pairs) <= _FEW else [{}]
     found += [{name: value for name, value in pose.positions.items() if value} for pose in robot.poses]
-    return found + Proof.states(_spans(pairs), _RANDOM, _SEED)
+    return found + random_states(_spans(pairs), _RANDOM, _SEED)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS, Artifact, Format
 from rosorin_compile.formats.templating import TemplateProblem, Templates
@@ -27,9 +27,6 @@ from .solids import Solid, delta, same_set
 from .text_report import CHANGED, EXTRA, MISSING, NOT_TEXT, TextDifference, differing_values, report_lines, unified
 from .undo import undo
 from .walk import Address, Difference, Leaves, Shapes, compare_leaves
-
-if TYPE_CHECKING:
-    from .overlay import Overlay
 
 _MISSING = "missing; rosorin-compile all writes it"
 _EXTRA = "no artifact of this robot; remove it, or run rosorin-compile all --prune"
@@ -53,12 +50,6 @@ class Comparison(NamedTuple):
     texts: tuple[TextDifference, ...]
     same: bool
     pairs: tuple[Pair, ...] = ()
-
-    def overlay(self, robot: Robot) -> Overlay:
-        """Return what a robot was under what it is, to be drawn."""
-        from .overlay import before
-
-        return before(robot, self.pairs)
 
     def brief(self) -> str:
         """Return what changed, each once and without its numbers; of many the first ones."""

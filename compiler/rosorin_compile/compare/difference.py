@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.formats import Format
 from rosorin_compile.model import Robot
@@ -16,11 +16,8 @@ from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import ENDINGS
 from rosorin_compile.source.wording import counted, printable
 
-from .precision import EXACT, Printing
-from .proof import Tolerance
-
-if TYPE_CHECKING:
-    from .overlay import Overlay
+from .precision import EXACT, POSE_NOISE, Printing
+from .sentences import brief
 
 # A description has a word for everything, and is no artifact.
 YAML = Format(
@@ -30,7 +27,7 @@ YAML = Format(
     endings=ENDINGS,
     takes_arguments=True,
 )
-DEFAULT_TOLERANCE = Tolerance.POSE
+DEFAULT_TOLERANCE = POSE_NOISE
 
 
 class Side(NamedTuple):
@@ -107,16 +104,8 @@ class Difference:
         """Whether both could be read, and nothing that was compared differs."""
         return not self.items and self.a is not None and self.b is not None
 
-    def overlay(self, prefix: str | None = None) -> Overlay:
-        """Return the first robot under the second one, to be drawn; ``prefix`` is that of the second one."""
-        from .overlay import of_two
-
-        return of_two(self, prefix)
-
     def brief(self) -> str:
         """Return what differs, each once and without its numbers; of many the first ones. Empty if nothing does."""
-        from .sentences import brief
-
         return brief(item.text for item in self.items)
 
     def summary(self) -> str:

@@ -15,9 +15,9 @@ from rosorin_compile.model.joint import Dynamics
 
 from .change import Describer
 from .difference import JOINT, LIMIT, OTHER, YAML, Item, Side
+from .elements import Context, Key, context_of, meanings, spelt
 from .joints import Coordinates
 from .pairing import Pairing
-from .proof.elements import Context, Key, context_of, meanings, spelt
 from .sentences import Sentence, text_of
 from .walk import Difference, Leaves, compare_leaves, leaves
 

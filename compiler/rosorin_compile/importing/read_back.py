@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rosorin_compile.compare.proof import Proof
+from rosorin_compile.compare.elements import context_of, element_differences
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
@@ -42,7 +42,7 @@ def _saved(stage: Path, format: Format, said: Mapping[str, str]) -> Path:
 def by_elements(source: Robot, again: Robot, humble: bool) -> list[str]:
     """Return what elements of a robot that was read back say otherwise than those of its source."""
     texts = without_collisions(source.urdf_elements), without_collisions(again.urdf_elements)
-    return Proof.of(*texts, Proof.elements(source, humble=humble)).texts
+    return element_differences(*texts, context_of(source, humble))
 
 
 def without_words(robot: Robot, source: Robot) -> Robot:

@@ -9,7 +9,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-from rosorin_compile.compare.proof import Proof, Tolerance
+from rosorin_compile.compare.bodies import random_states
+from rosorin_compile.compare.precision import POSE_NOISE
+from rosorin_compile.compare.proof import Proof
+from rosorin_compile.compare.same_model import model_differences, section_differences
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported, Outputs
@@ -161,15 +164,14 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     if plain is not None:
         found += [f"{what}: {text}" for text in by_elements(source, again, made.asks_for_humble)]
         made, again = without_words(made, source), without_words(again, source)
-    exact, by_urdf = Proof.model(0.0, carried_by_urdf=False), Proof.model(Tolerance.NUMBER, carried_by_urdf=True)
-    found += [f"description: {text}" for text in Proof.of(source, made, exact).texts]
-    found += [f"{what}: {text}" for text in Proof.of(_with_urdf_names(source), again, by_urdf).texts]
+    found += [f"description: {text}" for text in model_differences(source, made, 0.0)]
+    found += [f"{what}: {text}" for text in model_differences(_with_urdf_names(source), again, carried_by_urdf=True)]
     for companion in beside:
         for section in companion.joins:
-            lines = Proof.of(source, again, Proof.section(section, Tolerance.NUMBER)).texts
+            lines = section_differences(source, again, section)
             found += [f"compiled {companion.word}: {text}" for text in lines]
     largest = 0.0 if found else largest_difference(source, again)
-    if largest > Tolerance.POSE:
+    if largest > POSE_NOISE:
         found.append(f"{what}: frames differ by {largest:.2g}")
     if found:
         return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
@@ -249,7 +251,7 @@ def _untold(proof: Proof) -> Diagnostic:
 def largest_difference(one: Robot, other: Robot) -> float:
     """Return the largest difference between the poses of all frames, at zero and at random states of the joints."""
     largest = 0.0
-    states = [{}, *Proof.states([(joint, -_REACH, _REACH) for joint in one.joints], STATES, _SEED)]
+    states = [{}, *random_states([(joint, -_REACH, _REACH) for joint in one.joints], STATES, _SEED)]
     for number, state in enumerate(states):
         Progress.step("proving the import", number, len(states))
         first, second = one.poses_in_root(state), other.poses_in_root(_in_urdf(one, state))
@@ -265,7 +267,8 @@ def _in_urdf(robot: Robot, state: Mapping[str, float | Sequence[float]]) -> dict
 
 def _apart(one: Transform, other: Transform) -> float:
     """Return the largest difference between the numbers of two transforms."""
-    return 0.0 if one == other else Tolerance.apart((one.rows, one.xyz), (other.rows, other.xyz))
+    pairs = zip((*one.rows, one.xyz), (*other.rows, other.xyz), strict=True)
+    return max(abs(a - b) for vectors in pairs for a, b in zip(*vectors, strict=True))
 
 
 def _first_error(diagnostics: Sequence[Diagnostic]) -> str:

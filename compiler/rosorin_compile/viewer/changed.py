@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.compare.overlay import Overlay, of_two
+from rosorin_compile.compare.overlay import before as before_of
 from rosorin_compile.model import Robot
 from rosorin_compile.output import write_file
 from rosorin_compile.source import files
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
     from rosorin_compile.compare.change import Change
     from rosorin_compile.compare.committed import Comparison
     from rosorin_compile.compare.difference import Difference
-    from rosorin_compile.compare.overlay import Overlay
     from rosorin_compile.formats.compiled import Compiled
     from rosorin_compile.request import Request
 
@@ -151,7 +152,7 @@ def of_committed(
     if shown is None:
         return None
     robot = shown.robot
-    before = comparison.overlay(robot) if committed else None
+    before = before_of(robot, comparison.pairs) if committed else None
     changes = [change_data(one, [robot, *([before.old] if before else [])]) for one in comparison.changes]
     notes = [f"{text.file}: {text.remark}" for text in comparison.texts if text.remark]
     if not changes:
@@ -225,7 +226,7 @@ def _changed_meshes(
 def of_sides(shown: Sequence[Shown], difference: Difference, prefix: str | None) -> Picture:
     """Return the picture of two robots, the first under the second one; ``prefix`` is that of the second one."""
     a, b = difference.sides
-    overlay = difference.overlay(prefix)
+    overlay = of_two(difference, prefix)
     changes = [
         _said(one.text, overlay.frames.get(one.name, ""), (), _coloured(one.quantity, one.before, one.after))
         for one in difference.items

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.compare.proof import Proof
+from rosorin_compile.compare.elements import Context, context_of, element_differences
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.checked import errors
 from rosorin_compile.formats.imported import Imported
@@ -105,7 +105,7 @@ class _Conversion:
             reasons |= self._refused(found, entries, CONTROL, options)
             written = self._written({CONTROL: entries}, options) if entries else {}
             for one in [one for one in found if one.name in entries]:
-                reason = _difference(one, written.get(one.called, []), Proof.elements(self.robot, humble=humble))
+                reason = _difference(one, written.get(one.called, []), context_of(self.robot, humble))
                 if reason:
                     del entries[one.name]
                     reasons[one.called] = reason
@@ -143,9 +143,9 @@ class _Conversion:
             of_model = self._written_sdf(entries, options) if self.imported.format == "sdf" else None
             wrong = {}
             for one in [one for one in found if one.name in entries]:
-                reason = _difference(one, written.get(one.called, []), Proof.elements())
+                reason = _difference(one, written.get(one.called, []), Context())
                 if not reason and of_model is not None:
-                    reason = _difference(one, of_model.get(one.called, []), Proof.elements())
+                    reason = _difference(one, of_model.get(one.called, []), Context())
                 if reason:
                     wrong[one.name] = self.kept[one.called] = reason
             if not wrong:
@@ -255,10 +255,10 @@ def _never_written(texts: Seq) -> dict[str, str]:
     return found
 
 
-def _difference(one: Candidate, texts: Sequence[str], rules: Any) -> str:
+def _difference(one: Candidate, texts: Sequence[str], context: Context) -> str:
     """Return why an element that is written again differs from its source, or ""."""
     alone, *written = without_collisions([one.alone, *texts])
-    wrong = Proof.of([alone], written, rules).texts
+    wrong = element_differences([alone], written, context)
     if not wrong:
         return ""
     if not texts:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.proof import Tolerance
+from rosorin_compile.compare.precision import NOISE, same_number
 from rosorin_compile.formats.gazebo_sensors import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
 from rosorin_compile.model import Robot, Sensor
 
@@ -80,7 +80,7 @@ def _pose(text: Any) -> tuple[float, ...]:
         raise Unsayable(f'its <pose> is "{text}"') from None
     if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
         raise Unsayable(f'its <pose> is "{text}"')
-    return tuple(0.0 if abs(number) <= Tolerance.NUMBER else number for number in numbers)
+    return tuple(0.0 if abs(number) <= NOISE else number for number in numbers)
 
 
 def _elements(element: Element, exact: bool) -> dict[str, Any]:
@@ -247,7 +247,7 @@ def _field_of_view(word: str, axis: Mapping[str, Any], widest: float, rays: int)
     span = high - low
     if (rays and abs(span + span / max(rays - 1, 1) - math.tau) < _NEAR) or span >= math.tau - _NEAR:
         return {}
-    return {word: 2 * high if abs(low + high) <= Tolerance.NUMBER else span} if 0 < span <= widest else {}
+    return {word: 2 * high if abs(low + high) <= NOISE else span} if 0 < span <= widest else {}
 
 
 def _in_mujoco(words: Mapping[str, Any], horizontal: Mapping[str, Any], vertical: Mapping[str, Any]) -> bool:
@@ -338,7 +338,7 @@ def overlay(one: Seen, sensor: Sensor, asked: str) -> dict[str, Any]:
         made["sensor"] = one.type
     pose = (*brought.pose.xyz, *brought.pose.rpy)
     stamp = brought.stamp
-    if any(abs(a - b) > Tolerance.NUMBER for a, b in zip(pose, one.pose, strict=True)):
+    if any(abs(a - b) > NOISE for a, b in zip(pose, one.pose, strict=True)):
         image = TYPES.get(one.type) in IMAGES
         made |= {"frame": "sensor"} if image else {}
         made |= {"xyz": list(one.pose[:3])} if any((*one.pose[:3], *pose[:3])) else {}
@@ -383,7 +383,7 @@ def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str
 
 def _same(one: Any, other: Any) -> bool:
     if isinstance(one, float) and isinstance(other, float):
-        return Tolerance.same(one, other)
+        return same_number(one, other)
     return bool(one == other) and isinstance(one, bool) == isinstance(other, bool)
 
 

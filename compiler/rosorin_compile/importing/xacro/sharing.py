@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
-from rosorin_compile.compare.proof import Proof, Tolerance
+from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.language.arguments import Argument
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
@@ -250,6 +250,6 @@ def _other(before: Mapping[tuple[str, ...], Robot | str], after: Mapping[tuple[s
         if not isinstance(again, type(robot)):
             return f"does not compile any more: {again or next(iter(after.values()))}{how}"
         if again != robot:
-            first = Proof.of(robot, again, Proof.model(Tolerance.NUMBER, carried_by_urdf=False)).texts[:1]
+            first = model_differences(robot, again)[:1]
             return f"is another robot: {' '.join(first)}{how}"
     return ""

@@ -15,7 +15,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.proof import Proof, Tolerance
+from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 MAX_COMBINATIONS = 16
-_AS_URDF = Proof.model(Tolerance.NUMBER, carried_by_urdf=True)
 
 Combination = tuple[tuple[str, str], ...]
 
@@ -157,7 +156,7 @@ def moves(source: Source, row: Combination) -> bool:
         source.known.pop(row)
     if base is None or other is None:
         return False
-    return bool(Proof.of(_settled(base), _settled(other), _AS_URDF).texts)
+    return bool(model_differences(_settled(base), _settled(other), carried_by_urdf=True))
 
 
 def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
@@ -241,7 +240,7 @@ def _differences(
     texts = by_elements(source, again, compiled.robot.asks_for_humble) if in_words else []
     again = without_words(again, source) if in_words else again
     source, again = _settled(source), _settled(again)
-    texts += Proof.of(source, again, _AS_URDF).texts
+    texts += model_differences(source, again, carried_by_urdf=True)
     differing = list(_differing_elements(source, again))
     found: list[Fault] = []
     for text in texts[:8]:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.compare.proof import Found, Proof
+from rosorin_compile.compare.proof import Proof, sort_differences
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.source.diagnostics import counted, listed
 
@@ -52,29 +52,20 @@ _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-sta
 
 def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     """Return how the MJCF of an imported one differs from it; ``files`` are its meshes, by the names in the text."""
-    return Proof.of(imported, (text, files), _by_mujoco)
-
-
-def _by_mujoco(imported: Imported, made: tuple[str, Mapping[str, str]]) -> Found | str:
-    """Return the differences that MuJoCo finds; ``made`` is the MJCF with its files."""
-    text, files = made
     answer = prove_in_child(imported.files[0], {"text": text, "files": dict(files), "names": imported.names})
     if isinstance(answer, str):
-        return answer
+        return Proof(unknown=answer)
     if "refused" in answer:
-        return Found([("loading", f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}")])
+        return Proof({"loading": [f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}"]})
     motion = answer.get("motion")
     differences = [(f"{kind} {field}".strip(), what) for kind, field, what in answer["differences"]]
     if motion and motion["differs"]:
         what = f"frames or accelerations differ by {motion['largest']:.2g} ({motion['where']})"
         differences.insert(0, ("motion", what))
     messages = [one.message for one in imported.diagnostics if one.rule in _LISTS]
-    return Found(
-        differences,
-        lambda feature, difference: is_listed(feature, difference, messages),
-        lambda features: _summary(features, motion),
-        answer.get("counts", {}),
-    )
+    wrong, known = sort_differences(differences, lambda feature, text: is_listed(feature, text, messages))
+    said = "" if wrong else _summary(list(known), motion)
+    return Proof(wrong, known, said, counts=answer.get("counts", {}))
 
 
 def is_listed(feature: str, difference: str, messages: Sequence[str]) -> bool:

@@ -1,7 +1,6 @@
-"""Model: the engine that compares two models of a robot value by value, for the proof that nothing was lost.
+"""Compare two models of a robot value by value, to prove that an import lost nothing.
 
-``diff`` looks at what a robot is; here every field of the model counts, and a number is equal to the last digit. What
-differs is said as ``diff`` says it, and then field by field, so that nothing goes untold.
+``diff`` compares what robots are; here every field of the model counts.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ from rosorin_compile.model import Box, Ellipsoid, Joint, Link, Robot, Shape
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.shape import Material, plain
 
-from ..diff import compare_robots
-from ..difference import YAML, Side
-from ..sentences import number_pair
-from . import Found, Tolerance
+from .diff import compare_robots
+from .difference import YAML, Side
+from .precision import NOISE, same_number
+from .sentences import number_pair
 
 # Where a value comes from and what is made of it says nothing about the robot.
 _NOT_COMPARED = ("source", "outputs", "stand_in")
@@ -31,27 +30,27 @@ _NOT_IN_URDF = (
 _NAMED = (Link, Joint, Material)
 
 
-def by_values(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> Found:
-    """Return in which values two robots differ: the sentences of ``diff``, then each field; nothing for the same robot.
+def model_differences(
+    one: Robot, other: Robot, tolerance: float = NOISE, *, carried_by_urdf: bool = False
+) -> list[str]:
+    """Return in which values two robots differ: the sentences of ``diff``, then each field; none for the same robot.
 
-    See ``Proof.model``. By what it means, a box is its size, and an element of XML has no line ends.
+    Numbers may differ by ``tolerance``, absolute or relative. With ``carried_by_urdf`` only what a URDF says is
+    compared, by what it means: a box is its size, and an element of XML has no line ends.
     """
     skipped = (*_NOT_COMPARED, *(_NOT_IN_URDF if carried_by_urdf else ()))
     held = _without_lacking(one, other) if carried_by_urdf else one
     values = list(_Comparison(tolerance, skipped, carried_by_urdf).values("", held, other))
     if not values:
-        return Found()
+        return []
     sides = Side("source", YAML, one), Side("result", FORMATS.published() if carried_by_urdf else YAML, other)
-    difference = compare_robots(*sides, tolerance, prefix="")
-    sentences = [("meaning", item.text) for item in difference.items]
-    return Found([*sentences, *(("values", value) for value in values)])
+    return [*(item.text for item in compare_robots(*sides, tolerance, prefix="").items), *values]
 
 
-def by_section(one: Robot, other: Robot, tolerance: float, section: str) -> Found:
-    """Return in which values two robots differ in one section. See ``Proof.section``."""
+def section_differences(one: Robot, other: Robot, section: str, tolerance: float = NOISE) -> list[str]:
+    """Return in which values two robots differ in one section, such as ``moveit``."""
     comparison = _Comparison(tolerance, _NOT_COMPARED, by_meaning=False)
-    old, new = (getattr(robot, section) for robot in (one, other))
-    return Found([("values", value) for value in comparison.values(section, old, new)])
+    return list(comparison.values(section, getattr(one, section), getattr(other, section)))
 
 
 def _without_lacking(one: Robot, other: Robot) -> Robot:
@@ -105,7 +104,7 @@ class _Comparison:
 
     def same(self, one: Any, other: Any) -> bool:
         if type(one) is float and type(other) is float and self.tolerance:
-            return Tolerance.same(one, other, self.tolerance)
+            return same_number(one, other, self.tolerance)
         return bool(one == other) and (one is None) == (other is None)
 
 

@@ -1,4 +1,4 @@
-"""Elements: the engine that compares what elements of a URDF beside links and joints say, in whichever spelling.
+"""Compare what elements of a URDF beside links and joints say, in any spelling.
 
 White space, comments, the order of what has other names, spare zeros and what SDF takes by default mean nothing.
 Within a plug-in, whose words are its own, texts and their order stay as they are. What Gazebo is told of a link or a
@@ -15,8 +15,6 @@ from rosorin_compile.formats.gazebo_sensors import SDF_DEFAULTS, SDF_FLAGS, SDF_
 from rosorin_compile.model import Pose
 from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.imu import with_noise
-
-from . import Found
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -153,11 +151,11 @@ def context_of(robot: Robot, humble: bool) -> Context:
     return Context(frozenset(joint.name for joint in robot.joints if joint.mimic is not None), humble)
 
 
-def by_elements(one: Iterable[str], other: Iterable[str], context: Context) -> Found:
-    """Return what only one of two lists of elements says, in words. See ``Proof.elements``."""
+def element_differences(one: Iterable[str], other: Iterable[str], context: Context | None = None) -> list[str]:
+    """Return what only one of two lists of elements of a URDF says, in words."""
+    context = context or Context()
     first, second = meanings(one, context), meanings(other, context)
-    texts = [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
-    return Found([("elements", text) for text in texts])
+    return [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
 
 
 def spelt(key: Key) -> str:

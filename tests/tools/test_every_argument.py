@@ -43,7 +43,7 @@ def checked(folder: Path, capsys: Any, condition: str, *words: str) -> tuple[int
 
 
 def test_all_fine(tmp_path, capsys):
-    condition = "base == 'none' or mast < 0 m"
+    condition = "base == 'fixed' and mast < 0 m"
     assert checked(tmp_path, capsys, condition) == (0, "armed: 6 combinations of arm, base compiled, all fine\n", "")
 
 

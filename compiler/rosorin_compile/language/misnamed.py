@@ -28,10 +28,11 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
     told = _written_wrongly(said, entry, known) or way_out(key, table)
     if told:
         return told
-    inner = entry.get(said)
-    if len(path) == 2 and isinstance(inner, Map) and inner and known.keys() >= set(inner):
-        return f'"{said}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
     close = synonym(key, table, known)
+    inner = entry.get(said)
+    is_entry = len(path) == 2 and isinstance(inner, Map) and inner and known.keys() >= set(inner)
+    if is_entry and not close and nearest(key, known) is None:
+        return f'"{said}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
     help = f'did you mean "{close}"?' if close else did_you_mean(key, known)
     if help.startswith("known") and kind == "pose":
         return f"joints stand in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"

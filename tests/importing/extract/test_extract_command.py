@@ -352,6 +352,6 @@ def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
 
 def test_no_bar_without_a_terminal(here: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     assert here.is_dir()
-    monkeypatch.setattr("rosorin_compile.source.progress.AFTER", -1.0)
+    monkeypatch.setattr("rosorin_compile.source.progress.Progress.AFTER", -1.0)
     assert main(["extract", "heightmap", "brick.stl", "--format", "json"]) == 0
     assert "sampling [" not in capsys.readouterr().err

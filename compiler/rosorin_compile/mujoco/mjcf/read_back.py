@@ -101,8 +101,8 @@ def _joint_view(joint: Joint, robot: Robot) -> Joint:
     kind = "continuous" if joint.type == "revolute" and reach is None else joint.type
     effort = joint.limit.known("effort") if joint.limit is not None else None
     lower, upper = reach or (None, None)
-    if effort is not None and (effort <= 0 or is_clamped(robot, joint, effort)):
-        effort = None  # the actuators say it
+    if effort is not None and (effort <= 0 or "actuatorfrcrange" in joint.mjcf or is_clamped(robot, joint, effort)):
+        effort = None  # an attribute of MuJoCo or the actuators set it
     limit = Limit(lower, upper, effort)
     mimic = joint.mimic
     if mimic is not None and not robot.joint[mimic.joint].moves:  # it is held at an angle

@@ -31,8 +31,7 @@ def add_poses(reading: Reading) -> None:
         for name, value in _positions(reading, key["qpos"]):
             if value and "mimic" not in reading.joints[name]:
                 put_number(positions, name, value, element)
-        is_last = number == len(reading.facts["keys"]) - 1  # where the writer adds it
-        if key["name"] == HOME and reading.is_ours and is_last and _is_usual(reading, positions):
+        if key["name"] == HOME and reading.is_ours and _is_usual(reading, positions):
             continue
         put(pose, "positions", positions)
         if reading.free_base:

@@ -105,7 +105,7 @@ def _tells(line: str, planted: Planted) -> bool:
     for old, new in planted.values:
         if isinstance(old, (bool, str)):
             # Some formats give a name to what has none.
-            changed = rf"{re.escape(_word(old))} -> .*{re.escape(_word(new))}"
+            changed = rf"{re.escape(_word(old))}\"? -> .*{re.escape(_word(new))}"
             came = rf"new, {re.escape(_word(new))}" if not old else rf"removed, was {re.escape(_word(old))}"
             if not re.search(changed, line) and ((old and new) or not re.search(came, line)):
                 return False
@@ -231,7 +231,6 @@ def _leaf(robot: Robot, chance: random.Random, taken: set[Path], rules: Mapping[
     new = changed(old, chance)
     name = getattr(at(robot, _owner(path)), rule.owner) if rule.owner else kind.partition(".")[0]
     word = rule.word if rule.word not in ("colour", "shape") else f"{rule.word} {path[3]}"
-    name = {"moveit": "MoveIt"}.get(str(name), name)
     return Planted(put(robot, path, new), (name, word or str(path)), name, ((old, new),))
 
 

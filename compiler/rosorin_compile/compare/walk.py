@@ -369,7 +369,9 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
     elif is_dataclass(value) and not isinstance(value, Pose):
         for name, default in _fields(type(value)):  # type: ignore[arg-type]
             inner = getattr(value, name)
-            if inner != default:
+            # A number that is not zero by default is named beside the number that it becomes.
+            has_numbers = is_dataclass(default) and not isinstance(default, Pose)
+            if inner != default or has_numbers or (_is_number(default) and default):
                 whole = name in ("values", "mjcf")  # they hold words by name
                 _flatten(inner, path if whole else _below(path, name.replace("_", " ")), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):

@@ -67,7 +67,7 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
     differences = compare_leaves(*sides, precisions, POSE_NOISE if format.partial else NOISE)
     for one in differences:
         yield from (
-            f"{artifact.file} is not as it is meant to be: {text}" for text in _told(robot, one, sides, precisions)
+            f"{artifact.file} is not as it is meant to be: {text}" for text in _describe(robot, one, sides, precisions)
         )
 
 
@@ -80,14 +80,14 @@ def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
     return part
 
 
-def _told(
+def _describe(
     robot: Robot, one: Difference, sides: tuple[Leaves, Leaves], precisions: tuple[Precision, Precision]
 ) -> Iterator[str]:
     if isinstance(one.old, Shapes) or isinstance(one.new, Shapes):
         pairs = zip((one.old, one.new), precisions, strict=True)
         old, new = (side.solids(precision) if isinstance(side, Shapes) else [] for side, precision in pairs)
         _, link, purpose = one.address
-        told = shapes_change(link, purpose, (len(old), len(new)), delta(old, new))
-        yield from map(str, [*told.numbers, *told.words])
+        changed = shapes_change(link, purpose, (len(old), len(new)), delta(old, new))
+        yield from map(str, [*changed.numbers, *changed.words])
     else:
         yield str(Describer(robot, sides, precisions).sentence(one))

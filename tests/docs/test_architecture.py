@@ -25,7 +25,7 @@ def test_the_worked_example_applies_and_runs(tmp_path: Path) -> None:
     patch = tmp_path / "example.patch"
     patch.write_text(found[1], "utf-8")
     checkout = tmp_path / "checkout"
-    for folder in ("compiler", "schemas", "templates", "parts"):
+    for folder in ("compiler", "schemas", "templates", "parts", "cmake", "bazel", "viewer/built"):
         shutil.copytree(ROOT / folder, checkout / folder, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", checkout)
     subprocess.run(["git", "apply", "-C1", str(patch)], cwd=checkout, check=True)

@@ -244,7 +244,9 @@ class _Failure:
         elif "expected node content" in self.what:
             return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
         first = self.source.line(self.begun.line)[self.begun.column - 1 :][:1]
-        if first in _BEGINNINGS and self.what.startswith(("while scanning", "while parsing a node", "while parsing a t")):
+        if first in _BEGINNINGS and self.what.startswith(
+            ("while scanning", "while parsing a node", "while parsing a t")
+        ):
             return self.report(f'"{first}" begins {_BEGINNINGS[first]} here', _QUOTE, self.begun)
         if "<document start>" in self.what:
             if text.startswith("%"):

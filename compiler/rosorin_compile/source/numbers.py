@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple
-
-from .memo import remembered
 
 NumberFormat = Callable[[float], str]
 
@@ -34,7 +33,7 @@ _FLAT = 1e-10
 
 
 # The same numbers stand in a robot again and again, and in each of its artifacts: what was printed is remembered.
-@remembered
+@lru_cache(maxsize=20_000)
 def exact(value: float) -> str:
     """Return the shortest decimal that reads back as the same double; whole numbers without a point.
 
@@ -87,7 +86,7 @@ def rounded(value: float, largest: float = 0.0) -> float:
     return value
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def short(value: float) -> str:
     """Return the shortest decimal within 1e-12 of the value, relative to it; whole numbers without a point.
 
@@ -98,7 +97,7 @@ def short(value: float) -> str:
     return text if len(text) <= _SHORT_ALREADY else exact(rounded(value))
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def six(value: float) -> str:
     """Return whichever of ``%.6g`` and ``%.6f`` keeps more of the value, trailing zeros dropped.
 
@@ -182,7 +181,7 @@ def off_by_short(value: float, largest: float = 0.0) -> float:
 
 # The bound was that of the number before it was rounded.
 _ABOVE = 1 + 1e-9
-_tolerance_of_six = remembered(SIX.tolerance)
+_tolerance_of_six = lru_cache(maxsize=20_000)(SIX.tolerance)
 
 
 def off_by_six(value: float, largest: float = 0.0) -> float:

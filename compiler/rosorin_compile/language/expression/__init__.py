@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.units import Quantity
 
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
@@ -83,7 +83,7 @@ def _fails(node: ast.expr, lookup: Lookup) -> bool:
     return False
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def compiled(text: str) -> Code:
     """Return an expression as a function of the names in scope. Raises ExpressionError if it is not one."""
     if len(text) > MAX_LENGTH:
@@ -164,7 +164,7 @@ class Piece(NamedTuple):
     unclosed: bool = False
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def pieces(text: str) -> tuple[Piece, ...]:
     """Return the pieces of a text in order."""
     taken: list[Piece] = []

@@ -15,18 +15,22 @@ from rosorin_compile.source.wording import counted, in_words, unseen
 
 from .expand.scope import Scope
 from .expand.tracing import problem_at
-from .misnamed import fallen_out, is_meant, key_meant, text_tails, word_meant
 from .schema import Steps, part_at, resolve, subject
 from .suggestions import (
+    fallen_out,
     flag_meant,
-    inner_number,
+    is_meant,
     items_meant,
+    key_meant,
     list_meant,
     mapping_meant,
+    number_in,
     number_meant,
     numbers_in,
     plain_number,
     text_meant,
+    text_tails,
+    word_meant,
 )
 from .synonyms import way_out, words_for
 from .validator import Misfit
@@ -198,7 +202,7 @@ class Complaint:
             return number_meant(value, units, key)
         if "integer" in types and isinstance(value, Quantity):
             return plain_number(float(value))
-        if "number" in types and (told := inner_number(value, key)):
+        if "number" in types and (told := number_in(value, key)):
             return told
         if "array" in types:
             return list_meant(value, key, expected)

@@ -16,6 +16,7 @@ from urllib.request import url2pathname
 from . import files
 
 NAME = "rosorin-compile"
+_CHECKOUT = Path(__file__).absolute().parents[3]
 _OF_EXTRA = re.compile(r"""(?:^|\band\s+)extra\s*==\s*["']([^"']+)["']\s*$""")
 
 
@@ -26,8 +27,7 @@ def pip_install(extra: str) -> str:
     try:
         installed = distribution(NAME)
     except PackageNotFoundError:  # run from a checkout
-        folder = Path(__file__).absolute().parents[3]
-        words = [f"{folder if _is_project(folder) else f'path/to/{NAME}'}[{extra}]"]
+        words = [f"{_CHECKOUT if _is_project(_CHECKOUT) else f'path/to/{NAME}'}[{extra}]"]
     else:
         words = _from_origin(installed.read_text("direct_url.json") or "{}", extra)
         for requirement in () if words else installed.requires or ():

@@ -159,7 +159,9 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     if isinstance(tree, Map):
         return tree
     if source.text.lstrip().startswith("<"):
-        message, help = f"{source.path} is XML, not a description", "`rosorin-compile import` converts a robot in XML"
+        marks = {"<sdf": "SDF", "<mujoco": "MJCF", "xmlns:xacro": "xacro", "<robot": "URDF", "": "XML"}
+        kind = next(kind for mark, kind in marks.items() if mark in source.text[:2_000])
+        message, help = f"{source.path} is {kind}, not a description", "`rosorin-compile import` converts robots in XML"
     else:
         kind = "empty" if tree is None else "a list" if isinstance(tree, Seq) else "not a mapping"
         message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'

@@ -40,19 +40,22 @@ def files_below(folder: Path, skip_built: bool) -> list[str]:
     def fail(problem: OSError) -> None:
         raise problem
 
-    for place, folders, files in os.walk(folder, followlinks=not skip_built, onerror=fail):
-        here = Path(place)
-        real = resolve(here)
-        if real in visited or (visited and resolve(folder).is_relative_to(real)):
-            folders.clear()
-            continue
-        visited.add(real)
-        folders[:] = sorted(filter(lambda name: _is_wanted(here / name, skip_built), folders))
-        folders.sort(key=lambda name: (here / name).is_symlink())  # a file keeps its name without a link
-        relative = here.relative_to(folder)
-        names += [(relative / name).as_posix() for name in files if is_file(here / name)]
-        if len(names) > MAX_FILES:
-            raise OSError(f"more than {MAX_FILES:,} files; name the folder of the package")
+    tops = [folder]
+    for top in tops:  # links to folders last: a file keeps its name without a link
+        for place, folders, files in os.walk(top, followlinks=top != folder, onerror=fail):
+            here = Path(place)
+            real = resolve(here)
+            if real in visited or (visited and resolve(folder).is_relative_to(real)):
+                folders.clear()
+                continue
+            visited.add(real)
+            folders[:] = sorted(name for name in folders if _is_wanted(here / name, skip_built))
+            if top == folder and not skip_built:
+                tops += [here / name for name in folders if (here / name).is_symlink()]
+            relative = here.relative_to(folder)
+            names += [(relative / name).as_posix() for name in files if is_file(here / name)]
+            if len(names) > MAX_FILES:
+                raise OSError(f"more than {MAX_FILES:,} files; name the folder of the package")
     return sorted(names)
 
 

@@ -33,8 +33,8 @@ from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq, loca
 
 from ..annotations import ENTRIES, ITEMS, WITHIN
 from ..expression.functions import ExpressionError
-from ..misnamed import word_meant
 from ..schema import holds_many, keys_of, merged, sections
+from ..suggestions import word_meant
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
 from .parts import copy, join_within, sourced
 

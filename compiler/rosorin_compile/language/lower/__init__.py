@@ -32,8 +32,8 @@ from rosorin_compile.source.wording import listed
 from ..accepting import accepted, names_at
 from ..expand.scope import Scope
 from ..expand.tracing import problem_at
-from ..misnamed import name_meant
 from ..schema import backend_of
+from ..suggestions import name_meant
 from .publishing import Publishing, node, publishing
 from .records import (
     Problem,

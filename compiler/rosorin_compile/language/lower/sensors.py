@@ -31,7 +31,7 @@ from rosorin_compile.source.tree import Path, locate
 from rosorin_compile.source.wording import listed
 
 from ..expand.sensor_types import ChangedSensor
-from ..misnamed import name_meant
+from ..suggestions import name_meant
 from .publishing import OF_THE_URDF, Publishing, optical_pose, publishing
 from .records import attribute_of, pose_of_entry, source_of
 from .shapes import ShapeProblem

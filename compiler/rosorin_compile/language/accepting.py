@@ -102,7 +102,7 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
             continue
         known = OF_PLUGINS.get(rule) or find([rule]).get(rule)
         if known is None:
-            from .complaint import not_allowed
+            from .validate import not_allowed
 
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
         elif rule in STAYS or not known.mild:

@@ -10,7 +10,6 @@ from rosorin_compile.source import rule_registry as registry
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.source.units import DIMENSIONS, UNITS, describe, parse_unit
 
-from .accepting import STAYS
 from .annotations import ANNOTATIONS
 from .authoring import for_editors
 from .authoring.added import added_definitions, added_sections, definitions
@@ -18,6 +17,7 @@ from .expand.mirroring import AXES
 from .expression import CONSTANTS
 from .expression.functions import BUILT_IN
 from .schema import of_parts, of_types, with_formats
+from .suppressions import STAYS
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format

@@ -29,11 +29,11 @@ from rosorin_compile.source.rule_registry import FILES, FRAMES, JOINTS, POSES, R
 from rosorin_compile.source.tree import Map, Path, locate
 from rosorin_compile.source.wording import listed
 
-from ..accepting import accepted, names_at
 from ..expand.scope import Scope
 from ..expand.tracing import problem_at
 from ..schema import backend_of
 from ..suggestions import name_meant
+from ..suppressions import accepted, names_at
 from .publishing import Publishing, node, publishing
 from .records import (
     Problem,

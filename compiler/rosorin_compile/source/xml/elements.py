@@ -10,25 +10,18 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
+from xml.parsers import expat
+
+from ..diagnostics import Source, error
+from .markup import RULE, TEXT, Document, Element, MarkupError, Remark, new_parser, parse
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
-    from xml.parsers.expat import XMLParserType
-
-
-def new_parser() -> XMLParserType:
-    """Return a parser of XML without namespaces, which reports text in one piece; input is decoded already."""
-    from xml.parsers import expat
-
-    parser = expat.ParserCreate("utf-8")
-    parser.buffer_text = True
-    return parser
-
-
-def tree_of(text: str) -> Element:
-    """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
     from xml.etree import ElementTree
-    from xml.parsers import expat
+
+
+def tree_of(text: str) -> ElementTree.Element:
+    """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
+    from xml.etree import ElementTree  # slow
 
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ValueError("a generated artifact declares no entities")
@@ -44,7 +37,7 @@ def tree_of(text: str) -> Element:
     return builder.close()
 
 
-def canonical(element: Element) -> str:
+def canonical(element: ElementTree.Element) -> str:
     """Return an element in one spelling, without differences in white space, comments and digits.
 
     Attributes are sorted, words are separated by one space, numbers have no spare zeros. Not recursive.
@@ -53,7 +46,7 @@ def canonical(element: Element) -> str:
     '<a b="x" c="1.5"><d>1000.0</d><e/></a>'
     """
     parts: list[str] = []
-    waiting: list[Element | str] = [element]
+    waiting: list[ElementTree.Element | str] = [element]
     while waiting:
         item = waiting.pop()
         if isinstance(item, str):
@@ -113,7 +106,7 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
 
     for key, value in root.items():
         add(f"{root.tag} {key}", value)
-    waiting: list[tuple[Element, tuple[str, ...]]] = [(inner, ()) for inner in reversed(root)]
+    waiting: list[tuple[ElementTree.Element, tuple[str, ...]]] = [(inner, ()) for inner in reversed(root)]
     while waiting:
         element, above = waiting.pop()
         name = next((element.attrib[key] for key in _NAMES if key in element.attrib), "")
@@ -136,64 +129,43 @@ class Found(NamedTuple):
     line: int
 
 
-class _Fragment:
-    """The elements of a text that is no whole document.
-
-    ``damage`` is what is wrong with it; white space between its elements has no meaning if ``is_loose``.
-    """
-
-    def __init__(self, text: str) -> None:
-        from xml.parsers import expat
-
-        self.elements: list[Found] = []
-        self.damage = ""
-        self.is_loose = True
-        self._open: list[tuple[str, dict[str, str], list[str], int]] = []
-        self._parser = parser = new_parser()
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
-        parser.CharacterDataHandler = self._data
-        parser.StartCdataSectionHandler = lambda: setattr(self, "is_loose", False)
-        try:
-            for piece in (b"<robot>", text.encode(), b"</robot>"):
-                parser.Parse(piece, False)
-            parser.Parse(b"", True)
-            self.elements.pop()
-        except expat.ExpatError as problem:
-            line = f" (line {problem.lineno} of the text)" if "\n" in text.strip() else ""
-            self.elements, self.damage = [], f"{expat.errors.messages[problem.code]}{line}"
-        except UnicodeEncodeError:
-            self.elements, self.damage = [], "a character that no file can hold"
-        if not self.elements:
-            self.damage = self.damage or "there is no element"
-        # A tag that is written over several lines may have a line end in a value.
-        values = re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text)
-        self.is_loose = self.is_loose and not any("\n" in value for value in values)
-
-    def _start(self, name: str, attributes: dict[str, str]) -> None:
-        self._open.append((name, attributes, [], self._parser.CurrentLineNumber))
-
-    def _end(self, _name: str) -> None:
-        tags = tuple(element[0] for element in self._open[1:])
-        _, attributes, texts, line = self._open.pop()
-        self.elements.append(Found(tags, attributes, "".join(texts).strip(), line))
-
-    def _data(self, text: str) -> None:
-        self._open[-1][2].append(text)
-        if text.strip():
-            if len(self._open) == 1:
-                self.damage = self.damage or f'"{text.strip()[:20]}" is outside of an element'
-            self.is_loose = self.is_loose and "\n" not in text
+def _fragment(text: str) -> Document:
+    """Return the document of a text of elements, within a root. Raises MarkupError."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise MarkupError(error(RULE, "a character that no file can contain", None)) from None
+    return parse(Source("", f"<robot>{text}</robot>"))
 
 
 def damage(text: str) -> str:
     """Return why a text is not elements of XML, or an empty string if it is."""
-    return _Fragment(text).damage
+    try:
+        root = _fragment(text).root
+    except MarkupError as problem:
+        span = problem.diagnostic.span
+        return f"{problem}{f' (line {span.line} of the text)' if span and chr(10) in text.strip() else ''}"
+    if root.text:
+        return f'"{root.text[:20]}" is outside of an element'
+    return "" if root.children else "there is no element"
 
 
 def found_in(text: str) -> list[Found]:
     """Return every element of a text of elements, in the order of their ends; none if it is not XML."""
-    return _Fragment(text).elements
+    found: list[Found] = []
+
+    def visit(element: Element, tags: tuple[str, ...]) -> None:
+        for child in element.children:
+            inner = (*tags, child.tag)
+            visit(child, inner)
+            attributes = {name: one.value for name, one in child.attributes.items()}
+            found.append(Found(inner, attributes, child.text, child.span.line))
+
+    try:
+        visit(_fragment(text).root, ())
+    except MarkupError:
+        return []
+    return found
 
 
 def indented(text: str, indent: str) -> str:
@@ -203,13 +175,22 @@ def indented(text: str, indent: str) -> str:
     """
     text = text.replace("\r\n", "\n").strip()
     first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
-    if not rest or not _Fragment(text).is_loose:
+    if not rest or _has_lines(text):
         return indent + text
     lines = [line for line in rest if line.strip(" \t")]
     margin = min((line[: len(line) - len(line.lstrip(" \t"))] for line in lines), key=len)
     while not all(line.startswith(margin) for line in lines):
         margin = margin[:-1]
     return "\n".join([indent + first, *(indent + line[len(margin) :] if line.strip(" \t") else "" for line in rest)])
+
+
+def _has_lines(text: str) -> bool:
+    """Return True if a line end is part of a value or a text in elements."""
+    if "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text)):
+        return True
+    elements = _fragment(text).root.iter()
+    remarks = (item for element in elements for item in element.content if isinstance(item, Remark))
+    return any(remark.kind == TEXT and "\n" in remark.text for remark in remarks)
 
 
 _MARKUP = re.compile(

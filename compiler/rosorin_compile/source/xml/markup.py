@@ -14,7 +14,6 @@ from xml.parsers import expat
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error
 from ..rule_registry import READING, Rule
-from .elements import canonical, indented, new_parser, tree_of
 
 RULES = (
     Rule(
@@ -164,10 +163,6 @@ class Document:
     A text that a program made of other files has an ``origin``, which returns places in those.
     """
 
-    tree = staticmethod(tree_of)
-    canonical = staticmethod(canonical)
-    indented = staticmethod(indented)
-
     def __init__(self, source: Source) -> None:
         self.source = source
         self._starts = [0, *(match.end() for match in _LINE_END.finditer(source.text))]
@@ -195,6 +190,13 @@ class Document:
 def parse(source: Source) -> Document:
     """Return a text as XML. Raises MarkupError, which names the place."""
     return _Reader(source).read()
+
+
+def new_parser() -> expat.XMLParserType:
+    """Return a parser of XML without namespaces, which reports text in one piece; input is decoded already."""
+    parser = expat.ParserCreate("utf-8")
+    parser.buffer_text = True
+    return parser
 
 
 class _Reader:
@@ -300,23 +302,19 @@ class _Reader:
 
 RULE = "xml-syntax"
 
-_ENDS = {"<!--": ("comment", "-->"), "<![CDATA[": ("CDATA section", "]]>"), "<?": ("instruction", "?>")}
+_ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "<": "tag"}
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
 _ERRORS = expat.errors
-# What expat reports, what the text at its place looks like, the message with that text, and the way out.
+# What expat reports: the text at its place, if the place is that text alone, and the message with it, and the help.
 _REPORTS = {
     _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT: ("", "text after the end of the root element", "XML has one root"),
     _ERRORS.XML_ERROR_DUPLICATE_ATTRIBUTE: (r"[^\s=/>]+", 'the attribute "{}" is repeated', "remove one"),
     _ERRORS.XML_ERROR_UNDEFINED_ENTITY: (
         r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?",
         "unknown entity {}",
-        f"no entities are declared; {_ESCAPES}",
+        _ESCAPES,
     ),
-    _ERRORS.XML_ERROR_MISPLACED_XML_PI: (
-        "",
-        "the declaration <?xml ...?> is not at the beginning of the file",
-        "remove what is before it",
-    ),
+    _ERRORS.XML_ERROR_MISPLACED_XML_PI: ("", "<?xml ...?> is not at the beginning", "remove what is before it"),
     _ERRORS.XML_ERROR_BAD_CHAR_REF: ("", "this reference is not a character of XML", "write the character itself"),
     _ERRORS.XML_ERROR_UNCLOSED_CDATA_SECTION: ("", "this CDATA section is not closed", "add ]]>"),
 }
@@ -324,52 +322,52 @@ _REPORTS = {
 
 def _explained(document: Document, code: int, at: int, open_element: Element | None) -> Diagnostic:
     """Return the error about a text in which expat stopped at the offset ``at`` with the error ``code``."""
-    text, kind = document.source.text, expat.errors.messages[code]
+    text, kind, length = document.source.text, expat.errors.messages[code], 1
     at = min(at, max(0, len(text) - 1))
+    tag = open_element.tag if open_element else ""
     related = [Related("opened here", open_element.span)] if open_element else []
-    unclosed = kind in (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
-    if kind == _ERRORS.XML_ERROR_TAG_MISMATCH and open_element is not None:
+    is_unclosed = kind in (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
+    if kind == _ERRORS.XML_ERROR_TAG_MISMATCH:
         match = re.compile(r"</\s*([^\s>]+)").match(text, text.rfind("<", 0, at + 1))
-        where, length = (match.start(), len(match[0])) if match else (at, 1)
-        message = f"</{match[1] if match else '?'}> does not close <{open_element.tag}>"
-        help = f"close <{open_element.tag}> first, or correct the name"
-        return error(RULE, message, document.span(where, length), help, related)
-    if unclosed and text.startswith("<", at):
-        beginning = next((sign for sign in _ENDS if text.startswith(sign, at)), "<")
-        name, ending = _ENDS.get(beginning, ("tag", ">, or a missing quote"))
-        return error(RULE, f"this {name} is not closed", document.span(at, len(beginning)), f"add {ending}")
-    if unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS:
-        if open_element is None:
-            return error(RULE, "there is no XML element in this file", document.span(0), _RIGHT)
-        message, end = f"the file ends, but <{open_element.tag}> is not closed", max(0, len(text.rstrip()) - 1)
-        return error(RULE, message, document.span(end), f"add </{open_element.tag}>", related)
-    if kind == _ERRORS.XML_ERROR_INVALID_TOKEN:
-        return _invalid_token(document, at)
-    pattern, message, help = _REPORTS.get(kind, ("", f"this is not well-formed XML: {expat.ErrorString(code)}", ""))
-    match = re.compile(pattern).search(text, at)
-    where, found = (match.start(), match[0]) if match and match[0] else (at, "")
-    length = len(found) if kind == _ERRORS.XML_ERROR_UNDEFINED_ENTITY else 1
-    is_second = kind == _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT and document.root.tag
-    related = [Related("the root element", document.root.span)] if is_second else []
-    return error(RULE, message.format(found), document.span(where, length), help, related)
+        at, length = (match.start(), len(match[0])) if match else (at, 1)
+        message, help = f"</{match[1] if match else '?'}> does not close <{tag}>", f"close <{tag}> first"
+    elif is_unclosed and text.startswith("<", at):
+        sign = next(sign for sign in _ENDS if text.startswith(sign, at))
+        message, help, length, related = f"this {_ENDS[sign]} is not closed", "close it", len(sign), []
+    elif is_unclosed and open_element:
+        at = max(0, len(text.rstrip()) - 1)
+        message, help = f"the file ends, but <{tag}> is not closed", f"add </{tag}>"
+    elif is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS:
+        at, message, help = 0, "there is no XML element in this file", _RIGHT
+    elif kind == _ERRORS.XML_ERROR_INVALID_TOKEN:
+        at, message, help = _invalid_token(text, at)
+        related = []
+    else:
+        default = ("", f"this is not well-formed XML: {expat.ErrorString(code)}", "")
+        pattern, message, help = _REPORTS.get(kind, default)
+        found = re.compile(pattern).search(text, at)
+        if kind == _ERRORS.XML_ERROR_UNDEFINED_ENTITY and found:
+            at, length = found.start(), len(found[0])
+        message, related = message.format(found[0] if found else ""), []
+        if kind == _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT and document.root.tag:
+            related = [Related("the root element", document.root.span)]
+    return error(RULE, message, document.span(at, length), help, related)
 
 
-def _invalid_token(document: Document, at: int) -> Diagnostic:
-    text = document.source.text
+def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
+    """Return the place of a character that is not valid, the message and the help."""
     letter = text[at] if text else ""
     comment = text.rfind("<!--", 0, at + 1)
     tag = re.search(r"<([^\s<>/!?]+)[^<>]*\Z", text[max(0, at - 1000) : at])
-    message, help = f'"{letter}" is not allowed here', 'an attribute is written name="value", with quotes'
     if letter and not letter.isprintable() and letter not in "\r\n\t":
         is_end = letter == "\0" and not text[at:].strip("\0 \r\n\t")
-        message = f"the character U+{ord(letter):04X} is not allowed in XML"
         help = "remove it; --lenient ignores it" if is_end else "remove it"
-    elif comment >= 0 and text.find("-->", comment + 4, at) < 0:
-        message, help = '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"
-    elif text[max(0, at - 1) : at] == "&":
-        at, message, help = at - 1, '"&" is not allowed here', _ESCAPES
-    elif letter.isspace() and tag:
-        message, help = f"the tag of <{tag[1]}> is not closed", "add >"
-    elif letter in ("<", "&"):
-        help = f"{_ESCAPES}; or a quote or a > is missing before"
-    return error(RULE, message, document.span(at), help)
+        return at, f"the character U+{ord(letter):04X} is not allowed in XML", help
+    if comment >= 0 and text.find("-->", comment + 4, at) < 0:
+        return at, '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"
+    if text[max(0, at - 1) : at] == "&":
+        return at - 1, '"&" is not allowed here', _ESCAPES
+    if letter.isspace() and tag:
+        return at, f"the tag of <{tag[1]}> is not closed", "add >"
+    help = f"{_ESCAPES}; or a quote or a > is missing before" if letter in ("<", "&") else 'write name="value"'
+    return at, f'"{letter}" is not allowed here', help

@@ -114,6 +114,7 @@ def _is_told(diagnostic: Diagnostic) -> bool:
 def _with_way_out(diagnostic: Diagnostic, lenient: bool) -> Diagnostic:
     rule = acceptable().get(diagnostic.rule)
     if diagnostic.severity == ERROR and rule and rule.imported == "lenient" and diagnostic.of and not lenient:
+        diagnostic = diagnostic.worded()
         help = f"{diagnostic.help}; --lenient takes it as it is" if diagnostic.help else "--lenient takes it as it is"
         return replace(diagnostic, help=help)
     return diagnostic

@@ -271,9 +271,10 @@ class _Report:
         self.part, self.defined = part_at(misfit.schema_path[:-1], schema)
         self.kind = (self.defined or str(self.path[0])) if self.path else "top"
         self.meaning = _sentence(str(self.part.get("description", "")))
-        self.value: Any = tree
+        value: Any = tree
         for step in self.path:
-            self.value = self.value[step]
+            value = value[step]
+        self.value = value
 
     def diagnostics(self) -> Iterable[Diagnostic]:
         wanted, where, value = self.misfit.wanted, self.where, self.value

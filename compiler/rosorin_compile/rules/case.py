@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Reference, SymbolTable
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span, or_else
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, Related, Span, diagnostic, or_else
 from rosorin_compile.source.tree import Map, Path, at, exists, follow
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class Case:
         rule: str,
         message: str,
         path: Path,
-        help: str = "",
+        help: Help = "",
         *,
         related: Iterable[Related] = (),
         severity: str = ERROR,
@@ -118,7 +118,8 @@ class Case:
         """
         place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
         names = names_at(self.tree, path)
-        return Diagnostic(rule, severity, message, place.span, (*related, *uses, *place.stack()), help, names)
+        made = diagnostic(rule, severity, message, place.span, help, (*related, *uses, *place.stack()))
+        return replace(made, of=names)
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:
         """Return a second place."""

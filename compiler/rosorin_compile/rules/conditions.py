@@ -9,7 +9,7 @@ from itertools import product
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Edge, Robot
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, UnknownName, did_you_mean
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Help, Suggestion, UnknownName, did_you_mean
 from rosorin_compile.source.rule_registry import FRAMES, rule
 from rosorin_compile.source.tree import Path, Text, at
 
@@ -74,7 +74,7 @@ def _not_readable(case: Case, path: Path, edge: Edge, wrong: ExpressionError) ->
     modes = case.robot.modes
     name = wrong.unknown
     if name and not name.endswith("()"):
-        help = did_you_mean(name, modes, f'add "{name}" to modes')
+        help: Help = Suggestion(name, modes, f'add "{name}" to modes')
         rule, message = "unknown-mode", f'there is no mode "{name}"'
     else:
         reason = wrong.message.removeprefix("not an expression: ")

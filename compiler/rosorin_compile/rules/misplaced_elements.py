@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Help, Suggestion
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Map, Path
@@ -114,7 +114,7 @@ def _holder(path: Path) -> str:
     return "robot"
 
 
-def _misplaced(tags: tuple[str, ...]) -> tuple[str, str] | None:
+def _misplaced(tags: tuple[str, ...]) -> tuple[str, Help] | None:
     """Return what is wrong with the place of an element, and what to do; None if nothing is known to be."""
     *_, parent, tag = tags
     if any(one in _FREE for one in tags[:-1]) or ":" in "".join(tags[1:]):
@@ -133,7 +133,7 @@ def _misplaced(tags: tuple[str, ...]) -> tuple[str, str] | None:
     known = sdf_elements().get(inside)
     if known is None or tag in known:
         return None
-    return f"SDF has no <{tag}> in <{inside}>", did_you_mean(tag, sorted(known)) or "correct it, or remove it"
+    return f"SDF has no <{tag}> in <{inside}>", Suggestion(tag, known, none="correct it, or remove it")
 
 
 def _words(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagnostic]:
@@ -145,7 +145,7 @@ def _words(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagn
         if name in _FREE or ":" in name or name == "attributes" or value is None:
             continue
         if name not in known:
-            help = did_you_mean(name, sorted(known)) or "correct it, or remove it"
+            help = Suggestion(name, known, none="correct it, or remove it")
             message = f"SDF has no <{name}> in <{parent}>"
             yield case.problem("misplaced-element", message, (*path, name), help, severity=WARNING, key=True)
         else:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.simulated_names import WORDS, Names, kept, simulates
 from rosorin_compile.rules.xml_elements import at_name
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion
 from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.xml import mujoco
 from rosorin_compile.source.xml.elements import Found, found_in
@@ -51,7 +51,7 @@ def placed(case: Case) -> Iterator[Diagnostic]:
                 break
 
 
-def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
+def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
     """Return what is wrong with where an element stands, and the way out."""
     tag, first = found.tags[-1], found.tags[0]
     if tag in _IN_WORDS and not (top and first in _OTHERWISE.get(tag, ())) and not (top and first == "default"):
@@ -64,14 +64,12 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
     if top and tag == "compiler":
         return "<compiler> would change what all numbers of the MJCF mean", "leave it out; angles are in radians here"
     if top and tag not in mujoco.SECTIONS:
-        where = (
-            "write it in a link" if tag in _IN_BODIES else did_you_mean(tag, mujoco.SECTIONS, "write a whole section")
-        )
+        where = "write it in a link" if tag in _IN_BODIES else Suggestion(tag, mujoco.SECTIONS, "write a whole section")
         return f"<{tag}> is no section of an MJCF", where
     if not top and tag in mujoco.SECTIONS:
         return f"<{tag}> is a section of the MJCF, and stands in a link", "write it under mjcf_elements at the top"
     if not top and tag not in _IN_BODIES:
-        return f"<{tag}> is no element of a body", did_you_mean(tag, _IN_BODIES, "write one of them")
+        return f"<{tag}> is no element of a body", Suggestion(tag, _IN_BODIES, "write one of them")
     return None
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Output
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, swaps
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, swaps
 from rosorin_compile.source.rule_registry import OUTPUTS, rule
 from rosorin_compile.source.tree import Path, exists
 from rosorin_compile.source.wording import listed
@@ -61,9 +61,8 @@ def backends(case: Case) -> Iterator[Diagnostic]:
         for option in output.options:
             if option not in format.options:
                 message = f'the backend "{output.backend}" has no option "{option}"'
-                help = did_you_mean(option, format.options)
                 known = f"its options: {', '.join(sorted(format.options))}"
-                help = f"{help} ({known})" if help.startswith("did") else known
+                help = Suggestion(option, format.options, instead=known)
                 yield case.problem("unknown-option", message, (*path, option), help, key=True)
         if placed and format.check is not None and (not case.wanted or output.name in case.wanted):
             yield from format.check(case, output)

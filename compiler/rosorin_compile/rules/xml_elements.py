@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Suggestion, did_you_mean, nearest
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Instance, Path, locate, prefix_at
 from rosorin_compile.source.xml.elements import Found, canonical, damage, found_in, tree_of
@@ -289,7 +289,7 @@ class _Materials:
         for use in self.uses:
             if use.found.name not in names:
                 message = f'there is no material "{use.found.name}", {use.found.where}'
-                help = did_you_mean(use.found.name, self.case.robot.material, "define it under materials")
+                help = Suggestion(use.found.name, self.case.robot.material, "define it under materials")
                 yield _problem(self.case, message, [use], help)
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from rosorin_compile.formats.urdf.reading import Reading, named
 from rosorin_compile.model import Transform
-from rosorin_compile.source.diagnostics import Span, did_you_mean
+from rosorin_compile.source.diagnostics import Span, Suggestion
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
 
@@ -114,7 +114,7 @@ class Tree:
         if kind in (*SINGLE, *PAIRS):
             return kind
         message = f'{named(element)} is of type "{kind}", which SDF does not have'
-        self.reading.error("joint-type", message, attribute.span, did_you_mean(kind, _TYPES))
+        self.reading.error("joint-type", message, attribute.span, Suggestion(kind, _TYPES))
         return ""
 
     def _each_once(self, joints: Iterable[Joined]) -> Iterator[Joined]:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic
-from .messages import gathered
+from .messages import gathered, worded
 from .progress import Progress
 from .wording import and_more, counted, inert, printable
 
@@ -175,6 +175,8 @@ class Console:
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
         """Print diagnostics, or collect them; for people notes may only be counted, unless ``listed``."""
         self.severities.update(one.severity for one in diagnostics)
+        if self.keeps or not self.for_people:
+            diagnostics = worded(diagnostics)
         if self.quiet:
             stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
             diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
@@ -192,7 +194,7 @@ class Console:
         from . import report
 
         diagnostics = gathered(diagnostics, [WARNING, NOTE])
-        text = report.text(diagnostics[:MAX_SHOWN], colour())
+        text = report.text(worded(diagnostics[:MAX_SHOWN]), colour())
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
         if colour():

@@ -6,8 +6,8 @@ words them after the last stage; only the command line turns them into text.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -30,9 +30,10 @@ from .wording import (
 if TYPE_CHECKING:
     import ast
 
-__all__ = ["ERROR", "MAX_LISTED", "NOTE", "TRUSTED", "WARNING", "Diagnostic", "MadeSpan", "MissingPackages"]
-__all__ += ["Related", "RequestError", "Source", "Span", "UnknownName", "Use", "and_more", "counted", "did_you_mean"]
-__all__ += ["error", "first_of", "has_errors", "listed", "masked", "nearest", "or_else", "printable", "quoted", "swaps"]
+__all__ = ["ERROR", "MAX_LISTED", "NOTE", "TRUSTED", "WARNING", "Diagnostic", "Help", "MadeSpan", "MissingPackages"]
+__all__ += ["Related", "RequestError", "Source", "Span", "Suggestion", "UnknownName", "Use", "and_more", "counted"]
+__all__ += ["diagnostic", "did_you_mean", "error", "first_of", "has_errors", "listed", "masked", "nearest", "or_else"]
+__all__ += ["printable", "quoted", "swaps"]
 
 
 class RequestError(ValueError):
@@ -147,7 +148,8 @@ class Diagnostic:
     """One problem or remark: ``rule`` is its kebab-case id, and ``help`` suggests a fix.
 
     ``of`` names its subject: the link or joint under which a description may accept it, or the edge, topic or line of a
-    recording. ``numbers``, in SI units, are for programs. ``suggest`` computes the help after the last stage.
+    recording. ``numbers``, in SI units, are for programs. ``suggest`` makes the help; ``messages`` calls it after the
+    last stage.
     """
 
     rule: str
@@ -160,22 +162,67 @@ class Diagnostic:
     numbers: tuple[tuple[str, Any], ...] = ()
     suggest: Callable[[], str] | None = field(default=None, compare=False, repr=False)
 
+    def worded(self) -> Diagnostic:
+        """Return the diagnostic with its suggestion as help."""
+        if self.suggest is None:
+            return self
+        near = self.suggest.related() if isinstance(self.suggest, Suggestion) else ()
+        return replace(self, help=self.suggest(), suggest=None, related=(*near, *self.related))
+
     def __str__(self) -> str:
         """Return place, severity, rule and message in one line."""
         return self.as_text().partition("\n")[0]
 
     def as_text(self) -> str:
         """Return the diagnostic as the command line prints it: place, message, the line of the file, help."""
-        return report.text([self])
+        return report.text([self.worded()])
 
     def as_object(self) -> dict[str, object]:
         """Return the diagnostic as a JSON object."""
-        return report.as_object(self)
+        return report.as_object(self.worded())
 
 
-def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:
+@dataclass(frozen=True)
+class Suggestion:
+    """The help for a name that does not exist: the name, and those that exist.
+
+    ``otherwise`` is before the list of names if none is similar; ``instead`` is in the place of the list, and ``none``
+    is the help if there are no names. ``places`` are where the names are defined.
+    """
+
+    word: str
+    candidates: Collection[str]
+    otherwise: str = ""
+    instead: str = ""
+    none: str = ""
+    places: Mapping[str, Span] = field(default_factory=dict)
+
+    def __call__(self) -> str:
+        """Return the help; ``messages`` calls it for the diagnostics that are shown."""
+        help = did_you_mean(self.word, self.candidates, self.otherwise) or self.none
+        return self.instead if self.instead and not help.startswith("did") else help
+
+    def related(self) -> tuple[Related, ...]:
+        """Return the place where the most similar name is defined."""
+        near = nearest(self.word, self.candidates) if self.places else None
+        span = self.places.get(near) if near is not None else None
+        return (Related("the suggestion is defined here", span),) if span else ()
+
+
+Help = str | Callable[[], str]
+
+
+def error(rule: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()) -> Diagnostic:
     """Return a diagnostic of severity error."""
-    return Diagnostic(rule, ERROR, message, span, tuple(related), help)
+    return diagnostic(rule, ERROR, message, span, help, related)
+
+
+def diagnostic(
+    rule: str, severity: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()
+) -> Diagnostic:
+    """Return a diagnostic; a help that takes long to make is a function, which ``messages`` calls."""
+    text, suggest = (help, None) if isinstance(help, str) else ("", help)
+    return Diagnostic(rule, severity, message, span, tuple(related), text, suggest=suggest)
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:

@@ -107,7 +107,15 @@ _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
 _UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
 _UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
 # What a calculation behind such a tag may contain.
-_CALCULATION = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Constant, ast.Name, ast.Call, ast.Load)
+_CALCULATION: tuple[type[ast.AST], ...] = (
+    ast.Expression,
+    ast.BinOp,
+    ast.UnaryOp,
+    ast.Constant,
+    ast.Name,
+    ast.Call,
+    ast.Load,
+)
 _CALCULATION += (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.USub, ast.UAdd)
 _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
 
@@ -288,7 +296,7 @@ class _Composer:
             help = "list the file under include" if "include" in event.tag else "write the value without it"
             raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, help)
         if is_scalar and event.tag in _UNIT_TAGS:
-            made = self.tagged(event)
+            made: Any = self.tagged(event)
         elif is_scalar:
             made = Text(event.value) if event.style or event.tag is not None else plain_scalar(event.value)
         elif isinstance(event, yaml.MappingStartEvent):

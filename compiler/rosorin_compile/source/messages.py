@@ -10,9 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from difflib import SequenceMatcher
 from typing import NamedTuple
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Use
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Suggestion, Use
 from .wording import and_more, counted, swaps
 
 MAX_WORDED = 200  # diagnostics with a computed suggestion: more than a person reads
@@ -47,8 +48,7 @@ def worded(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     result = []
     for one in diagnostics:
         count += one.suggest is not None
-        help = one.suggest() if one.suggest and count <= MAX_WORDED else one.help
-        result.append(replace(one, help=help, suggest=None) if one.suggest else one)
+        result.append(one.worded() if count <= MAX_WORDED else replace(one, suggest=None))
     return result
 
 
@@ -142,18 +142,20 @@ class Offer(NamedTuple):
 
 def offer(diagnostic: Diagnostic) -> Offer | None:
     """Return the unknown name of an error and the name that its help suggests, or None for another error."""
-    import difflib
-
-    found = _MEANT.match(diagnostic.help) if diagnostic.severity == ERROR else None
-    if found is None or diagnostic.rule in _OF_SHAPE:
+    if diagnostic.severity != ERROR or diagnostic.rule in _OF_SHAPE:
+        return None
+    found = _MEANT.match(diagnostic.worded().help)
+    if found is None:
         return None
     meant = found[1]
+    if isinstance(diagnostic.suggest, Suggestion):
+        return Offer(diagnostic.suggest.word, meant)
     names = [name for name in _QUOTED.findall(diagnostic.message) if name != meant]
 
-    def likeness(name: str) -> tuple[bool, float]:
-        return name in swaps(meant), difflib.SequenceMatcher(None, name, meant).ratio()
+    def similarity(name: str) -> tuple[bool, float]:
+        return name in swaps(meant), SequenceMatcher(None, name, meant).ratio()
 
-    return Offer(max(names, key=likeness), meant) if names else None
+    return Offer(max(names, key=similarity), meant) if names else None
 
 
 def told_once(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:

@@ -128,7 +128,7 @@ def all_with(changed: Iterable[str]) -> list[Path]:
     """
     found: set[Path] = set()
     for file in changed:
-        found.update(next(filter(None, map(all_in, Path(file).parents)), None) or all_here())
+        found.update(next((there for folder in Path(file).parents if (there := all_in(folder))), None) or all_here())
     return sorted(found)
 
 

@@ -134,7 +134,7 @@ def foreign(name: str) -> str:
     for word in _WORD.findall(name):
         foreign_letters = [letter for letter in word if ord(letter) in LATIN]
         if foreign_letters and any(letter.isascii() for letter in word):
-            return foreign_letters[0]
+            return str(foreign_letters[0])
     return ""
 
 

@@ -232,8 +232,9 @@ class _Failure:
         """Report a value that begins with a character to which YAML gives a meaning."""
         for words, message, help, at_begun in _REPORTS:
             if words in self.what:
-                place = self.begun if at_begun else self.at
-                return self.report(message.format(letter=printable(self.letter)), help, place)
+                return self.report(
+                    message.format(letter=printable(self.letter)), help, self.begun if at_begun else self.at
+                )
         text = self.source.text
         if "expected node content" in self.what and not self.letter:
             if (last := max(map(text.rfind, _CLOSING))) >= 0:

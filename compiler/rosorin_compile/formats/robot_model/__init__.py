@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from rosorin_compile.model.link import Source
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.bounded import json_of
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from ..format import Format, Opened
@@ -103,13 +103,13 @@ def _asked(robot: Robot, output: Output) -> Iterable[str]:
 def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> list[Diagnostic]:
     """Return an error for each name in the options that the robot does not have."""
     servos = {group.name for group in robot.servos}
-    asked: list[tuple[str, Iterable[str], Iterable[str]]] = [
+    asked: list[tuple[str, Iterable[str], Collection[str]]] = [
         ("joint", options.get("joints", ()), robot.joint),
         ("link", options.get("rename", {}), robot.link),
         ("servo group", [options["servos"]] if "servos" in options else [], servos),
     ]
     return [
-        error("robot-model-unknown-name", f'there is no {kind} "{name}"', None, did_you_mean(name, known))
+        error("robot-model-unknown-name", f'there is no {kind} "{name}"', None, Suggestion(name, known))
         for kind, names, known in asked
         for name in names
         if name not in known
@@ -296,7 +296,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
     if group is not None and group not in groups:
         message = f'there is no servo group "{group}", asked for by output "{output.name}"'
-        help = did_you_mean(group, groups, "name a group")
+        help = Suggestion(group, groups, "name a group")
         yield case.problem("unknown-servo", message, ("outputs", output.name, "servos"), help)
 
 

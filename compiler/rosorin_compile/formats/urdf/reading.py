@@ -14,7 +14,7 @@ from typing import Any
 
 from rosorin_compile.rules.check import acceptable
 from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
-from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Help, Related, Span, error
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq, Text
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
@@ -148,7 +148,7 @@ class Reading:
         self._left_out: dict[tuple[str, str], list[LeftOut]] = {}
         self._first: dict[tuple[str, str], Diagnostic] = {}
 
-    def error(self, rule: str, message: str, span: Span, help: str = "", related: Iterable[Related] = ()) -> None:
+    def error(self, rule: str, message: str, span: Span, help: Help = "", related: Iterable[Related] = ()) -> None:
         """Report that the file is broken."""
         self.diagnostics.append(error(rule, message, span, help, related))
 
@@ -156,10 +156,10 @@ class Reading:
         """Report something that is read otherwise than it is written."""
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span))
 
-    def lenient(self, rule: str, message: str, span: Span, help: str, instead: str) -> bool:
+    def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
         """Report something broken that --lenient reads as ``instead`` says; return True if it is read."""
         if not self.options.lenient:
-            self.error(rule, message, span, f"{help}; --lenient {instead}")
+            self.error(rule, message, span, f"{help if isinstance(help, str) else help()}; --lenient {instead}")
             return False
         if rule not in acceptable():  # otherwise the accepted rule reports it
             self.note(rule, f"{message}; --lenient {instead}", span)
@@ -177,6 +177,8 @@ class Reading:
             self.cannot_carry(named(element), element.span, wrong[0].message)
         elif wrong:
             hint = f"--lenient leaves {what} out"
+            reported = [one.worded() for one in reported]
+            wrong = [one for one in reported if one.severity == ERROR]
             self.diagnostics[before:] = [
                 replace(one, help=f"{one.help}; {hint}") if one in wrong and "--lenient" not in one.help else one
                 for one in reported

@@ -21,7 +21,7 @@ from rosorin_compile.source.diagnostics import (
     Related,
     Source,
     Span,
-    did_you_mean,
+    Suggestion,
     has_errors,
 )
 from rosorin_compile.source.progress import Progress
@@ -437,8 +437,7 @@ def _joint(element: Element, path: TreePath, reading: Reading) -> Map:
             entry.put("type", kind, attribute.name_span, attribute.span)
         else:
             message = f'{named(element)} is of type "{kind}", which URDF does not have'
-            help = did_you_mean(kind, TYPES).replace("known:", "it has")
-            reading.error("joint-type", message, attribute.span, help)
+            reading.error("joint-type", message, attribute.span, Suggestion(kind, TYPES))
             kind = ""
     reading.magnitudes.types.add(kind)
     for end in ("parent", "child"):

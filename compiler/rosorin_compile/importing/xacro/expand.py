@@ -33,7 +33,7 @@ from rosorin_compile.source.diagnostics import (
     Related,
     Source,
     Span,
-    did_you_mean,
+    Suggestion,
     error,
 )
 from rosorin_compile.source.files import record, shown
@@ -317,8 +317,8 @@ def faults(
     # Without a file, nobody knows what it declares; with all, xacro would say nothing, or that another has no value.
     if unknown and "markup" not in answer and not any(one.rule == "package-missing" for one in missing):
         message = f'{path.name} has no argument "{unknown[0]}"'
-        help = did_you_mean(unknown[0], known) or "it has none"
-        return [error("unknown-argument", message, document.root.span, help)]
+        suggestion = Suggestion(unknown[0], known, none="it has none")
+        return [error("unknown-argument", message, document.root.span, suggestion)]
     if "markup" in answer:
         return [*missing, _not_markup(answer, document, path, sources)]
     if "error" in answer and not (missing and _is_about_missing(answer["error"])):

@@ -21,7 +21,7 @@ from rosorin_compile.source.diagnostics import (
     MadeSpan,
     Related,
     Span,
-    did_you_mean,
+    Suggestion,
     error,
     has_errors,
     swaps,
@@ -240,7 +240,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     names, values = (arguments.key_spans, arguments.value_spans) if isinstance(arguments, Map) else ({}, {})
     for name, value in arguments.items():
         if name not in declared:
-            message, help = f'the description has no argument "{name}"', did_you_mean(name, declared) or "it has none"
+            message, help = f'the description has no argument "{name}"', Suggestion(name, declared, none="it has none")
             scope.ledger.diagnostics.append(error("unknown-argument", message, names.get(name), help))
             continue
         if value == "" and type(value) is str and _type(declared[name]) != "text":

@@ -10,10 +10,11 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy as copy_of
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Source, Span, error
 from rosorin_compile.source.files import Version, is_file, record, recording, resolve, shown
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.packages import Packages
@@ -421,7 +422,7 @@ class Reader:
     def _unknown_key(self, section: str, key: str, entry: Map) -> None:
         """Report a key of one entry that two files say something under, and that nobody knows."""
         place = locate(entry, (key,), key=True)
-        self._error("unknown-key", f'{section} has no key "{key}"', place, word_meant(key, keys_of(section)))
+        self._error("unknown-key", f'{section} has no key "{key}"', place, partial(word_meant, key, keys_of(section)))
 
     def _join_section(self, section: str, made: Map, more: Map) -> None:
         for name, entry in more.items():
@@ -436,7 +437,7 @@ class Reader:
         message = f'{section.rstrip("s")} "{name}" is defined twice'
         self._error("duplicate-name", message, locate(more, (name,), key=True), "rename or remove one", related)
 
-    def _error(self, rule: str, message: str, place: Place, help: str, related: Sequence[Related] = ()) -> None:
+    def _error(self, rule: str, message: str, place: Place, help: Help, related: Sequence[Related] = ()) -> None:
         self.diagnostics.append(error(rule, message, place.span, help, [*related, *place.stack()]))
 
 

@@ -17,7 +17,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
+from rosorin_compile.source.diagnostics import (
+    NOTE,
+    TRUSTED,
+    WARNING,
+    Diagnostic,
+    Related,
+    Span,
+    Suggestion,
+    error,
+)
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.project import MESH_FILE, resolved
 from rosorin_compile.source.rule_registry import FILES, Rule
@@ -434,7 +443,7 @@ def check_include(entry: Map, scope: Scope) -> None:
     for key in entry:
         if key not in KEYS:
             place = Place(entry.key_spans[key], scope.via or entry.via)
-            scope.report("unknown-key", f'an include has no key "{key}"', place, did_you_mean(key, KEYS))
+            scope.report("unknown-key", f'an include has no key "{key}"', place, Suggestion(key, KEYS))
             wrong += 1
     kinds: list[tuple[str, type, str]] = [(key, str, "text") for key in _TEXTS]
     kinds += [("args", Map, "a mapping"), ("packages", Map, "a mapping")]

@@ -7,9 +7,10 @@ is its default.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Related, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import Related, Suggestion, error, nearest
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Map, Place, Seq, locate
 from rosorin_compile.source.units import DIMENSIONS, NUMBER, Quantity, in_si
@@ -101,11 +102,10 @@ def declare(
     meant: set[str | None] = set()
     for name in given:
         if name not in known:
-            help = did_you_mean(name, known) or "it has none"
-            close = nearest(name, known)
-            meant.add(close)
-            near = [Related("the suggestion is defined here", known[close].place.span)] if close else []
-            scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help, near)
+            spans = {parameter: one.place.span for parameter, one in known.items()}
+            help = Suggestion(name, known, none="it has none", places=spans)
+            meant.add(nearest(name, known))  # an argument that is missing under its own name
+            scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help)
     missing = [parameter for name, parameter in known.items() if name not in given and not parameter.has_default]
     scope.broken.update(parameter.name for parameter in missing)
     # Of others the default, or the argument, may be there under a misspelt key, which is reported.
@@ -162,7 +162,7 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
     if unknown:
         tails = text_tails(entry, unknown)
         for key in (one for one in unknown if one not in tails):
-            help = text_meant_by(key, entry) or word_meant(key, KEYS, "arg")
+            help = text_meant_by(key, entry) or partial(word_meant, key, KEYS, "arg")
             scope.report(
                 "unknown-key", f'argument "{name}" has no key "{key}"', Place(entry.key_spans[key], entry.via), help
             )
@@ -183,7 +183,7 @@ def _type(scope: Scope, name: str, entry: Map) -> str:
     if not isinstance(wanted, str):
         scope.report("wrong-type", f'argument "{name}" type is text, not {kind_of(wanted)}', place, "such as length")
         return ""
-    help = word_meant(wanted, [*TYPES, *DIMENSIONS], "arg type")
+    help = partial(word_meant, wanted, [*TYPES, *DIMENSIONS], "arg type")
     scope.report("wrong-value", f'argument "{name}" type cannot be "{wanted}"', place, help)
     return ""
 

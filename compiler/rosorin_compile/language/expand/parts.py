@@ -14,7 +14,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import (
+    WARNING,
+    Diagnostic,
+    Related,
+    Source,
+    Span,
+    Suggestion,
+    nearest,
+)
 from rosorin_compile.source.load import LoadError, load_mapping, load_own
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
@@ -311,11 +319,10 @@ class Parts:
         known = parts if isinstance(parts, Map) else Map(place.span)
         if short not in known:
             folder = name.removesuffix(short)
-            help = did_you_mean(name, [f"{folder}{part}" for part in known])
-            help = help if help.startswith("did") else self._near(short) or help or "define it under parts"
-            meant = nearest(short, known)
-            near = [Related("the suggestion is defined here", known.key_spans[meant])] if meant else []
-            scope.report("unknown-part", f'there is no part "{name}"', place, help, near)
+            places = {f"{folder}{part}": span for part, span in known.key_spans.items()}
+            library = self._near(short) or "define it under parts"
+            help = Suggestion(name, [*places], none=library, instead="" if known else library, places=places)
+            scope.report("unknown-part", f'there is no part "{name}"', place, help)
             raise Failed
         body = known[short]
         if id(body) not in self.sound:

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NoReturn
 
-from rosorin_compile.source.diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import MAX_LISTED, Help, Related, Span, did_you_mean, error, nearest
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
@@ -141,7 +141,7 @@ class Scope:
         rule: str,
         message: str,
         place: Place,
-        help: str = "",
+        help: Help = "",
         related: Sequence[Related] = (),
         of_kinds: bool | None = None,
     ) -> None:
@@ -154,7 +154,7 @@ class Scope:
         self.report_traced(rule, message, place, help, related, trace)
 
     def report_traced(
-        self, rule: str, message: str, place: Place, help: str, related: Iterable[Related], trace: Traced | None
+        self, rule: str, message: str, place: Place, help: Help, related: Iterable[Related], trace: Traced | None
     ) -> None:
         """Add an error at a place, or at the argument that the value there comes of: there one for all expressions."""
         stack = tuple(self.via.stack()) if self.via else place.stack()

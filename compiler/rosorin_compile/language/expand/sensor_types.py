@@ -7,6 +7,7 @@ A type is a mapping under ``sensor_types``, in a description or in the library: 
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,7 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
             definition, home = shared.get(kind), Scope(scope.ledger)
         place = Place(sensor.value_spans["type"], sensor.via)
         if not isinstance(definition, Map):
-            help = word_meant(kind, [*types, *(shared or {})], "sensor type")
+            help = partial(word_meant, kind, [*types, *(shared or {})], "sensor type")
             scope.report("unknown-sensor-type", f'sensor "{name}": unknown sensor type "{kind}"', place, help)
             continue
         try:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple, TypeVar
 
@@ -22,7 +23,7 @@ from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Marked, Root
-from rosorin_compile.source.diagnostics import Diagnostic, Related, error
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.rule_registry import FILES, FRAMES, JOINTS, POSES, Rule
@@ -124,7 +125,7 @@ class Lowering:
         self.servos: tuple[ServoGroup, ...] = ()
 
     def __call__(
-        self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = (), key: bool = False
+        self, rule: str, message: str, path: Path, help: Help = "", related: tuple[Related, ...] = (), key: bool = False
     ) -> None:
         """Report a problem at a path of the tree, or at the last key of the path."""
         diagnostic = problem_at(self.scope, self.tree, path, rule, message, help, related, key)
@@ -392,7 +393,7 @@ def _positions_of(pose: str, pulses: Mapping[str, int], lowering: Lowering) -> d
             joints = lowering.tree.get("joints") or {}
             if joint in joints and not {*known} <= joints.keys():
                 continue  # a servo group misspells its name, which is reported
-            help = name_meant(lowering.tree, path, joint, known)
+            help = partial(name_meant, lowering.tree, path, joint, known)
             lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
             continue
         low, high = group.pulse_range

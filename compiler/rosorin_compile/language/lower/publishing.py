@@ -14,7 +14,7 @@ from rosorin_compile.model.joint import (
     UNPUBLISHED,
     Publisher,
 )
-from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.diagnostics import Help, Suggestion
 from rosorin_compile.source.tree import Path
 
 from .records import Problem, vector_of
@@ -71,7 +71,7 @@ def node(name: str, path: Path, nodes: Mapping[str, Publisher], problem: Problem
     """Return a node by the name that a description gives it; ``problem`` takes a name that is not known."""
     if name in nodes:
         return nodes[name]
-    help = did_you_mean(name, [*nodes, ROBOT_STATE_PUBLISHER])
+    help: Help = Suggestion(name, [*nodes, ROBOT_STATE_PUBLISHER])
     if name == STATIC_TRANSFORM_PUBLISHER:
         help = f"write {{{name}: NODE_NAME}}: each is a node of its own"
     problem("unknown-publisher", f'there is no publisher "{name}"', path, help)

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Joint, Link, Pose, Sensor, Transform
@@ -156,7 +157,7 @@ def _check(lowering: Lowering, name: str, entry: dict[str, Any], above: Mapping[
     if frame not in links and frame not in above:
         message = f'sensor "{name}" has no parent, and its frame "{frame}" is no link of the description'
         known = list(dict.fromkeys((*links, *above)))
-        help = name_meant(lowering.tree, (*path, "frame"), frame, known)
+        help = partial(name_meant, lowering.tree, (*path, "frame"), frame, known)
         lowering("sensor-frame", message, (*path, "frame"), help)
         return
     for key in _OF_THE_JOINT:

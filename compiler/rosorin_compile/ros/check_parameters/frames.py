@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.tf_tree import legal_steps, pieces
-from rosorin_compile.source.diagnostics import Diagnostic, Related, did_you_mean, error, quoted
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Suggestion, error, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.tables import Key
@@ -106,7 +106,7 @@ def _frame(
         yield from _base(case, node, key, setting, value, parts)
     elif value not in known:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
-        yield error("parameters-frame", message, setting.span, did_you_mean(value, known, "name a frame of the robot"))
+        yield error("parameters-frame", message, setting.span, Suggestion(value, known, "name a frame of the robot"))
     elif not any(value in part for part in parts) and len(known) > 1:
         message = f'{name} is "{value}"{assumed}, a frame that nobody publishes'
         yield error("parameters-frame", message, setting.span, "say who publishes it", _unpublished(case, value))
@@ -136,8 +136,7 @@ def _base(
         yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
     else:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
-        near = did_you_mean(value, part)
-        yield error("parameters-frame", message, setting.span, near if near.startswith("did") else help, related)
+        yield error("parameters-frame", message, setting.span, Suggestion(value, part, instead=help), related)
 
 
 def _odometry(case: Case, node: Node) -> str:

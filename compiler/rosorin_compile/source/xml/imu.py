@@ -35,8 +35,8 @@ def with_noise(text: str) -> str:
                 numbers = [
                     f"<{one.tag}>{escape(one.text)}</{one.tag}>" for one in child.children if one.tag in _OF_NOISE
                 ]
-                inner = f'<noise type="{escape(kind)}">{"".join(numbers)}</noise>'
-                lines += [f"<{what}>", *(f"  <{axis}>{inner}</{axis}>" for axis in "xyz"), f"</{what}>"]
+                noisy = f'<noise type="{escape(kind)}">{"".join(numbers)}</noise>'
+                lines += [f"<{what}>", *(f"  <{axis}>{noisy}</{axis}>" for axis in "xyz"), f"</{what}>"]
         before = text[: noise.start]
         indent = before.rpartition("\n")[2]
         is_alone = "\n" in before and not indent.strip()

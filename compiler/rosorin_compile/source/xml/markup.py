@@ -304,6 +304,7 @@ RULE = "xml-syntax"
 
 _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "<": "tag"}
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
+_ENTITY = r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?"
 _ERRORS = expat.errors
 # What expat reports: the text at its place, if the place is that text alone, and the message with it, and the help.
 _REPORTS = {

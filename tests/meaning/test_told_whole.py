@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.cli.markdown import Section, document
 from rosorin_compile.compare.committed import compare
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side, as_json, lines
@@ -23,7 +24,6 @@ from rosorin_compile.compare.text_report import blocks
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source.markdown import Section, document
 from rosorin_compile.viewer.changed import change_data
 from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, edit, write_files

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.cli.report_formats import FORMATS
 from rosorin_compile.rules.check import is_id
 from rosorin_compile.source import report
 from rosorin_compile.source import rule_registry as registry
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
-from rosorin_compile.source.report import FORMATS
 from rosorin_compile.source.rule_registry import NUMBERS, Rule, every_rule, rule
 
 

@@ -43,7 +43,7 @@ from .registry import commands
 from .run import Run, count, for_each, nothing_written, write_page
 
 if TYPE_CHECKING:
-    from rosorin_compile.source.markdown import Block
+    from rosorin_compile.compare.text_report import Block
 
 MAX_COMBINATIONS = 256
 

@@ -9,7 +9,6 @@ from difflib import unified_diff
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.bounded import json_of
-from rosorin_compile.source.markdown import Block, Cell, Code, Diff, Table
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.wording import and_more, counted, printable
 from rosorin_compile.source.xml.elements import values_of
@@ -30,6 +29,35 @@ _MOST_VALUES = 3
 _LARGEST = 200_000  # letters of a text whose values are looked at
 _CUT = 60
 _WORD = re.compile(r"[A-Za-z_]\w+")
+
+
+class Code(str):
+    """A name or a number, to be set as code."""
+
+    __slots__ = ()
+
+
+Cell = tuple[str, ...]  # texts, those that are Code as code
+
+
+class Table(NamedTuple):
+    """Rows under a head; ``noun`` is what one row is."""
+
+    noun: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+
+class Diff(NamedTuple):
+    """A unified diff of a file, folded: its name, a remark, its lines, and how many lines are already left out."""
+
+    name: str
+    remark: str
+    lines: tuple[str, ...]
+    left: int = 0
+
+
+Block = Table | Diff
 
 
 class TextDifference(NamedTuple):

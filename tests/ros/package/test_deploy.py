@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output import MANIFEST
-from rosorin_compile.source import ros_packages
+from rosorin_compile.output import MANIFEST, ros_packages
 from support.launch import run
 from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN

@@ -17,9 +17,9 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from rosorin_compile.cli.console import Console
 from rosorin_compile.cli.view import contacts
 from rosorin_compile.request import Request
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.project import Description
 from rosorin_compile.viewer.live import LiveRobot
 from rosorin_compile.viewer.page import data_of

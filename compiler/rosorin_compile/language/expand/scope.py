@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, NoReturn
 
-from rosorin_compile.source.diagnostics import MAX_LISTED, Help, Related, Span, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import MAX_LISTED, Help, Related, Span, Suggestion, error, nearest
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
@@ -453,7 +454,7 @@ class Scope:
         """Report a name that stands for a text which was to be a number, at its own place."""
         trace = given(self, [name]) or Traced(self.place_of(name) or used.span)
         message = f'"{name}" is the text "{text}", and a number is calculated with it'
-        self.report_traced("expression", message, used, number_meant(text, []), (), trace)
+        self.report_traced("expression", message, used, partial(number_meant, text, []), (), trace)
 
     def named_at(self, name: str) -> Span | None:
         """Return where a name in scope stands itself: that of a loop in its ``for``, and not with its value."""
@@ -543,18 +544,19 @@ def _bind(scope: Scope, names: str, value: Any, place: Place) -> None:
         scope.bind(name, item, place)
 
 
-def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, known: set[str]) -> tuple[Place, str]:
+def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, known: set[str]) -> tuple[Place, Help]:
     """Return where in the text at ``place`` an expression is wrong, and the way out; ``known`` are names in scope."""
-    help = problem.help
+    help: Help = problem.help
     if problem.unit is not None and (meant := unit_meant(problem.unit[1], [])):
         help = f"write {problem.unit[0]} {meant}"
     elif problem.unknown.endswith("()"):
-        help = did_you_mean(problem.unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
+        help = Suggestion(problem.unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
     elif problem.unknown in ("math", "np", "numpy", "xacro", "self"):
         help = "functions and constants stand by themselves: pi, sin(x), load('file.yaml')"
     elif problem.unknown:
-        guess, names = did_you_mean(problem.unknown, {*known, *CONSTANTS, *UNITS}), first_of(sorted(known), MAX_LISTED)
-        help = guess if guess.startswith("did") else f"known here: {names}" if names else "name it in let"
+        names = first_of(sorted(known), MAX_LISTED)
+        way_out = f"known here: {names}" if names else "name it in let"
+        help = Suggestion(problem.unknown, {*known, *CONSTANTS, *UNITS}, instead=way_out)
     where = shifted(place, text, piece.offset + 2)
     if "\n" not in piece.text and where.span != place.span:
         indent = len(piece.text) - len(piece.text.lstrip())

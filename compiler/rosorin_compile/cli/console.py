@@ -16,13 +16,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from .diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic
-from .messages import gathered, worded
-from .progress import Progress
-from .wording import and_more, counted, inert, printable
+from rosorin_compile.source import report
+from rosorin_compile.source.diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic
+from rosorin_compile.source.messages import gathered, worded
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.wording import and_more, counted, inert, printable
 
 if TYPE_CHECKING:
-    from .markdown import Block, Section
+    from rosorin_compile.compare.text_report import Block
+
+    from .markdown import Section
 
 MAX_SHOWN = 200  # more than a person reads; a program gets all
 
@@ -191,8 +194,6 @@ class Console:
             diagnostics = [one for one in diagnostics if one.severity != NOTE or one.rule in _LISTED]
         if not diagnostics:
             return
-        from . import report
-
         diagnostics = gathered(diagnostics, [WARNING, NOTE])
         text = report.text(worded(diagnostics[:MAX_SHOWN]), colour())
         if len(diagnostics) > MAX_SHOWN:
@@ -251,9 +252,9 @@ def print_document(form: str, consoles: Iterable[Console], collected: Sequence[D
 
         sys.stdout.write(document([section for console in consoles for section in console.sections]))
         return
-    from . import report
+    from .report_formats import FORMATS
 
-    sys.stdout.write(report.FORMATS[form](collected))
+    sys.stdout.write(FORMATS[form](collected))
 
 
 def colour() -> bool:

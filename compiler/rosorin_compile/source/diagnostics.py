@@ -1,7 +1,7 @@
 """Diagnostics: errors, warnings and notes about a description, with the place in a file.
 
 A stage neither prints nor raises for a problem in the user's files: it returns diagnostics. ``messages`` merges and
-words them after the last stage; only the command line turns them into text.
+words them after the last stage.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from . import report
 from .wording import (
@@ -26,9 +26,6 @@ from .wording import (
     quoted,
     swaps,
 )
-
-if TYPE_CHECKING:
-    import ast
 
 __all__ = ["ERROR", "MAX_LISTED", "NOTE", "TRUSTED", "WARNING", "Diagnostic", "Help", "MadeSpan", "MissingPackages"]
 __all__ += ["Related", "RequestError", "Source", "Span", "Suggestion", "UnknownName", "Use", "and_more", "counted"]
@@ -74,24 +71,6 @@ class Source(NamedTuple):
     def start(self) -> Span:
         """Return the place of its first character."""
         return Span(self, 1, 1, 1)
-
-    def json(self) -> Any:
-        """Parse the text as JSON. Raises ValueError, with the place where there is one, also if it is too deep."""
-        from .bounded import json_of
-
-        return json_of(self.text)
-
-    def yaml(self) -> Any:
-        """Parse the text as YAML. Raises ValueError, with what is wrong, also if it is too deep."""
-        from .bounded import yaml_of
-
-        return yaml_of(self.text)
-
-    def python(self, expression: bool = False) -> ast.Module | ast.Expression:
-        """Parse the text as a program or an expression. Raises SyntaxError; ValueError if it is too deep."""
-        from .bounded import python_of
-
-        return python_of(self.text, expression)
 
 
 @lru_cache(maxsize=16)
@@ -144,6 +123,33 @@ class MadeSpan(Span):
 
 
 @dataclass(frozen=True)
+class Suggestion:
+    """The help for a name that does not exist: the name, and those that exist.
+
+    ``otherwise`` is before the list of names if none is similar; ``instead`` is in the place of the list, and ``none``
+    is the help if there are no names. ``places`` are where the names are defined.
+    """
+
+    word: str
+    candidates: Collection[str]
+    otherwise: str = ""
+    instead: str = ""
+    none: str = ""
+    places: Mapping[str, Span] = field(default_factory=dict)
+
+    def __call__(self) -> str:
+        """Return the help; ``messages`` calls it for the diagnostics that are shown."""
+        help = did_you_mean(self.word, self.candidates, self.otherwise) or self.none
+        return self.instead if self.instead and not help.startswith("did") else help
+
+    def related(self) -> tuple[Related, ...]:
+        """Return the place where the most similar name is defined."""
+        near = nearest(self.word, self.candidates) if self.places else None
+        span = self.places.get(near) if near is not None else None
+        return (Related("the suggestion is defined here", span),) if span else ()
+
+
+@dataclass(frozen=True)
 class Diagnostic:
     """One problem or remark: ``rule`` is its kebab-case id, and ``help`` suggests a fix.
 
@@ -180,33 +186,6 @@ class Diagnostic:
     def as_object(self) -> dict[str, object]:
         """Return the diagnostic as a JSON object."""
         return report.as_object(self.worded())
-
-
-@dataclass(frozen=True)
-class Suggestion:
-    """The help for a name that does not exist: the name, and those that exist.
-
-    ``otherwise`` is before the list of names if none is similar; ``instead`` is in the place of the list, and ``none``
-    is the help if there are no names. ``places`` are where the names are defined.
-    """
-
-    word: str
-    candidates: Collection[str]
-    otherwise: str = ""
-    instead: str = ""
-    none: str = ""
-    places: Mapping[str, Span] = field(default_factory=dict)
-
-    def __call__(self) -> str:
-        """Return the help; ``messages`` calls it for the diagnostics that are shown."""
-        help = did_you_mean(self.word, self.candidates, self.otherwise) or self.none
-        return self.instead if self.instead and not help.startswith("did") else help
-
-    def related(self) -> tuple[Related, ...]:
-        """Return the place where the most similar name is defined."""
-        near = nearest(self.word, self.candidates) if self.places else None
-        span = self.places.get(near) if near is not None else None
-        return (Related("the suggestion is defined here", span),) if span else ()
 
 
 Help = str | Callable[[], str]

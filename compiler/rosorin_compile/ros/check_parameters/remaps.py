@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.ros.python_values import Unknown, constants, value
+from rosorin_compile.source.bounded import python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, error
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Document
@@ -94,7 +95,7 @@ class _Unreadable(Exception):
 def _python(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
 
     try:
-        tree = source.python()
+        tree = python_of(source.text)
     except (SyntaxError, ValueError) as problem:
         raise _Unreadable(f"not a Python file: {problem}") from None
     names = constants(tree)

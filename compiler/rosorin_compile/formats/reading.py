@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, Span, error, has_errors
+from rosorin_compile.source.messages import worded
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ENDINGS, stdin_of
@@ -60,7 +61,8 @@ _OTHER_FORMATS = {
 def read(path: Path, options: ReadOptions, asked: Span | None = None) -> Imported:
     """Return the robot of a file (see ``read_robot``)."""
     try:
-        return _read_any(path, options, asked)
+        imported = _read_any(path, options, asked)
+        return imported._replace(diagnostics=worded(imported.diagnostics))
     except PluginFailed as problem:
         return _refused(problem.diagnostic, path)
 

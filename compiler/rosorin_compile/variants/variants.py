@@ -24,6 +24,7 @@ from rosorin_compile.source.diagnostics import (
     nearest,
 )
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
+from rosorin_compile.source.messages import worded
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Seq, Text
 
@@ -81,7 +82,7 @@ class Variants:
             found.append(problem.diagnostic)
         except OSError as problem:
             found.append(error("file-unreadable", f"cannot read {self.shown}: {problem.strerror}", None))
-        return found
+        return worded(found)
 
     @cached_property
     def _source(self) -> Source:

@@ -69,7 +69,7 @@ def misplaced(case: Case) -> Iterator[Diagnostic]:
     """Elements that nobody reads, each with the place where its reader looks."""
     for path, text in kept_texts(case):
         holder = _holder(path)
-        waiting: list[tuple[Found, str, str]] = []
+        waiting: list[tuple[Found, str, Help]] = []
         for element in found_in(text):
             tags = (holder, *element.tags)
             wrong = _misplaced(tags)

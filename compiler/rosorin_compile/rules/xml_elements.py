@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Suggestion, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import (
+    WARNING,
+    Diagnostic,
+    Help,
+    Related,
+    Source,
+    Suggestion,
+    did_you_mean,
+    nearest,
+)
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Instance, Path, locate, prefix_at
 from rosorin_compile.source.xml.elements import Found, canonical, damage, found_in, tree_of
@@ -231,14 +240,14 @@ def _not_in_urdf(case: Case, uses: list[Mention]) -> Diagnostic:
     return _problem(case, message, uses, "let robot_state_publisher publish it, or remove the element")
 
 
-def _problem(case: Case, message: str, uses: list[Mention], help: str) -> Diagnostic:
+def _problem(case: Case, message: str, uses: list[Mention], help: Help) -> Diagnostic:
     first, *others = [_placed(case, message, use, help) for use in uses[: _MAX_RELATED + 1]]
     places = dict.fromkeys(other.span for other in others if other.span != first.span)
     related = tuple(Related("also named here", place) for place in places)
     return replace(first, related=(*related, *first.related))
 
 
-def _placed(case: Case, message: str, use: Mention, help: str) -> Diagnostic:
+def _placed(case: Case, message: str, use: Mention, help: Help) -> Diagnostic:
     """Return the diagnostic at the very name, where the file has it as it is: below the beginning of the text."""
     made = case.problem("unknown-reference", message, use.path, help, severity=WARNING)
     return at_name(made, use.found.name, use.line)

@@ -127,7 +127,8 @@ def all_with(changed: Iterable[str]) -> list[Path]:
     """
     found: set[Path] = set()
     for file in changed:
-        found.update(next((there for folder in Path(file).parents if (there := all_in(folder))), None) or all_here())
+        in_projects = (all_in(folder) for folder in Path(file).parents)
+        found.update(next(filter(None, in_projects), []) or all_here())
     return sorted(found)
 
 

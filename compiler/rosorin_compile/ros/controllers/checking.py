@@ -174,8 +174,8 @@ def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) ->
     named = {one.name for block in robot.control for one in block.sensors}
     if isinstance(sensor, str) and sensor and sensor not in named:
         message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
-        help = Suggestion(sensor, named) if named else f"in control: sensors: {{{sensor}: {{}}}}"
-        yield Finding("controller-interface", message, "sensor_name", help, WARNING)
+        suggestion = Suggestion(sensor, named, none=f"in control: sensors: {{{sensor}: {{}}}}")
+        yield Finding("controller-interface", message, "sensor_name", suggestion, WARNING)
 
 
 def _wanted(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[str], list[str]]]:

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import unquote
 
+from rosorin_compile.language.element_names import files_in
 from rosorin_compile.language.expand.forms import OF_MJCF
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.xml.mujoco import files_in
 
 MESH, TEXTURE, OF_ELEMENT, OF_MESH = "mesh", "texture", "file", "file of a mesh"
 

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from rosorin_compile.language import element_names
+from rosorin_compile.language.element_names import BODY, GEOM, JOINT
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.simulated_names import WORDS, Names, kept, simulates
 from rosorin_compile.rules.xml_elements import at_name
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion
 from rosorin_compile.source.rule_registry import SIMULATED, rule
-from rosorin_compile.source.xml import mujoco
 from rosorin_compile.source.xml.elements import Found, found_in
-from rosorin_compile.source.xml.mujoco import BODY, GEOM, JOINT
 
 # What a description has words for, wherever it stands, and the way out.
 _IN_WORDS = {
@@ -63,10 +63,14 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
         return None
     if top and tag == "compiler":
         return "<compiler> would change what all numbers of the MJCF mean", "leave it out; angles are in radians here"
-    if top and tag not in mujoco.SECTIONS:
-        where = "write it in a link" if tag in _IN_BODIES else Suggestion(tag, mujoco.SECTIONS, "write a whole section")
+    if top and tag not in element_names.SECTIONS:
+        where = (
+            "write it in a link"
+            if tag in _IN_BODIES
+            else Suggestion(tag, element_names.SECTIONS, "write a whole section")
+        )
         return f"<{tag}> is no section of an MJCF", where
-    if not top and tag in mujoco.SECTIONS:
+    if not top and tag in element_names.SECTIONS:
         return f"<{tag}> is a section of the MJCF, and stands in a link", "write it under mjcf_elements at the top"
     if not top and tag not in _IN_BODIES:
         return f"<{tag}> is no element of a body", Suggestion(tag, _IN_BODIES, "write one of them")
@@ -91,7 +95,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         if any(_misplaced(case, found, top) for found in elements):
             continue
         for found in elements:
-            for one in mujoco.used(found, top):
+            for one in element_names.used(found, top):
                 if (one.kind, one.name) in seen or (flexible and one.kind == BODY):
                     continue
                 if not _is_there(case, names, one.kind, one.name):
@@ -102,7 +106,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
                         message = f'joint "{one.name}", {one.where}, is no joint in the MJCF: it is '
                         message += case.robot.joint[one.name].type
                     known = names.of(one.kind)
-                    if one.kind == mujoco.MATERIAL:
+                    if one.kind == element_names.MATERIAL:
                         known = {f"{case.robot.name}_{name}" for name in known}
                     help = case.suggest(path, one.name, known, f"name a {word} of the robot or of these elements")
                     yield at_name(case.problem("unknown-in-mjcf", message, path, help), one.name, found.line)
@@ -111,12 +115,12 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
 def _is_there(case: Case, names: Names, kind: str, name: str) -> bool:
     """Say whether the MJCF has something of a kind under a name; of kinds that nobody gives here, nobody knows."""
     own = f"{case.robot.name}_"
-    if kind == mujoco.CLASS and (name.startswith(own) or name in ("main", case.robot.name)):
+    if kind == element_names.CLASS and (name.startswith(own) or name in ("main", case.robot.name)):
         return True
-    if kind == mujoco.MATERIAL:  # in the MJCF the names of those of the robot begin with its own
+    if kind == element_names.MATERIAL:  # in the MJCF the names of those of the robot begin with its own
         given = {one.name for one in names.given if one.kind == kind}
         return name in given or (name.startswith(own) and name.removeprefix(own) in names.by_kind[kind])
-    if kind == mujoco.MESH and name.startswith(own):
+    if kind == element_names.MESH and name.startswith(own):
         return True
     return names.has(kind, name) or _in_copies(case, kind, name)
 
@@ -127,6 +131,6 @@ def _in_copies(case: Case, kind: str, name: str) -> bool:
         if "<replicate" not in text and "<flexcomp" not in text:
             continue
         for found in found_in(text):
-            if any(one.kind == kind and name.startswith(one.name) for one in mujoco.given(found, top)):
+            if any(one.kind == kind and name.startswith(one.name) for one in element_names.given(found, top)):
                 return True
     return False

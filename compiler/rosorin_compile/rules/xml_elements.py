@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.language.element_names import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
 from rosorin_compile.model.cached import of_robot
@@ -27,7 +28,6 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Instance, Path, locate, prefix_at
 from rosorin_compile.source.xml.elements import Found, canonical, damage, found_in, tree_of
-from rosorin_compile.source.xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 
 from .case import Case, links_by_value
 from .kinematics import WORLD_FRAMES

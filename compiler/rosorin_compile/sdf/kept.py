@@ -11,10 +11,10 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.formats.urdf.imu_noise import with_noise
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.xml.elements import indented
-from rosorin_compile.source.xml.imu import with_noise
 
 from .words import OF_JOINT, OF_LINK, OF_MODEL
 

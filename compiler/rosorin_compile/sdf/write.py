@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
 from rosorin_compile.formats.templating import Templates, attributes, comment
+from rosorin_compile.formats.urdf.imu_noise import with_noise
 from rosorin_compile.model import (
     Box,
     Capsule,
@@ -36,7 +37,6 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counte
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.escaping import escape
-from rosorin_compile.source.xml.imu import with_noise
 
 from .bodies import LEAST, bodies_of
 from .kept import at, kept, of_collision, own

@@ -13,10 +13,9 @@ from rosorin_compile.model import Pose, Transform
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.tree import Instance, Kept, Map, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH
-from rosorin_compile.source.xml.mujoco import with_names
-from rosorin_compile.source.xml.references import renamed
 
 from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node
+from ..element_names import renamed, with_names
 from ..schema import holds_many, is_one_entry, keys_of_xml, sections
 from ..symbols import MOUNT, Names, SymbolTable
 from .forms import KEPT

@@ -15,8 +15,8 @@ from typing import Any
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.tree import Instance, Map, Seq, Text
 from rosorin_compile.source.xml.markup import TEXT, Attribute, Element, MarkupError, Remark, parse
-from rosorin_compile.source.xml.mujoco import files_in, with_files
 
+from ..element_names import files_in, with_files
 from ..schema import sections
 from ..symbols import THINGS, SymbolTable
 from .forms import OF_MJCF

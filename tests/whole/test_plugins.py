@@ -13,7 +13,6 @@ from types import MappingProxyType
 import pytest
 
 from rosorin_compile.cli.main import COMPLETE
-from rosorin_compile.source import plugins
 from support import forks
 
 pytestmark = pytest.mark.slow
@@ -368,20 +367,6 @@ def test_what_is_printed_while_it_is_imported_goes_to_standard_error_under_its_n
     assert printed.count(" prints what follows; standard output is for artifacts\nwelcome\n") == 1
     assert printed.count("welcome") == 1
     assert code == 1
-
-
-def test_a_slow_import_is_told(machine: Machine, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    machine.install(OF_COMMANDS, COMMAND)
-    (plugin,) = [one for one in _installed(machine, monkeypatch) if one.group == "commands"]
-    monkeypatch.setattr(plugins, "SLOW", 0.0)
-    with plugins.importing(plugin):
-        pass
-    assert f"note[plugin-slow]: {plugin} takes 0.0 s to be imported\n" in capsys.readouterr().err
-
-
-def _installed(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> tuple[plugins.Plugin, ...]:
-    monkeypatch.syspath_prepend(str(machine.packages))
-    return plugins.installed()
 
 
 def test_all_of_them_can_be_left_out(machine: Machine, monkeypatch: pytest.MonkeyPatch):

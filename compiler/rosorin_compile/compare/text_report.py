@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.wording import and_more, counted, printable
-from rosorin_compile.source.xml.elements import values_of
 
 from .change import Change
+from .elements import values_of
 
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES = 40

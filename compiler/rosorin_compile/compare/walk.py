@@ -17,8 +17,8 @@ from rosorin_compile.model.geometry import IDENTITY, rotation_of_rpy
 from rosorin_compile.model.joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
 from rosorin_compile.model.mass import along_link
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.source.xml.elements import values_of
 
+from .elements import values_of
 from .precision import NOISE, TURNS, Precision, exact, joined
 from .solids import Solid, match, solids_of
 

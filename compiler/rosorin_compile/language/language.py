@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source import rule_registry as registry
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import Rule, every_rule
 from rosorin_compile.source.units import DIMENSIONS, UNITS, describe, parse_unit
 
 from .annotations import ANNOTATIONS
@@ -63,7 +63,7 @@ class Language:
             functions={one.name: one.help for one in BUILT_IN},
             units={name: describe(dimension) for name, (_, dimension) in UNITS.items()},
             types={name: describe(dimension) for name, dimension in DIMENSIONS.items()},
-            acceptable=tuple(sorted(rule.id for rule in Rule.every() if _is_acceptable(rule))),
+            acceptable=tuple(sorted(rule.id for rule in every_rule().values() if _is_acceptable(rule))),
         )
 
     def authoring(self) -> dict[str, Any]:

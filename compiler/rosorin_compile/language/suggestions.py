@@ -195,8 +195,6 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     example = _EXAMPLES.get(key) or f"[{', '.join('XYZW'[: fragment.get('minItems', 0)] or 'X')}]"
     is_of_numbers = items.get("type") == "number"
     if isinstance(value, Map):
-        if _is_xml(items):
-            return f"its items are elements of XML: write {key}: ['{_as_xml(value)}']"
         small = {name.casefold(): name for name in value}
         for names in _VECTORS:
             if small and set(small) <= set(names):
@@ -279,8 +277,8 @@ def _may_be(value: Any, key: str, part: Mapping[str, Any]) -> bool:
 
 def text_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     """Return the help for a value where a text belongs, under a key, by its fragment of the schema."""
-    if isinstance(value, Map) and _is_xml(fragment):
-        return f"an element is XML: write - {_as_xml(value)}"
+    if isinstance(value, Map) and fragment is schema()["$defs"]["element"]:
+        return "an element is a text of XML: write - <NAME .../>"
     if isinstance(value, (bool, int, float)):
         return "put it in quotes to make it text"
     inner = list(value.values()) if isinstance(value, Map) else list(value) if isinstance(value, Seq) else []
@@ -296,18 +294,6 @@ def flag_meant(value: Any) -> str:
     if flag and isinstance(value, str) and not isinstance(value, Text):
         return f"write {flag}: in YAML 1.2 {value} is a text"
     return f"write {flag}, without quotes" if flag else ""
-
-
-def _is_xml(fragment: Mapping[str, Any]) -> bool:
-    """Return True if a fragment of the schema is that of elements of XML, which are texts."""
-    return fragment.get("$ref", "").endswith("/element") or fragment is schema()["$defs"]["element"]
-
-
-def _as_xml(value: Map) -> str:
-    name = next(iter(value), "NAME")
-    inner = value[name].items() if isinstance(value.get(name), Map) else ()
-    attributes = (f' {key}="{_short(item)}"' for key, item in inner if not isinstance(item, (Map, Seq)))
-    return f"<{name}{''.join(attributes)}/>"
 
 
 def _short(value: Any) -> str:

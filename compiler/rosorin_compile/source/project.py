@@ -279,16 +279,6 @@ class Resolved(NamedTuple):
     by: str
     answer: str
 
-    @property
-    def is_ros_package(self) -> bool:
-        """Whether this is a ROS package that exists."""
-        return self.kind == ROS_PACKAGE and bool(self.answer)
-
-    @property
-    def is_python_package(self) -> bool:
-        """Whether this is a package of Python that exists."""
-        return self.kind == PYTHON_PACKAGE and bool(self.answer)
-
 
 def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:
     """Return the record of a lookup, with absolute paths."""

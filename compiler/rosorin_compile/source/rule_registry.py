@@ -76,11 +76,6 @@ class Rule:
     imported: str = ""
     asked: str = ""
 
-    @classmethod
-    def every(cls) -> tuple[Rule, ...]:
-        """Return the tool's own rules. Raises ValueError if two have one id."""
-        return tuple(every_rule().values())
-
     @property
     def mild(self) -> bool:
         """Whether it can be a warning or a note, by its text."""

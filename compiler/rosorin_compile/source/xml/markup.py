@@ -171,11 +171,6 @@ class Document:
         self.root = Element(self, "", None, 0)
         self.origin: Callable[[int, int], Span] | None = None
 
-    @classmethod
-    def parse(cls, source: Source) -> Document:
-        """Return a text as XML. Raises MarkupError, which names the place."""
-        return parse(source)
-
     def span(self, start: int, length: int = 1) -> Span:
         """Return the place of the characters from an offset on; it ends with the line at the latest."""
         if self.origin is not None:

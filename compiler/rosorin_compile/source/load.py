@@ -31,43 +31,18 @@ from .wording import in_words
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
-    Rule(
-        "file-too-large",
-        "A file is larger than any description.",
-        "Descriptions are text written by people; name the right file.",
-        FILES,
-    ),
+    Rule("file-too-large", "A file is larger than any description.", "Name the right file.", FILES),
     Rule("not-utf8", "A file is not UTF-8 text.", "Save it as UTF-8.", FILES),
     Rule("not-a-mapping", "A file is empty, or its top is a list or a text.", "Begin with `robot: NAME`.", FILES),
     Rule("yaml-syntax", "This is not YAML.", "Indent with spaces; put text that has a `:` in quotes.", FILES),
     Rule("yaml-documents", "A file has a second document.", "Remove the `---`.", FILES),
     Rule("yaml-key", "A key is a list or a mapping.", "Keys are plain text.", FILES),
     Rule("yaml-merge", "`<<` is not part of YAML 1.2.", "Repeat the keys, or name a value in `let`.", FILES),
-    Rule(
-        "yaml-tag",
-        "A tag such as `!!int` has no meaning here; a tag of a unit (`!degrees`) does not stand before a number.",
-        "Write the value without it.",
-        FILES,
-    ),
-    Rule(
-        "yaml-alias",
-        "An alias has no anchor before it.",
-        "Define the anchor above, or name a value in `let`.",
-        FILES,
-    ),
+    Rule("yaml-tag", "A tag such as `!!int`, or a tag of a unit not before a number.", "Remove the tag.", FILES),
+    Rule("yaml-alias", "An alias has no anchor before it.", "Define the anchor, or name a value in `let`.", FILES),
     Rule("yaml-too-deep", "Values are nested deeper than any description.", "Flatten the file.", FILES),
-    Rule(
-        "yaml-too-large",
-        "A file has too many values, or its aliases multiply to too many.",
-        "Use fewer aliases; make entries that are alike with a loop.",
-        FILES,
-    ),
-    Rule(
-        "yaml-directive",
-        "A directive such as `%YAML 1.1` has no effect: files are read as YAML 1.2, where `010` is 10.",
-        "Remove the line.",
-        FILES,
-    ),
+    Rule("yaml-too-large", "A file, or its aliases, have too many values.", "Use fewer aliases, or a loop.", FILES),
+    Rule("yaml-directive", "`%YAML 1.1` has no effect: in YAML 1.2 `010` is 10.", "Remove the line.", FILES),
     Rule(
         "yaml-line-end",
         "U+2028, U+2029 or U+0085 is outside of quotes. It ends a line for YAML, but not for most editors.",
@@ -80,12 +55,7 @@ RULES = (
         'Remove it, or write an escape in double quotes, such as `"\\u202e"`.',
         FILES,
     ),
-    Rule(
-        "duplicate-key",
-        "A key stands twice in one mapping, also after a loop has made it; or in two files where it may stand once.",
-        "Remove one; put the value of the loop into the name.",
-        FILES,
-    ),
+    Rule("duplicate-key", "A key is repeated in a mapping, by a loop or in two files.", "Rename or remove one.", FILES),
 )
 
 _new = tuple.__new__

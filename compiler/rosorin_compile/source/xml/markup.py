@@ -16,18 +16,8 @@ from ..diagnostics import Diagnostic, Related, Source, Span, error
 from ..rule_registry import READING, Rule
 
 RULES = (
-    Rule(
-        "xml-syntax",
-        "This is not XML.",
-        "Correct it as the message says; `--lenient` takes what readers of URDF pass over.",
-        READING,
-    ),
-    Rule(
-        "xml-doctype",
-        "The file has a document type, which can declare entities that grow without end or name other files.",
-        "Remove the `<!DOCTYPE ...>`.",
-        READING,
-    ),
+    Rule("xml-syntax", "This is not XML.", "Correct it; `--lenient` takes what readers of URDF ignore.", READING),
+    Rule("xml-doctype", "A document type can declare entities that grow without end.", "Remove it.", READING),
     Rule("xml-too-deep", "Elements are nested deeper than in any robot.", "Name the right file.", READING),
     Rule("xml-too-large", "There are more elements than in any robot.", "Name the right file.", READING),
 )

@@ -28,9 +28,17 @@ from .wording import (
 )
 
 __all__ = ["ERROR", "MAX_LISTED", "NOTE", "TRUSTED", "WARNING", "Diagnostic", "Help", "MadeSpan", "MissingPackages"]
-__all__ += ["Related", "RequestError", "Source", "Span", "Suggestion", "UnknownName", "Use", "and_more", "counted"]
-__all__ += ["diagnostic", "did_you_mean", "error", "first_of", "has_errors", "listed", "masked", "nearest", "or_else"]
-__all__ += ["printable", "quoted", "swaps"]
+__all__ += ["Related", "RequestError", "Source", "SourceError", "Span", "Suggestion", "UnknownName", "Use", "and_more"]
+__all__ += ["counted", "diagnostic", "did_you_mean", "error", "first_of", "has_errors", "listed", "masked", "nearest"]
+__all__ += ["or_else", "printable", "quoted", "swaps"]
+
+
+class SourceError(Exception):
+    """A file that cannot be read or parsed; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
 
 
 class RequestError(ValueError):

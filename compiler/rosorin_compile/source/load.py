@@ -22,7 +22,7 @@ from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 
 from . import files
 from .bounded import is_too_deep
-from .diagnostics import Diagnostic, Related, Source, Span, error, nearest
+from .diagnostics import Diagnostic, Related, Source, SourceError, Span, error, nearest
 from .project import stdin_of
 from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
@@ -90,12 +90,7 @@ _CALCULATION += (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.USub, ast.UAdd)
 _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
 
 
-class LoadError(Exception):
-    """A file that is not legal YAML, or not fit to be a description; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+LoadError = SourceError
 
 
 def unreadable(problem: OSError) -> Diagnostic:
@@ -104,22 +99,30 @@ def unreadable(problem: OSError) -> Diagnostic:
     return error("file-unreadable", message, None, "check the permissions")
 
 
+def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
+    """Return the content of a regular file, or of standard input; ``asked`` is the place that names it.
+
+    Raises SourceError if it cannot be read or has more than ``most`` bytes.
+    """
+    data = stdin_of(path)
+    try:
+        if data is None and files.is_special(path):  # reading a pipe or a device would wait
+            raise SourceError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
+        if (path.stat().st_size if data is None and files.is_file(path) else len(data or b"")) > most:
+            raise SourceError(error("file-too-large", f"{shown} is larger than {most:,} bytes", asked, help))
+        return files.read_bytes(path) if data is None else data
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or str(problem)
+        raise SourceError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
+
+
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     """Read a UTF-8 file; ``asked`` is the place that names it.
 
     Raises LoadError when it cannot be read, is too large or is not UTF-8 text.
     """
     help = "descriptions are UTF-8 text files; check the name and the permissions"
-    data = stdin_of(path)
-    try:
-        if data is None and files.is_special(path):  # reading a pipe or a device would wait
-            raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
-        if (path.stat().st_size if data is None and files.is_file(path) else len(data or b"")) > MAX_BYTES:
-            raise LoadError(error("file-too-large", f"{shown} is larger than {MAX_BYTES:,} bytes", asked, help))
-        data = files.read_bytes(path) if data is None else data
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or str(problem)
-        raise LoadError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
+    data = read_input(path, shown, asked, MAX_BYTES, help)
     try:
         return Source(shown, data.decode().removeprefix("\ufeff"))
     except UnicodeDecodeError as problem:

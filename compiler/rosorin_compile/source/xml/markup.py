@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 from xml.parsers import expat
 
-from ..diagnostics import Diagnostic, Related, Source, Span, error
+from ..diagnostics import Diagnostic, Related, Source, SourceError, Span, error
 from ..rule_registry import READING, Rule
 
 RULES = (
@@ -34,12 +34,7 @@ _ATTRIBUTE = re.compile(r"""\s+([^\s=]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _WORD = re.compile(r"[^ \t\r\n]+")
 
 
-class MarkupError(Exception):
-    """A text that is no XML, or XML that is not safe to read; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+MarkupError = SourceError  # a text that is not XML, or XML that is not safe to read
 
 
 class Word(NamedTuple):

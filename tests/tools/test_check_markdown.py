@@ -57,7 +57,7 @@ def test_one_that_moved_and_one_that_does_not_compile(capsys: Shown) -> None:
     edit(of("arm"), "child: mast", "chidl: mast")
     made = told(capsys, code=1)
     assert made.startswith(
-        "## Robots: 2 of 3 with problems\n\n### `arm`: 1 error\n\n|  | rule | place | message | way out |\n"
+        "## Robots: 2 of 3 with problems\n\n### `arm`: 1 error\n\n|  | rule | place | message | help |\n"
     )
     assert "| error | `unknown-key` | `descriptions/arm/robot.yaml:5:" in made
     assert "### `dog`: not up to date\n\nrun rosorin-compile all to write them again\n" in made
@@ -138,7 +138,7 @@ def test_stand_ins_are_counted(capsys: Shown) -> None:
     capsys.readouterr()
     for more in ([], ["-q"]):
         made = told(capsys, "dog", *more, code=0)
-        assert "1 note (1 stand-in: values that nobody has measured)" in made
+        assert "1 note (1 stand-in: values that have not been measured)" in made
 
 
 @pytest.mark.usefixtures("committed")

@@ -113,7 +113,7 @@ def _of_digits(text: str, plain: str, wanted: Sequence[str], key: str) -> str:
         value = f"{number} {about[1] if about else rest}".strip()
         return f"write {value} alone; the rest is for source: {{note: ...}}"
     if key and not wanted:
-        return plain_number(float(number))
+        return "write a plain number, without a unit"
     if unit := unit_meant(rest, wanted):
         return f"unknown unit {rest}; write {number} {unit}"
     if re.fullmatch(r"[A-Za-z][\w^*/-]*", rest):

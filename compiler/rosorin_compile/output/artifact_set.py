@@ -46,10 +46,11 @@ def write_artifacts(folder: Path, files: Mapping[str, str | bytes], prune: bool 
     """Write the artifacts of a robot, as ``write_set``; files of somebody else are refused or kept under another name.
 
     A file without the mark of this tool is refused if the new file has one. If neither has one, it is kept, unless
-    this tool wrote another file of the set. Raises OutputError.
+    another file of the set, or in the folder, has the mark. Raises OutputError.
     """
     try:
-        present = [folder / name for name in files if (folder / name).is_file()]
+        siblings = folder.iterdir() if folder.is_dir() else ()
+        present = (path for path in (*(folder / name for name in files), *siblings) if path.is_file())
         is_first = not any(is_generated(path.read_bytes()) for path in present)
     except OSError as problem:
         raise OutputError.of(problem, folder, "read") from None

@@ -47,7 +47,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
     def refuse(rule: str, message: str, help: str) -> MarkupError:
         return MarkupError(error(rule, message, asked, help))
 
-    data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions; name the file of the robot")
+    data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
         raise refuse("file-empty", f"{name} is empty", "is this the right file?")
     encoding, skip = _encoding(data, name)

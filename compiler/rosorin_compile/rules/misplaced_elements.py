@@ -152,6 +152,6 @@ def _words(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagn
             yield from _words(case, (*path, name), value, name)
 
 
-def _at(case: Case, path: Path, element: Found, message: str, help: str) -> Diagnostic:
+def _at(case: Case, path: Path, element: Found, message: str, help: Help) -> Diagnostic:
     made = case.problem("misplaced-element", message, path, help, severity=WARNING)
     return at_name(made, element.tags[-1], element.line)

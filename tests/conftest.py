@@ -53,7 +53,7 @@ def _every_answer_holds(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty folder, which is the current one."""
+    """An empty folder, which is the current one and has the cache."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -294,6 +294,8 @@ def test_a_killed_all_loses_nothing(home: Path) -> None:
         for path in folder.iterdir():
             path.unlink()
         (folder / "a.txt").write_text(BY_HAND)
+        for path in (home / "cache").rglob("*.json"):
+            path.unlink()
 
     def after() -> None:
         found = {path.name: path.read_text() for path in folder.iterdir()}

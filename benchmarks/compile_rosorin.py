@@ -31,6 +31,7 @@ def main(pairs: int) -> None:
         folder = Path(name)
         shutil.copytree(HERE.parent / "descriptions" / "rosorin", folder / "descriptions" / "rosorin")
         os.chdir(folder)
+        os.environ["ROSORIN_COMPILE_CACHE"] = str(folder / "cache")
         os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # what is installed is compiled
         print(f"{'rosorin-compile / xacro':<42} {'ours':>11} {'xacro':>11}   ratio, median of {pairs} pairs")
         for words, peer in ((["all"], WHEELS), (["print", "rosorin", "urdf"], PLAIN)):

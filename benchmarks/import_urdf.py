@@ -26,6 +26,7 @@ def main(pairs: int, links: int) -> None:
     """Print the table."""
     with tempfile.TemporaryDirectory() as name:
         os.chdir(name)
+        os.environ["ROSORIN_COMPILE_CACHE"] = str(Path(name, "cache"))
         os.environ["PYTHONPYCACHEPREFIX"] = str(Path(name, "bytecode"))  # every program has its bytecode, as installed
         os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
         Path("robot.urdf").write_text(robot(links), "utf-8")

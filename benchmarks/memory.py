@@ -26,6 +26,7 @@ def main(sizes: list[int]) -> None:
     """Print a row for the reference robot, and three for each size of a chain."""
     with tempfile.TemporaryDirectory() as name:
         os.chdir(name)
+        os.environ["ROSORIN_COMPILE_CACHE"] = str(Path(name, "cache"))
         shutil.copytree(HERE.parent / "descriptions" / "rosorin", Path("descriptions", "rosorin"))
         used(ALL)  # templates are compiled for all later runs
         memory = used(ALL, forget).memory

@@ -33,6 +33,7 @@ def main(many: int, few: int) -> None:
     """Print the table."""
     with tempfile.TemporaryDirectory() as name:
         os.chdir(name)
+        os.environ["ROSORIN_COMPILE_CACHE"] = str(Path(name, "cache"))
         robot(Path("descriptions/rosorin"))
         for count in (few, 3 * few, many):
             table(count)

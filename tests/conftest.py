@@ -55,6 +55,7 @@ def _every_answer_holds(monkeypatch: pytest.MonkeyPatch) -> None:
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, which is the current one and has the cache."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
     return tmp_path
 
 

@@ -357,6 +357,7 @@ def test_trust_comes_from_the_person_who_runs_the_command(tmp_path, monkeypatch,
 
 
 def test_all_check_and_the_stamp_know_the_foreign_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
     shutil.copytree(CASES, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     assert main(["all", "packaged"]) == 0

@@ -47,8 +47,9 @@ little_arm.urdf:17:33: warning[mesh-not-found]: 3 meshes ({FOLDER}/base.dae, {FO
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path_factory.mktemp("cache")))
     shutil.copy(ARM, tmp_path / "little_arm.urdf")
     return tmp_path
 

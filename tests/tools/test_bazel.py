@@ -141,6 +141,7 @@ def test_the_targets_of_the_page_are_actions(lamp: Path) -> None:
         *("--args", "calibration/0007.yaml"),
     ]
     assert measured["outputs"] == ["bazel-out/bin/lamp_0007/lamp.urdf"]
+    assert measured["env"]["ROSORIN_COMPILE_CACHE"] == "off"
 
 
 @pytest.mark.slow

@@ -24,6 +24,7 @@ SCHEMA = "descriptions/.schema/rosorin-compile.schema.json"
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
     return tmp_path
 
 

@@ -30,6 +30,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "descriptions" / "common").mkdir()
     (tmp_path / "descriptions" / "common" / "base.yaml").write_text(BASE)
     (tmp_path / "src" / "deep").mkdir(parents=True)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", "off")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -26,6 +26,7 @@ OF_ALL, OF_OTHERS = STAND_IN.format("--notes lists them"), STAND_IN.format("with
 @pytest.fixture(autouse=True)
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "rover.yaml").write_text(ROVER)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / ".cache"))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

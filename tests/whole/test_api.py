@@ -513,8 +513,9 @@ def test_threads_get_the_same_robot(small: Path) -> None:
 
 @pytest.mark.parametrize("collecting", [True, False])
 def test_nothing_is_printed_or_written_and_gc_is_left_alone(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], collecting: bool
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, collecting: bool
 ) -> None:
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
     path = copy_of_rosorin(tmp_path / "project")
     before = {file: file.stat().st_mtime_ns for file in (tmp_path / "project").rglob("*")}
     was = gc.isenabled()

@@ -195,6 +195,7 @@ class Scene:
 
 def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, only: str = "", step: int = 1) -> Scene:
     """End a command before every ``step``-th of its calls; with ``only`` before those whose name begins so."""
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", "off")
     scene = Scene(folder, CASES[name])
     found = scene.begin(monkeypatch)
     assert len(found) >= 3, found

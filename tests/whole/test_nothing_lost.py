@@ -78,16 +78,31 @@ def test_a_new_output_and_a_file_that_is_there(home: Path, capsys: pytest.Captur
     assert (outputs / "sub" / "more.txt.kept").read_text() == BY_HAND
 
 
-def test_artifacts_that_came_with_the_project_are_ours(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("cache", ["cache", "off"])
+def test_artifacts_that_came_with_the_project_are_ours(
+    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], cache: str
+) -> None:
     """As after a clone: nothing is remembered, and the artifacts are of an older description."""
     outputs = describe(home)
     assert main(["all"]) == 0
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", cache if cache == "off" else str(home / "another"))
     describe(home, ROBOT.replace("base_link", "base"), "two\n")
     capsys.readouterr()
     assert main(["all"]) == 0
     assert capsys.readouterr().err == ""
     assert (outputs / "table.txt").read_text() == "two\n"
     assert sorted(path.name for path in outputs.iterdir()) == ["mine.urdf", "table.txt"]
+
+
+@pytest.mark.parametrize("memory", ["3", "null", "[1]", "[" * 100_000])
+def test_a_memory_that_is_damaged(home: Path, memory: str) -> None:
+    outputs = describe(home)
+    assert main(["all"]) == 0
+    [path] = (home / "cache" / "outputs").iterdir()
+    path.write_text(memory)
+    describe(home, table="two\n")
+    assert main(["all"]) == 0
+    assert (outputs / "table.txt").read_text() == "two\n"
 
 
 def test_import_keeps_a_description_that_somebody_changed(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -148,8 +163,17 @@ PAGES = [
 
 
 @pytest.mark.parametrize(("words", "code"), PAGES)
-def test_one_file(home: Path, capsys: pytest.CaptureFixture[str], words: list[str], code: int) -> None:
+@pytest.mark.parametrize("cache", ["cache", "off"])
+def test_one_file(
+    home: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    code: int,
+    cache: str,
+) -> None:
     """A file that this tool did not write is refused; one that it did is replaced, also with another content."""
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", cache if cache == "off" else str(home / cache))
     describe(home, ROBOT + "  json: {file: tf.json, backend: static_tf_json}\n")
     assert main(["all"]) == 0
     file = home / words[-1] if words[0] == "diff" else home / "mine"
@@ -166,8 +190,8 @@ def test_one_file(home: Path, capsys: pytest.CaptureFixture[str], words: list[st
     assert file.read_text() not in ("", text)
     describe(home, (home / "descriptions/mine/robot.yaml").read_text().replace("base_link", "base"), "two\n")
     assert main(["all"]) == 0
-    has_no_mark = "table" in words
-    assert main(words) == int(has_no_mark)
+    nobody_knows = "table" in words and cache == "off"
+    assert main(words) == int(nobody_knows)
     file.write_text("\n")
     assert main(words) == 0
     assert file.read_text().strip()

@@ -54,8 +54,9 @@ ACCEPTED = [name for name in NAMES if name not in REFUSED]
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path_factory.mktemp("cache")))
     folder = data()
     if folder is None:
         pytest.skip("pybullet is not installed: pip install 'rosorin-compile[test]' on Linux with Python 3.11")

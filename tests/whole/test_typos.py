@@ -21,7 +21,10 @@ REPEATED = 0.01  # the share that may cause more than one error
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.tier("fuzz"))], ids=["few", "many"])
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_a_typo_is_reported_once_at_its_place(robot: str, count: int, tmp_path: Path) -> None:
+def test_a_typo_is_reported_once_at_its_place(
+    robot: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
     total = sum(1 for _ in typos(robot))
     results = tried(robot, tmp_path, random.Random(7).sample(range(total), count))  # noqa: S311 - no secret
     assert [result.exception for result in results if result.exception] == []

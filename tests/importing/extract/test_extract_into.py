@@ -33,6 +33,7 @@ Said = pytest.CaptureFixture[str]
 def rosorin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of the reference robot, and a chassis that is as large as its own: a deck with a block at the rear."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
     shutil.copytree(ROSORIN.parent, tmp_path / "descriptions" / "rosorin")
     deck = box((-0.1426, -0.106, -0.011), (0.157, 0.104, 0.073))
     block = box((-0.14, -0.05, 0.073), (-0.1, 0.05, 0.112))

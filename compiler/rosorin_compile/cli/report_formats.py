@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 from rosorin_compile.source import files, report
 from rosorin_compile.source.diagnostics import Diagnostic, Span
+from rosorin_compile.source.messages import worded
 from rosorin_compile.source.rule_registry import OF_PLUGINS, find
 from rosorin_compile.source.version import HOME, __version__
 
@@ -21,7 +22,7 @@ def github(diagnostics: Sequence[Diagnostic]) -> str:
     https://docs.github.com/actions/reference/workflow-commands-for-github-actions
     """
     lines = []
-    for diagnostic in diagnostics:
+    for diagnostic in worded(diagnostics):
         kind = "notice" if diagnostic.severity == "note" else diagnostic.severity
         where = ""
         if span := diagnostic.span:
@@ -55,6 +56,7 @@ def _property(value: str) -> str:
 
 def sarif(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as SARIF 2.1.0 (https://docs.oasis-open.org/sarif/sarif/v2.1.0/)."""
+    diagnostics = worded(diagnostics)
     ids = sorted({diagnostic.rule for diagnostic in diagnostics})
     known = find(ids)
     rules: list[dict[str, object]] = []

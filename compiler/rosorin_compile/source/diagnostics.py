@@ -189,11 +189,11 @@ class Diagnostic:
 
     def as_text(self) -> str:
         """Return the diagnostic as the command line prints it: place, message, the line of the file, help."""
-        return report.text([self.worded()])
+        return report.text([self])
 
     def as_object(self) -> dict[str, object]:
         """Return the diagnostic as a JSON object."""
-        return report.as_object(self.worded())
+        return report.as_object(self)
 
 
 Help = str | Callable[[], str]

@@ -17,7 +17,7 @@ MAX_SHOWN = 160  # letters of a line of a file
 
 def text(diagnostics: Sequence[Diagnostic], colour: bool = False) -> str:
     """Return diagnostics for people: place, message, the line of the file, the help."""
-    return "".join(_text(diagnostic, colour) for diagnostic in diagnostics)
+    return "".join(_text(diagnostic.worded(), colour) for diagnostic in diagnostics)
 
 
 def _text(diagnostic: Diagnostic, colour: bool) -> str:
@@ -51,6 +51,7 @@ def related_text(related: Related) -> str:
 
 def as_object(diagnostic: Diagnostic) -> dict[str, object]:
     """Return a diagnostic as a JSON object."""
+    diagnostic = diagnostic.worded()
 
     def where(span: Span | None) -> dict[str, object]:
         if span is None:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli import report_formats
 from rosorin_compile.cli.main import main
 from rosorin_compile.cli.report_formats import FORMATS
 from rosorin_compile.rules.check import is_id
-from rosorin_compile.source import report
 from rosorin_compile.source import rule_registry as registry
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.rule_registry import NUMBERS, Rule, every_rule, rule
@@ -64,7 +64,7 @@ def test_sarif_says_what_the_rule_means():
 
 
 def test_sarif_leads_to_where_the_project_is(monkeypatch):
-    monkeypatch.setattr(report, "HOME", "https://example.org/tree/")
+    monkeypatch.setattr(report_formats, "HOME", "https://example.org/tree/")
     log = json.loads(FORMATS["sarif"]([Diagnostic("axis-zero", ERROR, "zero"), Diagnostic("nobodys", ERROR, "x")]))
     driver = log["runs"][0]["tool"]["driver"]
     assert driver["informationUri"] == "https://example.org/tree/"

@@ -35,7 +35,7 @@ from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.language import asked
 from rosorin_compile.language.arguments import Argument, declared
-from rosorin_compile.language.explain.answer import explain as explain_names
+from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
 from rosorin_compile.output import OutputError, read_set, write_artifacts

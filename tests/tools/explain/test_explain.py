@@ -9,8 +9,8 @@ import pytest
 
 from rosorin_compile.formats.load_robot import understand
 from rosorin_compile.language.arguments import read
-from rosorin_compile.language.explain.answer import NotThere, explain
-from rosorin_compile.language.explain.explanation import Answer, Explanation, Meaning, Number, Origin, Where
+from rosorin_compile.language.explain import Answer, Explanation, NotThere, Number, explain
+from rosorin_compile.language.origins import Meaning, Origin, Where
 from support.commands import HANDY
 
 PROJECT = HANDY

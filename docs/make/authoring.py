@@ -11,12 +11,12 @@ import json
 import sys
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.language.language import Language
+from rosorin_compile.language.authoring import authoring_schema
 
 
 def text() -> str:
     """Return the authoring schema as it is committed."""
-    return json.dumps(Language.of(FORMATS.values()).authoring(), indent=1, ensure_ascii=False) + "\n"
+    return json.dumps(authoring_schema(FORMATS.values()), indent=1, ensure_ascii=False) + "\n"
 
 
 if __name__ == "__main__":

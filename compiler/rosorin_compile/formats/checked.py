@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from rosorin_compile.language.accepting import settled
 from rosorin_compile.language.lower import lower
-from rosorin_compile.language.lower.shapes import RULES
+from rosorin_compile.language.lower.links import RULES
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Robot
 from rosorin_compile.rules.check import acceptable, check

@@ -24,9 +24,7 @@ from .sentences import number_pair
 # Where a value comes from and what is made of it says nothing about the robot.
 _NOT_COMPARED = ("source", "outputs", "stand_in")
 # What links, joints and shapes have that a URDF does not say.
-_NOT_IN_URDF = (
-    *("publisher", "actuator", "root_in_world", "contact", "mjcf", "marked", "gravity_compensation", "mjcf_elements"),
-)
+_NOT_IN_URDF = ("publisher", "actuator", "root_in_world", "contact", "mjcf", "marked", "mjcf_elements")
 _NAMED = (Link, Joint, Material)
 
 
@@ -80,7 +78,8 @@ class _Comparison:
                 first, second = getattr(one, field.name), getattr(other, field.name)
                 # The URDF names every material; one that had no name has the name of its link.
                 unnamed = self.by_meaning and field.name == "material" and not first
-                if field.name not in self.skipped and not unnamed:
+                limited = self.by_meaning and "urdf" not in field.metadata.get("formats", ("urdf",))
+                if field.name not in self.skipped and not unnamed and not limited:
                     yield from self.values(f"{where} {field.name}".strip(), first, second)
         elif isinstance(one, tuple) and isinstance(other, tuple):
             yield from self.several(where, one, other)

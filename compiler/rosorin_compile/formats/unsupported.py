@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.model import Link
+from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Map, locate
@@ -89,7 +91,6 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.visual.*.mesh.inertia": Unsupported("what MuJoCo takes a mesh for", quiet=True),
     "root": Unsupported("how the base moves in the world of a simulation", quiet=True),
     "joints.*.dynamics.armature": Unsupported("no inertia of rotors"),
-    "links.*.gravity_compensation": Unsupported("no compensation of gravity"),
     "links.*.cameras": Unsupported("cameras that are not sensors"),
     "links.*.lights": Unsupported("no lights"),
     "links.*.collision.*.contact.friction.1": Unsupported("sliding friction alone"),
@@ -125,6 +126,8 @@ def reason(format: Format, output: Output, key: str) -> Unsupported | None:
     for step in steps:
         if format.name not in ADDRESSED.get(step, (format.name,)):
             return Unsupported(f"{step} is for {listed(ADDRESSED[step])}", quiet=True)
+    if is_within(key, [without_names(limited) for limited, why in _limited(format).items() if why is None]):
+        return None
     if format.covers and not is_within(key, format.covers):
         return Unsupported(f"a {format.word} has {listed(format.covers)}", quiet=True)
     table = _table(format, output)
@@ -132,7 +135,19 @@ def reason(format: Format, output: Output, key: str) -> Unsupported | None:
 
 
 def _table(format: Format, output: Output) -> Mapping[str, Unsupported]:
-    return format.unsupported(output) if callable(format.unsupported) else format.unsupported
+    own = format.unsupported(output) if callable(format.unsupported) else format.unsupported
+    return {**own, **{key: why for key, why in _limited(format).items() if why is not None}}
+
+
+def _limited(format: Format) -> Mapping[str, Unsupported | None]:
+    """Return the keys of links that only some formats carry (``only_in``); None for those that this format carries."""
+    found: dict[str, Unsupported | None] = {}
+    for name, formats in limited_fields(Link).items():
+        if format.name in formats:
+            found[f"links.*.{name}"] = None
+        elif "links" in format.covers:
+            found[f"links.*.{name}"] = Unsupported(f"only in {listed(formats)}")
+    return found
 
 
 def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.language.arguments import Argument, combinations
+from rosorin_compile.language.arguments import Argument, choices, combinations
 from rosorin_compile.source.diagnostics import Source, Span
 
 pytestmark = pytest.mark.slow
@@ -119,7 +119,7 @@ def test_choices():
         Argument("d", "any", ("1", "2"), False, "1", "", SPAN),
         Argument("e", "any", ("1", "2"), False, "1", "", SPAN, "2", SPAN),
     ]
-    assert Argument.choices(arguments, {"d": "2"}) == [("a", ("y", "x")), ("b", ("true", "false"))]
+    assert choices(arguments, {"d": "2"}) == [("a", ("y", "x")), ("b", ("true", "false"))]
 
 
 MESHED = """robot: m

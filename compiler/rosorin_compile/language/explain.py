@@ -20,7 +20,6 @@ from rosorin_compile.model import (
     Pose,
     Publisher,
     Robot,
-    Sphere,
 )
 from rosorin_compile.model import Edge as NodeEdge
 from rosorin_compile.model import Transform as Rigid
@@ -46,7 +45,7 @@ class NotThere(UnknownName):
 
 
 class Number(NamedTuple):
-    """A number in SI units; ``origin`` is None for a number that is not written, which ``note`` explains."""
+    """A number in SI units; ``note`` explains one without an origin, which is not written."""
 
     name: str
     value: float
@@ -67,20 +66,16 @@ class Transform(NamedTuple):
     def of(cls, rigid: Rigid) -> Transform:
         """Return the values of a rigid transform, without negative zeros."""
         w, x, y, z = rigid.quaternion()
-        rpy = rigid.rpy()
-        values = (rigid.xyz, rpy, tuple(map(math.degrees, rpy)), (x, y, z, w))
+        values = (rigid.xyz, rigid.rpy(), tuple(map(math.degrees, rigid.rpy())), (x, y, z, w))
         return cls(*(tuple(value + 0.0 for value in row) for row in values))
 
 
 class Edge(NamedTuple):
-    """An edge of the tree of frames, at position zero.
-
-    ``joint`` and ``type`` are empty for an edge of another node; ``transform`` is None if only that node knows it.
-    """
+    """An edge of the tree of frames at position zero; ``transform`` is None if only another node knows it."""
 
     parent: str
     child: str
-    joint: str
+    joint: str  # "" for an edge of another node
     type: str
     publisher: str
     topic: str
@@ -92,7 +87,7 @@ class Edge(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """The pose of a frame in its root in a named pose of the joints; "" has all of them at zero."""
+    """The pose of a frame in its root, with the joints in a named pose; "" has all of them at zero."""
 
     pose: str
     root: str
@@ -110,11 +105,7 @@ class Shape(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """Everything about a frame.
-
-    ``where`` and ``stack`` are the position of its link, ``chain`` leads from the root to it, ``others`` are edges of
-    other nodes that place it too, ``joint`` the numbers of the joint that holds it, ``inertial`` those of its mass.
-    """
+    """A frame: its link, the chain from the root, other edges to it, and numbers of its joint, mass and shapes."""
 
     name: str
     roles: tuple[str, ...]
@@ -397,13 +388,11 @@ class _Frames:
             written = {number.name: number for number in _inner(self.numbers((*path, "inertial")))}
             yield from written.values()
             if "inertia ixx" not in written:
-                pose = zip(("x", "y", "z", "roll", "pitch", "yaw"), inertial.pose.xyz + inertial.pose.rpy, strict=True)
-                calculated = [("mass", inertial.mass, "kg")]
-                for name, value in pose:
-                    calculated.append(
-                        (f"{'xyz' if name in 'xyz' else 'rpy'} {name}", value, "m" if name in "xyz" else "rad")
-                    )
+                names = ("mass", "xyz x", "xyz y", "xyz z", "rpy roll", "rpy pitch", "rpy yaw")
+                values = [inertial.mass, *inertial.pose.xyz, *inertial.pose.rpy]
+                units = ["kg", "m", "m", "m", "rad", "rad", "rad"]
                 moments = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+                calculated = list(zip(names, values, units, strict=True))
                 calculated += [(f"inertia {name}", getattr(inertial, name), "kg*m^2") for name in moments]
                 for name, value, unit in calculated:
                     if name not in written:
@@ -462,16 +451,15 @@ def _size_in_words(geometry: Geometry) -> tuple[str, str]:
     """Return the kind of a geometry and its size."""
     if isinstance(geometry, Box):
         return "box", " x ".join(exact(round(length, 12)) for length in geometry.size) + " m"
-    if isinstance(geometry, Sphere):
-        return "sphere", f"radius {exact(geometry.radius)} m"
-    if isinstance(geometry, Ellipsoid):
-        return "ellipsoid", "radii " + " x ".join(map(exact, geometry.radii)) + " m"
     if isinstance(geometry, Mesh):
         return "mesh", geometry.file
     if isinstance(geometry, HeightMap):
         rows, columns = len(geometry.heights), len(geometry.heights[0])
         return "height map", f"{rows} x {columns} cells of {exact(geometry.cell)} m"
-    return type(geometry).__name__.lower(), f"radius {exact(geometry.radius)} m, length {exact(geometry.length)} m"
+    if isinstance(geometry, Ellipsoid):
+        return "ellipsoid", "radii " + " x ".join(map(exact, geometry.radii)) + " m"
+    sizes = [(name, getattr(geometry, name)) for name in ("radius", "length") if hasattr(geometry, name)]
+    return type(geometry).__name__.lower(), ", ".join(f"{name} {exact(value)} m" for name, value in sizes)
 
 
 def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
@@ -499,7 +487,8 @@ def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
         yield "Other nodes place it as well:"
         yield from (line for edge in found.others for line in _edge(edge))
     for placed in found.placed if found.chain else ():
-        yield f"{found.name} in {placed.root}, {_in_pose(placed.pose)}:"
+        pose = f'in the pose "{placed.pose}"' if placed.pose else "with all joints at zero"
+        yield f"{found.name} in {placed.root}, {pose}:"
         transform = placed.transform
         if transform is None:
             yield "  not known: another node alone knows an edge of the chain"
@@ -521,10 +510,6 @@ def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
             yield f"  {shape.purpose} {shape.kind}, {shape.words}  {_place(shape.where)}"
             yield from _numbers(shape.numbers, found.stack)
         yield ""
-
-
-def _in_pose(pose: str) -> str:
-    return f'in the pose "{pose}"' if pose else "with all joints at zero"
 
 
 def _edge(edge: Edge) -> Iterator[str]:
@@ -556,14 +541,13 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
     value_width = max((len(value) for _, value in rows), default=0)
     for index, (number, value) in enumerate(rows):
         origin = number.origin
-        source = number.note
-        if origin is not None:
-            source = f"{_place(origin.where)}  {origin.where.text}"
-            if origin.parts:
-                source = "of the pose in the part and that of its mount"
-        yield f"    {number.name:{width}}  {value:{value_width}}  {source}".rstrip()
         if origin is None:
+            yield f"    {number.name:{width}}  {value:{value_width}}  {number.note}".rstrip()
             continue
+        source = f"{_place(origin.where)}  {origin.where.text}"
+        if origin.parts:
+            source = "of the pose in the part and that of its mount"
+        yield f"    {number.name:{width}}  {value:{value_width}}  {source}".rstrip()
         following = rows[index + 1][0].origin if index + 1 < len(rows) else None
         if following is None or following.parts != origin.parts:
             for part in origin.parts:

@@ -92,58 +92,55 @@ def of_types() -> tuple[str, ...]:
 
 
 def is_one_entry(section: str) -> bool:
-    """Say whether a section of a part is one entry, not many by name or in a list."""
+    """Return True if a section of a part is one entry, not many by name or in a list."""
     node = sections().get(section)
     return node is not None and node.in_parts and node.merge in ("", WITHIN)
 
 
 def holds_many(section: str) -> bool:
-    """Say whether a section is one entry with entries by name in it, which several parts and files may add to."""
+    """Return True if a section is one entry with entries by name in it, which several parts and files may add to."""
     return section in merged(WITHIN)
 
 
 def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
     """Return the schema of descriptions with the options of the outputs of one; each entry by its format."""
+    root = schema()
+    output, section = root["$defs"]["output"], root["properties"]["outputs"]
     entries: dict[str, Any] = {}
     for name, entry in outputs.items() if isinstance(outputs, Mapping) else ():
-        called = entry.get("backend", backend_of(name, entry)) if isinstance(entry, Mapping) else ""
-        if isinstance(called, str) and called in formats:
-            entries[name] = {**_output(), "properties": {**_output()["properties"], **formats[called].options}}
+        backend = entry.get("backend", backend_of(name, entry)) if isinstance(entry, Mapping) else ""
+        if isinstance(backend, str) and backend in formats:
+            entries[name] = {**output, "properties": {**output["properties"], **formats[backend].options}}
     if not entries:
-        return schema()
-    whole, section = schema(), schema()["properties"]["outputs"]
-    return {**whole, "properties": {**whole["properties"], "outputs": {**section, "properties": entries}}}
+        return root
+    return {**root, "properties": {**root["properties"], "outputs": {**section, "properties": entries}}}
 
 
 def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
     """Return the schema of descriptions with the options of every format, each with the formats that have it."""
     options: dict[str, dict[str, Any]] = {}
     meanings: dict[str, dict[str, list[str]]] = {}
-    for one in formats:
-        for key, option in one.options.items():
-            known = options.setdefault(key, dict(option))
-            if "enum" in known and "enum" in option:  # editors ask this schema; each format's own words are held later
-                known["enum"] = [*known["enum"], *(value for value in option["enum"] if value not in known["enum"])]
-            meanings.setdefault(key, {}).setdefault(option.get("description", ""), []).append(one.name)
+    for format in formats:
+        for key, option in format.options.items():
+            merged = options.setdefault(key, dict(option))
+            if "enum" in merged and "enum" in option:  # each format's own values are checked by ``with_outputs``
+                merged["enum"] = [*merged["enum"], *(one for one in option["enum"] if one not in merged["enum"])]
+            meanings.setdefault(key, {}).setdefault(option.get("description", ""), []).append(format.name)
     for key, option in options.items():
-        texts = (f"{', '.join(names)}: {_uncapitalised(text)}" for text, names in meanings[key].items())
+        texts = [
+            f"{', '.join(names)}: {text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == ' ' else text}"
+            for text, names in meanings[key].items()
+        ]
         option["description"] = " ".join(texts)
-    output = {**_output(), "properties": {**_output()["properties"], **options}, "additionalProperties": False}
-    return {**schema(), "$defs": {**schema()["$defs"], "output": output}}
+    root = schema()
+    output = root["$defs"]["output"]
+    output = {**output, "properties": {**output["properties"], **options}, "additionalProperties": False}
+    return {**root, "$defs": {**root["$defs"], "output": output}}
 
 
 def backend_of(name: str, entry: Mapping[str, Any]) -> str:
     """Return the backend of an entry of outputs that does not say it: its name, unless it names a template."""
     return TEMPLATE if TEMPLATE in entry else name
-
-
-def _output() -> dict[str, Any]:
-    output: dict[str, Any] = schema()["$defs"]["output"]
-    return output
-
-
-def _uncapitalised(text: str) -> str:
-    return text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == " " else text
 
 
 def subject(path: Steps) -> str:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from pathlib import Path
+from itertools import chain, islice
 from typing import Any, NamedTuple
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
-from rosorin_compile.source.project import DESCRIPTIONS, ENDINGS
+from rosorin_compile.source.project import ENDINGS
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.wording import difference, in_words, look, unseen
@@ -39,7 +39,6 @@ _BUILT_IN = {"parts": frozenset(("name", "mirrored")), "sensor_types": frozenset
 # Keys below which nothing refers to parts, types or publishers; large robots have many of them.
 _BODIES = ("visual", "collision", "inertial", "limit", "dynamics", "source", "xyz", "rpy", "axis", "mjcf", "help")
 _MAX_FILES = 500
-_MAX_BYTES = 1_000_000
 _Unused = tuple[str, Place, str]
 
 
@@ -174,9 +173,8 @@ class ValueTable:
         """Yield the publishers that publish and stamp nothing, and the modes that no condition names."""
         root, reader = self.root, self.reader
         publishers, modes = _places(root.get("publishers")), _places(root.get("modes"))
-        for name in list(publishers):
-            entry = root["publishers"][name]
-            if "$" in name or (isinstance(entry, Map) and entry.get("stamps")):
+        for name, entry in _entries(root, "publishers"):
+            if entry.get("stamps"):
                 publishers.pop(name)
         if any("template" in entry for _, entry in _entries(root, "outputs")):  # which may print all of them
             return
@@ -184,25 +182,15 @@ class ValueTable:
         values += [*(value for _, value, _, _ in reader.lets), *(robot.item for robot in reader.robots)]
         owners = _texts_at(values, ("publisher", "by"))
         for name, place in publishers.items() if not any("$" in owner for owner in owners) else ():
-            if name not in owners:
+            if name not in owners and "$" not in name:
                 message = f'publisher "{name}" publishes no joint and no edge, and stamps nothing'
-                yield message, place, f"write publisher: {name} where it does{_odometry(root, name)}, or remove it"
+                yield message, place, f"write publisher: {name} where it does, or remove it"
         conditions = _texts_at(values, ("when",)) | set(_all_texts(root.get("outputs")))
         named = {word for condition in conditions for word in _WORD.findall(condition)}
         for name, place in modes.items() if not any("$" in condition for condition in conditions) else ():
             if name not in named:
                 help = f"write when: {name} where it matters, or remove it"
                 yield f'no condition names the mode "{name}"', place, help
-
-
-def _odometry(root: Map, publisher: str) -> str:
-    """Return the edge of the odometry as an example, for a base with wheels that has none."""
-    edges = [entry for entry in root.get("edges") or () if isinstance(entry, Map)]
-    if not root.get("drive") or any(entry.get("parent") in ("odom", "map") for entry in edges):
-        return ""
-    children = {entry.get("child") for _, entry in _entries(root, "joints")}
-    base = next((name for name in _places(root.get("links")) if name not in children), "base_link")
-    return f", such as edges: [{{parent: odom, child: {base}, publisher: {publisher}}}]"
 
 
 def _loop_names(entry: Any) -> frozenset[str]:
@@ -263,18 +251,11 @@ def _places(owner: Any) -> dict[str, Place]:
 
 def _is_shared(span: Span, reader: Reader) -> bool:
     """Return True if another description may include the file of a place: a file nearby has its name in it."""
-    name = Path(span.source.path).name
-    own = {files.resolve(path) for path in reader.files}
-    folders = {reader.folder, files.resolve(span.source.path).parent}
-    if reader.folder.parent.name == DESCRIPTIONS:
-        folders.add(reader.folder.parent)
+    own, file = {files.resolve(path) for path in reader.files}, files.resolve(span.source.path)
+    siblings = chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
+    nearby = [path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS]
     try:
-        for count, path in enumerate(path for folder in folders for path in folder.rglob("*")):
-            if count > _MAX_FILES:
-                return True
-            is_other = path.suffix in ENDINGS and files.resolve(path) not in own
-            if is_other and path.stat().st_size <= _MAX_BYTES and name in files.read_text(path, errors="replace"):
-                return True
+        texts = (files.read_text(path, errors="replace") for path in nearby if files.resolve(path) not in own)
+        return any(file.name in text for text in texts)
     except OSError:
-        pass
-    return False
+        return False

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -101,15 +101,20 @@ def common_dimension(values: Iterable[Any]) -> Dimension | None:
     return common
 
 
-def _of_angle(function: Callable[[float], float]) -> Callable[[Any], float]:
-    """Make a function of an angle: a bare number is in radians."""
+def _of(dimension: Dimension, what: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a function refuse quantities of another dimension; a bare number is in SI units."""
 
-    def apply(angle: Any) -> float:
-        if dimension_of(angle) not in (None, ANGLE, NUMBER):
-            raise KindError(f"expected {describe(ANGLE)}, got {kind_of(angle)}")
-        return function(float(angle))
+    def apply(*values: Any) -> Any:
+        for value in values:
+            if dimension_of(value) not in (None, dimension, NUMBER):
+                raise KindError(f"expected {what}, got {kind_of(value)}")
+        return function(*values)
 
     return apply
+
+
+_of_angle = partial(_of, ANGLE, describe(ANGLE))
+_plain = partial(_of, NUMBER, "a plain number")
 
 
 def _to_angle(function: Callable[..., float]) -> Callable[..., Quantity]:
@@ -126,18 +131,6 @@ def _keeping(function: Callable[..., Any]) -> Callable[..., Any]:
     def apply(*values: Any) -> Any:
         numbers = values[0] if len(values) == 1 and isinstance(values[0], list) else values
         return _with_dimension(function(*numbers), common_dimension(numbers))
-
-    return apply
-
-
-def _plain(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function of bare numbers refuse quantities, whose unit it would lose."""
-
-    def apply(*values: Any) -> Any:
-        for value in values:
-            if dimension_of(value) not in (None, NUMBER):
-                raise KindError(f"expected a plain number, got {kind_of(value)}")
-        return function(*values)
 
     return apply
 
@@ -318,7 +311,7 @@ class Plugged(NamedTuple):
 @cache
 def plugged() -> Plugged:
     """Return the functions of plug-ins: entry points of ``rosorin_compile.functions``."""
-    taken = {one.name for one in BUILT_IN} | CONSTANTS.keys() | UNITS.keys()
+    taken = {*FUNCTIONS, *OF_DESCRIPTIONS, *CONSTANTS, *UNITS}
     return Plugged(*load("functions", Function, _names, taken.__contains__))
 
 
@@ -339,24 +332,24 @@ def functions() -> Mapping[str, Callable[..., Any]]:
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 
 
-class Names(NamedTuple):
-    """The names that expressions have: of functions, of those that need the description, of constants and of units."""
-
-    functions: frozenset[str]
-    of_descriptions: frozenset[str]
-    constants: frozenset[str]
-    units: frozenset[str]
-
-
 @cache
-def expression_names() -> Names:
-    """Return the names that expressions have, including functions of plug-ins."""
-    return Names(frozenset(functions()), OF_DESCRIPTIONS, frozenset(CONSTANTS), frozenset(UNITS))
+def reserved_names() -> frozenset[str]:
+    """Return the names of functions, constants and units, which a value should not have."""
+    return frozenset((*functions(), *OF_DESCRIPTIONS, *CONSTANTS, *UNITS))
 
 
 def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
     """Return the function of a plug-in, with any exception in it as an ExpressionError."""
     who = f"{one.name}() of {plugin.distribution} {plugin.version}"
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, (list, tuple)):
+            return list(map(plain, value))
+        if isinstance(value, Mapping):
+            return {str(key): plain(item) for key, item in value.items()}
+        if value is None or isinstance(value, (bool, int, float, str)):
+            return value
+        raise ExpressionError(f"{who} gives what is no value: {type(value).__name__}")
 
     def apply(*values: Any) -> Any:
         try:
@@ -366,17 +359,6 @@ def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
             raise  # as functions that are built in
         except (Exception, SystemExit) as problem:
             raise ExpressionError(f"{who} fails: {type(problem).__name__}: {problem}") from None
-        return _plain_value(value, who)
+        return plain(value)
 
     return apply
-
-
-def _plain_value(value: Any, who: str) -> Any:
-    """Return a result with lists and tables of plain types. Raises ExpressionError for another type."""
-    if isinstance(value, (list, tuple)):
-        return [_plain_value(item, who) for item in value]
-    if isinstance(value, Mapping):
-        return {str(key): _plain_value(item, who) for key, item in value.items()}
-    if value is None or isinstance(value, (bool, int, float, str)):
-        return value
-    raise ExpressionError(f"{who} gives what is no value: {type(value).__name__}")

@@ -30,7 +30,7 @@ from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
 from .lowering import Lowering, LoweringError
-from .records import pose_of_entry, record_of, source_of, values_of
+from .records import record_of, source_of, vector_of
 
 RULES = (
     Rule(
@@ -54,6 +54,16 @@ RULES = (
         NUMBERS,
     ),
 )
+_GEOMETRIES: Mapping[str, type[Geometry]] = {
+    "box": Box,
+    "cylinder": Cylinder,
+    "capsule": Capsule,
+    "sphere": Sphere,
+    "ellipsoid": Ellipsoid,
+    "mesh": Mesh,
+    "height_map": HeightMap,
+}
+Accepts = Callable[[LoweringError], bool]
 _MARKS = {"sites": "site", "cameras": "camera", "lights": "light"}
 
 
@@ -88,10 +98,7 @@ def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Sou
 
 
 def lower_shape(
-    entry: Mapping[str, Any],
-    path: Path = (),
-    accepts: Callable[[LoweringError], bool] = lambda _: False,
-    stand_in: str = "",
+    entry: Mapping[str, Any], path: Path = (), accepts: Accepts = lambda _: False, stand_in: str = ""
 ) -> Shape:
     """Return the shape of an entry at a path; ``stand_in`` describes what is not measured.
 
@@ -101,82 +108,64 @@ def lower_shape(
     if len(kinds) != 1:
         message = f"a shape has one of {', '.join(_GEOMETRIES)}; this one has {listed(kinds) or 'none of them'}"
         raise LoweringError("shape-kind", message, path, "write one entry a shape")
-    here = (*path, kinds[0])
-    geometry = _GEOMETRIES[kinds[0]](entry[kinds[0]], here)
-    for problem in _wrong_sizes(entry[kinds[0]], here):
-        if not accepts(problem):
+    kind, sizes, here = kinds[0], entry[kinds[0]], (*path, kinds[0])
+    given: dict[str, Any] = {}
+    if kind == "box":
+        if ("size" in sizes) == ("min" in sizes):
+            raise LoweringError("shape-kind", "a box has either a size or the corners min and max", here, "give one")
+        half = [size / 2 for size in sizes.get("size", ())]
+        lower, upper = sizes.get("min", [-size for size in half]), sizes.get("max", half)
+        given = {"lower": vector_of(lower), "upper": vector_of(upper)}
+    elif kind == "height_map":
+        _check_rows(sizes["heights"], (*here, "heights"), "height")
+        bottom = sizes.get("bottom", 0.0)
+        _check_bottom(bottom, sizes["heights"], (*here, "bottom"))
+        bottom = float(bottom) if isinstance(bottom, (int, float)) else tuple(tuple(map(float, row)) for row in bottom)
+        given = {"step": float(sizes.get("step", sizes["cell"])), "bottom": bottom}
+    for problem in _wrong_sizes(sizes, here):
+        if kind == "height_map" or not accepts(problem):
             raise problem
-    return record_of(Shape, entry, geometry=geometry, stand_in=stand_in)
+    return record_of(Shape, entry, geometry=record_of(_GEOMETRIES[kind], sizes, **given), stand_in=stand_in)
 
 
 def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError]:
-    sizes = [((key,), entry[key]) for key in ("radius", "length") if key in entry]
-    sizes += [((key, index), size) for key in ("size", "radii") for index, size in enumerate(entry.get(key, ()))]
-    for steps, size in sizes:
+    steps = [(key,) for key in ("radius", "length", "cell", "step") if key in entry]
+    steps += [(key, index) for key in ("size", "radii") for index in range(len(entry.get(key, ())))]
+    for step in steps:
+        size = entry[step[0]][step[1]] if step[1:] else entry[step[0]]
         if not size > 0:
-            yield _not_positive(size, path, *steps)
+            message = f"{' '.join(map(str, (path[-1], *step)))} is {size:g} m; a size is above zero"
+            yield LoweringError("shape-size", message, (*path, *step), "correct it")
     for index, (low, high) in enumerate(zip(entry.get("min", ()), entry.get("max", ()), strict=True)):
         if not low < high:
             message = f"{'xyz'[index]} of max ({high:g} m) is not above that of min ({low:g} m)"
             yield LoweringError("shape-size", message, (*path, "max", index), "swap or correct the corners")
 
 
-def _not_positive(value: float, path: Path, *steps: str | int) -> LoweringError:
-    words = " ".join(map(str, (path[-1], *steps)))
-    message = f"{words} is {value:g} m; a size is above zero"
-    return LoweringError("shape-size", message, (*path, *steps), "correct it")
-
-
-def _box(entry: Mapping[str, Any], path: Path) -> Box:
-    if ("size" in entry) == ("min" in entry):
-        raise LoweringError("shape-kind", "a box has either a size or the corners min and max", path, "give one")
-    if "size" in entry:
-        x, y, z = map(float, entry["size"])
-        return Box((-x / 2, -y / 2, -z / 2), (x / 2, y / 2, z / 2))
-    a, b, c = map(float, entry["min"])
-    d, e, f = map(float, entry["max"])
-    return Box((a, b, c), (d, e, f))
-
-
-def _height_map(entry: Mapping[str, Any], path: Path) -> HeightMap:
-    heights = _rows(entry["heights"], (*path, "heights"), "height")
-    for key in ("cell", "step"):
-        if key in entry and not entry[key] > 0:
-            raise _not_positive(entry[key], path, key)
-    cell = float(entry["cell"])
-    x, y = map(float, entry["origin"])
-    bottom = _bottom(entry.get("bottom", 0.0), heights, (*path, "bottom"))
-    return HeightMap((x, y), cell, heights, float(entry.get("step", cell)), entry.get("method", ""), bottom)
-
-
-def _rows(rows: Sequence[Sequence[float]], path: Path, word: str) -> tuple[tuple[float, ...], ...]:
-    """Return the rows of numbers of a height map."""
+def _check_rows(rows: Sequence[Sequence[float]], path: Path, word: str) -> None:
     for i, row in enumerate(rows):
         if len(row) != len(rows[0]):
             message = f"row {i + 1} has {len(row)} {word}s, the first row {len(rows[0])}"
             raise LoweringError("height-map-rows", message, (*path, i), "give all rows one length")
-    for i, row in enumerate(rows):
-        for j, number in enumerate(row):
-            if number < 0:
-                help = f"{word}s count up from z = 0"
-                raise LoweringError("height-map-rows", f"a {word} is below zero", (*path, i, j), help)
-    return tuple(tuple(map(float, row)) for row in rows)
+    below = [(i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0]
+    if below:
+        help = f"{word}s count up from z = 0"
+        raise LoweringError("height-map-rows", f"a {word} is below zero", (*path, *below[0]), help)
 
 
-def _bottom(value: Any, heights: Sequence[Sequence[float]], path: Path) -> float | tuple[tuple[float, ...], ...]:
-    """Return where the body begins; a cell whose own bottom is not below its height has no body."""
-    message, help, bottom = "", "", value
-    if isinstance(value, (int, float)):
-        low = min((height for row in heights for height in row if height > 0), default=math.inf)
-        if value < 0:
+def _check_bottom(bottom: Any, heights: Sequence[Sequence[float]], path: Path) -> None:
+    """Raise LoweringError for a body that would begin above its heights."""
+    message, help = "", ""
+    if isinstance(bottom, (int, float)):
+        lowest = min((height for row in heights for height in row if height > 0), default=math.inf)
+        if bottom < 0:
             message, help = "the bottom is below zero", "it counts up from z = 0"
-        elif value >= low:
-            message = f"the bottom ({value:g} m) is not below the lowest height ({low:g} m)"
+        elif bottom >= lowest:
+            message = f"the bottom ({bottom:g} m) is not below the lowest height ({lowest:g} m)"
             help = "lower it, or give it as rows like those of heights"
-        bottom = float(value)
     else:
-        bottom = _rows(value, path, "bottom")
-        cells = [cell for pair in zip(bottom, heights, strict=False) for cell in zip(*pair, strict=False)]
+        _check_rows(bottom, path, "bottom")
+        cells = [cell for rows in zip(bottom, heights, strict=False) for cell in zip(*rows, strict=False)]
         sizes = [f"{len(rows)} x {len(rows[0])}" for rows in (bottom, heights)]
         if sizes[0] != sizes[1]:
             message, help = (
@@ -184,33 +173,10 @@ def _bottom(value: Any, heights: Sequence[Sequence[float]], path: Path) -> float
                 "give each cell of heights its bottom",
             )
         elif cells and all(low >= height for low, height in cells):
-            low, height = cells[0]
-            message = f"the bottom ({low:g} m) is in no cell below the height ({height:g} m in the first)"
+            message = "the bottom ({:g} m) is in no cell below the height ({:g} m in the first)".format(*cells[0])
             help = "lower it; bare numbers are in metres"
     if message:
         raise LoweringError("height-map-rows", message, path, help)
-    return bottom
-
-
-def _ellipsoid(entry: Mapping[str, Any], _: Path) -> Ellipsoid:
-    x, y, z = map(float, entry["radii"])
-    return Ellipsoid((x, y, z))
-
-
-def _mesh(entry: Mapping[str, Any], _: Path) -> Mesh:
-    x, y, z = map(float, entry.get("scale", (1, 1, 1)))
-    return Mesh(entry["file"], (x, y, z), entry.get("inertia", ""), values_of(entry.get("mjcf")))
-
-
-_GEOMETRIES: Mapping[str, Callable[[Mapping[str, Any], Path], Geometry]] = {
-    "box": _box,
-    "cylinder": lambda entry, _: record_of(Cylinder, entry),
-    "capsule": lambda entry, _: record_of(Capsule, entry),
-    "sphere": lambda entry, _: record_of(Sphere, entry),
-    "ellipsoid": _ellipsoid,
-    "mesh": _mesh,
-    "height_map": _height_map,
-}
 
 
 def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Mapping[str, Sequence[Shape]]) -> Inertial:
@@ -219,8 +185,7 @@ def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Map
         if "density" in entry:
             help = "add of: collision"
             raise LoweringError("ignored-key", "a density needs shapes to fill", (*path, "density"), help)
-        moments = {key: float(value) for key, value in entry["inertia"].items()}
-        return Inertial(float(entry["mass"]), pose_of_entry(entry), **moments)
+        return record_of(Inertial, {**entry, **entry["inertia"]})
     for key in ("inertia", "xyz", "rpy"):
         if key in entry:
             message = f"{key} is calculated from the shapes of the key of"

@@ -33,7 +33,7 @@ from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.formats.schemas import schema_names, schema_text
-from rosorin_compile.language import asked
+from rosorin_compile.language import api_arguments
 from rosorin_compile.language.arguments import Argument, declared
 from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot
@@ -224,7 +224,7 @@ def write(
         meshes = {name: data for name, data in meshes.items() if name in names}
     files: dict[str, str | bytes] = {**meshes, **{artifact.file: artifact.text for artifact in artifacts}}
     try:
-        done = write_artifacts(folder, files, prune, complete=not only)
+        done = write_artifacts(folder, files, prune)
     except OutputError as problem:
         return Written(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
     changed = [artifact for artifact in artifacts if artifact.file in done.written]
@@ -280,7 +280,7 @@ def diff(
     second = _side(b, arguments, b_arguments, packages, trust)
     diagnostics += [*first.diagnostics, *second.diagnostics]
     if arguments and first.deaf and second.deaf:
-        diagnostics.append(asked.deaf(first.deaf))
+        diagnostics.append(api_arguments.deaf(first.deaf))
     if first.side is None or second.side is None or has_errors(diagnostics):
         return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
     try:
@@ -319,7 +319,7 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
     if imported is None or imported.tree is None:
         return _Loaded(Side(label, YAML, found.robot, folder=path.parent), diagnostics)
     if requests[1].arguments and not imported.takes_arguments:
-        diagnostics.append(asked.deaf(path))
+        diagnostics.append(api_arguments.deaf(path))
     reduced = replace(found.robot, outputs=())
     side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree), path.parent)
     left_out = list(dict.fromkeys(left.what for left in imported.left_out))
@@ -963,8 +963,8 @@ def _read_options(
     arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
     """Return how a robot in another format is read, and the errors in the arguments and packages."""
-    found = asked.ask("", arguments, packages)
-    texts, wrong = asked.as_texts(found.arguments)
+    found = api_arguments.ask("", arguments, packages)
+    texts, wrong = api_arguments.as_texts(found.arguments)
     return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 

@@ -116,7 +116,7 @@ def test_where_it_came_from_is_unknown_or_gone(site: Path, origin: Any) -> None:
 
 def test_a_tree_that_nobody_installed(monkeypatch: pytest.MonkeyPatch, clone: Path) -> None:
     monkeypatch.setattr(installing, "NAME", "nobody-has-this")
-    monkeypatch.setattr(installing, "_sources", lambda: clone)
+    monkeypatch.setattr(installing, "_CHECKOUT", clone)
     assert words() == ["pip", "install", f"{clone}[simulate]"]
-    monkeypatch.setattr(installing, "_sources", lambda: clone / "gone")
+    monkeypatch.setattr(installing, "_CHECKOUT", clone / "gone")
     assert words() == ["pip", "install", "path/to/nobody-has-this[simulate]"]

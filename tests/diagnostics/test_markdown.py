@@ -193,7 +193,7 @@ def test_a_whole_document() -> None:
 | --- | --- | --- | --- | --- | --- |
 | `laser` in `base_link` | origin z | 0.1 m | 0.2 m | 100.0 mm | `urdf` |
 
-|  | rule | place | message | way out |
+|  | rule | place | message | help |
 | --- | --- | --- | --- | --- |
 | warning | `axis-not-unit` | `descriptions/arm/robot.yaml:3:4` | long | make it short |
 
@@ -207,7 +207,7 @@ def test_a_whole_document() -> None:
 
 </details>
 
-<details><summary>1 note (1 stand-in: values that nobody has measured)</summary>
+<details><summary>1 note (1 stand-in: values that have not been measured)</summary>
 
 |  | rule | place | message |
 | --- | --- | --- | --- |

@@ -92,8 +92,8 @@ def test_json_that_fits_and_does_not() -> None:
     assert misfits("static_tf", data) == []
     data["static_transform_publisher"][0]["arguments"][1:3] = ["1e4", "--z"]
     said = misfits("static_tf", data)
-    assert said[0].startswith('static_transform_publisher[0] arguments[1]: "1e4" does not match ')
-    assert said[1:] == ['static_transform_publisher[0] arguments[2]: "--y" was expected']
+    assert said[0].startswith('static_transform_publisher[0] arguments[1]: "1e4" does not match pattern')
+    assert said[1:] == ['static_transform_publisher[0] arguments[2]: "--z" does not match const "--y"']
 
 
 def test_a_reference_that_leads_nowhere_is_told() -> None:

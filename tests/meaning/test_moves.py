@@ -7,9 +7,8 @@ from itertools import pairwise
 import pytest
 
 from rosorin_compile.compare.moves import moves
-from rosorin_compile.compare.precision import EXACT, Printing
+from rosorin_compile.compare.precision import EXACT, Printing, Style
 from rosorin_compile.model import Joint, Link, Pose, Robot
-from rosorin_compile.source.numbers import Style
 
 ROUGH = Printing({"xyz": Style(2, decimals=True)})
 

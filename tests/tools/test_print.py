@@ -242,17 +242,6 @@ def print_bytes(capfdbinary: Shown, *words: str) -> bytes:
     return bytes(out)
 
 
-def test_a_cache_that_others_could_change_is_no_word_worth(tmp_path: Path) -> None:
-    (tmp_path / "cache").mkdir()
-    (tmp_path / "cache").chmod(0o777)
-    environment = {"ROSORIN_COMPILE_CACHE": str(tmp_path / "cache")}
-    printed("rosorin", "urdf", **environment)
-    assert b"note[cache-not-private]" in run("print", "rosorin", "urdf", "-v", **environment).stderr
-
-
-# -o FILE
-
-
 # -o FILE
 
 

@@ -251,22 +251,6 @@ def test_metadata_that_are_no_good(machine: Machine):
     assert machine.run("all", "robot.yaml")[0] == 0
 
 
-def test_a_plugin_is_found_whatever_the_time_of_its_folder_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
-    for number in range(10):
-        info = tmp_path / "packages" / f"p{number}-1.dist-info"
-        info.mkdir(parents=True)
-        (info / "entry_points.txt").write_text("[console_scripts]\na = b:c\n", "utf-8")
-    os.utime(tmp_path / "packages", ns=(10**18, 10**18))
-    find = plugins._metadata_folders
-    path = (str(tmp_path / "packages"),)
-    assert find(path) == ()
-    (tmp_path / "packages" / "q-1.dist-info").mkdir()
-    (tmp_path / "packages" / "q-1.dist-info" / "entry_points.txt").write_bytes(b"[rosorin_compile.rules]")
-    os.utime(tmp_path / "packages", ns=(10**18, 10**18))  # as a copy keeps it
-    assert find(path) == (str(tmp_path / "packages" / "q-1.dist-info"),)
-
-
 def test_nothing_is_imported_where_there_is_no_plugin(machine: Machine):
     machine.describe("${width}")
     code = "import sys; from rosorin_compile.cli.main import main; main(['check', 'robot.yaml']); "

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from rosorin_compile.language.accepting import settled
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.lower.links import RULES
+from rosorin_compile.language.suppressions import settled
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Robot
 from rosorin_compile.rules.check import acceptable, check

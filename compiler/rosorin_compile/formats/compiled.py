@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.language.accepting import settled, unused
+from rosorin_compile.language.suppressions import settled, unused
 from rosorin_compile.model import Mesh, Output, Robot
 from rosorin_compile.rules.check import acceptable
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error, has_errors

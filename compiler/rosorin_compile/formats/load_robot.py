@@ -6,13 +6,13 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.language.accepting import Entry, settled, unknown
 from rosorin_compile.language.expand import Expanded, expand
 from rosorin_compile.language.expression.functions import plugged as plugged_functions
 from rosorin_compile.language.lower import Lowered, lower
+from rosorin_compile.language.requested_outputs import with_wanted
 from rosorin_compile.language.section_registry import plugged as plugged_sections
+from rosorin_compile.language.suppressions import Entry, settled, unknown
 from rosorin_compile.language.validate import validate
-from rosorin_compile.language.wanted import with_wanted
 from rosorin_compile.model import Robot
 from rosorin_compile.rules import check as rules
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, has_errors

@@ -31,7 +31,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 from urllib.parse import unquote
 
-from rosorin_compile.language.accepting import EVERYTHING
+from rosorin_compile.language.suppressions import EVERYTHING
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span

@@ -12,7 +12,6 @@ import os
 import re
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import cache, cached_property
 from importlib import import_module
 from io import BytesIO
@@ -21,11 +20,9 @@ from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import jinja2
-from jinja2.bccache import Bucket
 from jinja2.exceptions import SecurityError
 
 from rosorin_compile.source import files, system
-from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.files import shown as as_shown
 from rosorin_compile.source.project import data_folder, homes
@@ -62,7 +59,7 @@ def _own() -> jinja2.Environment:
     """Return what renders the templates that ship with the tool, which need no sandbox."""
     folder = data_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
-    return jinja2.Environment(loader=loader, **options("own"))  # noqa: S701 - what is XML is escaped
+    return jinja2.Environment(loader=loader, autoescape=_is_xml, **_OPTIONS)  # noqa: S701 - what is XML is escaped
 
 
 MAX_SECONDS = 5  # of CPU time, for a template of a user
@@ -133,14 +130,16 @@ class Templates:
     @cached_property
     def environment(self) -> jinja2.Environment:
         """The environment of trusted templates."""
-        return jinja2.Environment(loader=jinja2.FunctionLoader(self._load), **options("trusted"))  # noqa: S701
+        return jinja2.Environment(loader=jinja2.FunctionLoader(self._load), autoescape=_is_xml, **_OPTIONS)  # noqa: S701
 
     @cached_property
     def sandbox(self) -> jinja2.Environment:
         """The environment of the templates of a description; for use in the child process only."""
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-        sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(self._load), **options("sandbox"))
+        sandbox = ImmutableSandboxedEnvironment(
+            loader=jinja2.FunctionLoader(self._load), autoescape=_is_xml, **_OPTIONS
+        )
         del sandbox.globals["lipsum"]  # text that nobody needs in an artifact, as much as is asked for
         del sandbox.filters["random"]  # an artifact is the same each time
         return sandbox
@@ -237,7 +236,6 @@ def _render_in_child(folder: Path | None, first: Path | None, name: str, values:
     import subprocess
 
     system.needs("resource", system.NO_LIMITS)
-    cache_folder("templates")  # the child caches there; only this process can report that it is open to others
     path = json.dumps([os.path.abspath(entry) for entry in sys.path if entry])
     command = [sys.executable, "-c", _START_CHILD, path]
     request = BytesIO()
@@ -261,35 +259,12 @@ def _render_in_child(folder: Path | None, first: Path | None, name: str, values:
     return _Rendered(**{**answer, "inputs": tuple(answer["inputs"])})
 
 
-class _BytecodeCache(jinja2.FileSystemBytecodeCache):
-    """Caches compiled templates in a folder; a folder that is gone or full is no reason to stop."""
-
-    def load_bytecode(self, bucket: Bucket) -> None:
-        """Load a template that was compiled before, if it can be read."""
-        with suppress(OSError):
-            super().load_bytecode(bucket)
-
-    def dump_bytecode(self, bucket: Bucket) -> None:
-        """Store a compiled template, if it can be written."""
-        with suppress(OSError):
-            super().dump_bytecode(bucket)
-
-
-def options(kind: str) -> dict[str, Any]:
-    """Return the options of Jinja for templates of a kind: "own", "trusted" or "sandbox".
-
-    Compiled templates are cached, those of each kind by themselves, because the code of one is of no use to another.
-    """
-    folder = cache_folder("templates")
-    pattern = f"{jinja2.__version__}-{kind}-%s.cache"
-    return {
-        "autoescape": _is_xml,
-        "undefined": jinja2.StrictUndefined,
-        "bytecode_cache": _BytecodeCache(str(folder), pattern) if folder else None,
-        "trim_blocks": True,
-        "lstrip_blocks": True,
-        "keep_trailing_newline": True,
-    }
+_OPTIONS: dict[str, Any] = {
+    "undefined": jinja2.StrictUndefined,
+    "trim_blocks": True,
+    "lstrip_blocks": True,
+    "keep_trailing_newline": True,
+}
 
 
 def _is_xml(name: str | None) -> bool:

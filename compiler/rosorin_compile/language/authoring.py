@@ -18,9 +18,9 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.source.units import UNITS, parse_unit
 
-from .accepting import STAYS
 from .annotations import ANNOTATIONS
 from .schema import of_parts, of_types, with_formats
+from .suppressions import STAYS
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format

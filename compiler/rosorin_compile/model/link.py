@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields
 from functools import cache, cached_property
 from typing import Any, ClassVar
 
-from rosorin_compile.source.numbers import NumberFormat, inertia
+from rosorin_compile.source.numbers import NumberFormat, exact, rounded, short
 
 from .bounds import bounds_of
 from .geometry import Pose, Vector, eigenvalues
@@ -41,6 +41,29 @@ class Source:
 NO_SOURCE = Source()
 
 
+_THIN = 3e-3  # smallest by largest principal moment: all digits matter for how such a body turns
+_FLAT = 1e-10  # all digits matter for whether such a body is possible: A + B = C, and engines refuse A + B < C
+
+
+def printed_inertia(six: Sequence[float], principal: Sequence[float], number: NumberFormat) -> list[str]:
+    """Return the moments and products of an inertia (xx yy zz xy xz yz) in print; ``principal``: smallest first.
+
+    Moments are numbers, products entries of the tensor. All digits are kept where others would be another body.
+    """
+    if number is not short:
+        return list(map(number, six))
+    moments, products = six[:3], six[3:]
+    least, middle, most = principal
+    near = [rounded(moment) for moment in moments]
+    low, medium, high = sorted(moments)
+    near_low, near_medium, near_high = sorted(near)
+    is_delicate = any(products) and (least < _THIN * most or least + middle - most < _FLAT * most)
+    if is_delicate or (low + medium >= high and near_low + near_medium < near_high):
+        return list(map(exact, six))
+    largest = max(map(abs, moments))
+    return [*map(exact, near), *(exact(rounded(product, largest)) for product in products)]
+
+
 @dataclass(frozen=True)
 class Inertial:
     """Mass (kg), the pose of the centre of mass, and the inertia (kg*m^2) about it along the axes of that pose."""
@@ -63,7 +86,7 @@ class Inertial:
     def printed(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
         """Return the inertia in print, as xx yy zz xy xz yz; ``along`` is the same inertia along other axes."""
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
-        return inertia(six, self.principal_moments, number)
+        return printed_inertia(six, self.principal_moments, number)
 
 
 @dataclass(frozen=True, repr=False)

@@ -7,13 +7,13 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.language.accepting import accepted, unused
-from rosorin_compile.language.accepting import settled as without_accepted
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.expand.tracing import USED
 from rosorin_compile.language.lower.links import RULES as _OF_SHAPES
 from rosorin_compile.language.lower.sections import is_resolved
 from rosorin_compile.language.section_registry import plugged as sections_of_plugins
+from rosorin_compile.language.suppressions import accepted, unused
+from rosorin_compile.language.suppressions import settled as without_accepted
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import own_sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span

@@ -78,7 +78,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     known = [name for name, format in case.formats.items() if format.write is not None]
     named = (*path, "backend")
     at, key = (named, False) if exists(case.tree, named) else (path, True)
-    from rosorin_compile.language.misnamed import word_meant
+    from rosorin_compile.language.suggestions import word_meant
 
     help = word_meant(output.backend, known, "backend")
     by_files = _by_files(case, output, key) if help.startswith("known") else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from rosorin_compile.language.wanted import is_listed
+from rosorin_compile.language.requested_outputs import is_listed
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Publisher
 from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body", "frame", "Frame", "<material", "<gazebo ")
 _MAX_RELATED = 3
 _AROUND = "elements"  # a name that nobody closes by mistake
-_CLOSES = r"</(.+)> closes what is not open: <(.+)> is"
+_CLOSES = r"</(.+)> does not close <(.+)>"
 
 
 @rule(
@@ -65,7 +65,7 @@ def _damaged(case: Case, path: Path, text: str, wrong: str) -> Diagnostic:
             told, line, column = f"<{left[2]}> is not closed", 0, 0
             help = f"add </{left[2]}>"
         elif left and left[2] == _AROUND:
-            told = f"</{left[1]}> closes what is not open"
+            told = f"</{left[1]}> does not close an open element"
         elif problem.diagnostic.help:
             help = problem.diagnostic.help
         made = case.problem("bad-xml", f"this is no element of XML: {told}", path, help)

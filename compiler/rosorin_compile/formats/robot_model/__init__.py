@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Box, HeightMap, Joint, Limit, Link, Output, Pose, Robot, Shape, Vector
@@ -17,7 +18,6 @@ from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error
-from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from ..format import Format, Opened
@@ -224,7 +224,7 @@ def _numbers(values: Iterable[float]) -> list[float]:
     return [float(value) + 0.0 for value in values]
 
 
-_listed = remembered(_numbers)  # many joints share them
+_listed = lru_cache(maxsize=20_000)(_numbers)  # many joints share them
 
 
 def view(robot: Robot, output: Output) -> Robot:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rosorin_compile.formats.carriers import shapes_at
@@ -35,7 +36,6 @@ from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.sections import sections_in_urdf
 from rosorin_compile.model.shape import Material, plain
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
-from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import counted, first_of, plural
@@ -324,12 +324,12 @@ def _origin(pose: Pose, number: NumberFormat) -> Markup:
     return _placed(pose.xyz, pose.rpy, number)
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def _placed(xyz: Vector, rpy: Vector, number: NumberFormat) -> Markup:
     return attributes(xyz=vector(xyz, number), rpy=vector(rpy, number))
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def _axis(axis: Vector, number: NumberFormat) -> Markup:
     return attributes(xyz=vector(axis, number))
 

@@ -18,7 +18,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Sensor
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.xml.markup import Document
+from rosorin_compile.source.xml.elements import tree_of
 
 from .blocks import Unsayable, block
 from .drives import Driven, driven
@@ -236,7 +236,7 @@ class _Conversion:
         if robot is not None:
             output = Output("sdf", "sdf", "robot.sdf", {**options, **_UNROUNDED})
             text, _ = FORMATS["sdf"].written(robot, output, Templates())
-            for place in (place for place in Document.tree(text).iter() if place.tag in ("link", "joint")):
+            for place in (place for place in tree_of(text).iter() if place.tag in ("link", "joint")):
                 for sensor in (child for child in place if child.tag == "sensor"):
                     one = Candidate(SENSORS, sensor.get("name", ""), 0, 0, sensor, place.get("name", ""))
                     found.setdefault(one.called, []).append(one.alone)

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import ast
 import warnings
+from functools import lru_cache
 from typing import Any, NamedTuple
-
-from rosorin_compile.source.memo import remembered
 
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
 from .literals import masked, mistake
@@ -64,7 +63,7 @@ def _blame(node: ast.AST, lookup: Lookup) -> int:
     return getattr(node, "col_offset", 0)
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def compiled(text: str) -> ast.expr:
     """Return the syntax tree of an expression that may be evaluated. Raises ExpressionError."""
     if len(text) > MAX_LENGTH:
@@ -125,7 +124,7 @@ class Piece(NamedTuple):
     unclosed: bool = False
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def pieces(text: str) -> tuple[Piece, ...]:
     """Split a text into plain pieces and ``${...}``; ``$${`` is a plain ``${``."""
     found: list[Piece] = []

@@ -24,10 +24,10 @@ from rosorin_compile.source.rule_registry import FILES, FRAMES, JOINTS, POSES, R
 from rosorin_compile.source.tree import Map, Path, locate
 from rosorin_compile.source.wording import listed
 
-from ..accepting import accepted
 from ..expand.scope import Scope
-from ..misnamed import name_meant
 from ..schema import backend_of
+from ..suggestions import name_meant
+from ..suppressions import accepted
 from . import links
 from .joints import lower_joint, node
 from .lowering import Lowering

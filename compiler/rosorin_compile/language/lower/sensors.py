@@ -16,7 +16,7 @@ from rosorin_compile.source.diagnostics import Related
 from rosorin_compile.source.rule_registry import FRAMES, Rule
 from rosorin_compile.source.tree import Path, locate
 
-from ..misnamed import name_meant
+from ..suggestions import name_meant
 from .joints import OF_THE_URDF, Publishing, publishing, take_turns
 from .lowering import Lowering
 from .records import pose_of_entry, source_of, vector_of

@@ -1,8 +1,4 @@
-"""Wanted: outputs that somebody asks for by name, also those that the description does not list.
-
-What is no name under ``outputs`` may be the name of a format: then an entry for it stands in the tree, with the
-defaults of that format, and everything that is checked of an output is checked of this one.
-"""
+"""Add outputs that a command requests and the description does not list, by the name of their format."""
 
 from __future__ import annotations
 
@@ -22,8 +18,8 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "unknown-output",
-        "The robot has no output of the name that a command asks for, and no format is called so.",
-        "`rosorin-compile print --list` shows what there is.",
+        "A command requests an output that the robot does not have, and there is no format of that name.",
+        "`rosorin-compile print --list` lists the outputs.",
         OUTPUTS,
     ),
 )
@@ -34,9 +30,9 @@ _ASKED = "taken with the defaults of its format; an entry under outputs can say 
 
 
 def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format]) -> tuple[Map, list[Diagnostic]]:
-    """Return a tree that has an entry for each output that is wanted, and what is wrong with their names."""
+    """Return a tree with an entry for each requested output, and the errors about their names."""
     outputs = tree.get("outputs")
-    if not wanted or not (outputs is None or isinstance(outputs, Map)):  # what is no mapping is told elsewhere
+    if not wanted or not (outputs is None or isinstance(outputs, Map)):  # the schema reports other types
         return tree, []
     listed = outputs if outputs is not None else Map(tree.span, tree.via)
     new = [name for name in dict.fromkeys(wanted) if name not in listed]
@@ -44,29 +40,21 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format])
     unknown = [_unknown(name, tree, listed, written) for name in new if name not in written]
     if unknown or not new:
         return tree, unknown
-    section = _like(listed)
+    section = listed.copied()
     span = tree.key_spans.get("robot", tree.span)
     for name in new:
         entry = Map(span, Instance(_ASKED, span, tree.via))
         entry.put("file", _file(formats[name], str(tree.get("robot", "robot")), section), span, span)
         section.put(name, entry, span, span)
-    made = _like(tree)
+    made = tree.copied()
     place = (tree.key_spans["outputs"], tree.value_spans["outputs"]) if "outputs" in tree else (span, span)
     made.put("outputs", section, *place)
     return made, []
 
 
 def is_listed(entry: object) -> bool:
-    """Say whether an entry of outputs was written, and not made for somebody who asks for it."""
+    """Return True if an entry of outputs is in the description, and was not added for a request."""
     return not (isinstance(entry, Map) and entry.via is not None and entry.via.message == _ASKED)
-
-
-def _like(whole: Map) -> Map:
-    """Return a copy of a mapping, with its values and places."""
-    made = Map(whole.span, whole.via)
-    for key, value in whole.items():
-        made.put(key, value, whole.key_spans[key], whole.value_spans[key])
-    return made
 
 
 def _file(format: Format, robot: str, listed: Map) -> str:

@@ -1,7 +1,4 @@
-"""Asked: what a caller of the Python API gives, as the stages have it: a name on disk, arguments, folders of packages.
-
-Nothing here raises for what is wrong: that is a diagnostic.
-"""
+"""Convert the arguments of the Python API to values of the language; errors are diagnostics."""
 
 from __future__ import annotations
 
@@ -21,12 +18,12 @@ from rosorin_compile.source.units import Quantity
 
 from .expression.functions import FUNCTIONS, kind_of
 
-# From here on YAML's whole numbers are floats, too (see load).
-_LARGEST = 10**18
+_LARGEST = 10**18  # from here on YAML's whole numbers are floats (see load)
+NO_ARGUMENTS = "leave the arguments out"
 
 
 class Asked(NamedTuple):
-    """What is asked for: the name of a file, a folder or a description, and what goes with it."""
+    """The name of a file, a folder or a description, with arguments and folders of packages."""
 
     name: str
     arguments: dict[str, Any]
@@ -35,31 +32,38 @@ class Asked(NamedTuple):
 
 
 def ask(path: object, arguments: object, packages: object) -> Asked:
-    """Return what is asked for; with diagnostics, it is not fit to be followed."""
+    """Convert the arguments of a function of the API; the values are invalid if diagnostics are returned."""
     diagnostics: list[Diagnostic] = []
-    name = ""
-    if isinstance(path, (str, os.PathLike)):
-        name = os.fsdecode(path)
-    else:
-        message = f"the path of a robot is text or a Path; this is {_a_kind(path)}"
-        diagnostics.append(error("wrong-type", message, None))
+    name = os.fsdecode(path) if isinstance(path, (str, os.PathLike)) else ""
+    if not isinstance(path, (str, os.PathLike)):
+        diagnostics.append(error("wrong-type", f"the path of a robot is text or a Path; this is {_type(path)}", None))
     values, wrong = from_python({} if arguments is None else arguments)
-    folders, missing = _folders({} if packages is None else packages)
-    return Asked(name, values, folders, [*diagnostics, *wrong, *missing])
+    diagnostics += wrong
+    folders: dict[str, Path] = {}
+    packages = {} if packages is None else packages
+    if not isinstance(packages, Mapping):
+        message = f"packages map names to folders; this is {_type(packages)}"
+        diagnostics.append(error("package-missing", message, None, 'write {"NAME": FOLDER}'))
+        packages = {}
+    for package, folder in packages.items():
+        is_path = isinstance(package, str) and isinstance(folder, (str, os.PathLike))
+        if is_path and files.is_folder(folder):
+            folders[package] = Path(os.fsdecode(folder))
+        else:
+            message = f'there is no folder "{folder!s:.200}" for the package {package!s:.60}'
+            diagnostics.append(error("package-missing", message, None))
+    return Asked(name, values, folders, diagnostics)
 
 
 def unreadable(problem: NoDescription | OSError) -> Diagnostic:
     """Return the error for a robot that was not found; an OSError without a name is that of the working directory."""
-    deleted = isinstance(problem, OSError) and problem.filename is None
-    return error("file-unreadable", "the working directory was deleted" if deleted else str(problem), None)
+    is_deleted = isinstance(problem, OSError) and problem.filename is None
+    return error("file-unreadable", "the working directory was deleted" if is_deleted else str(problem), None)
 
 
 def is_description(path: Path) -> bool:
-    """Say whether a file is called as the files of a description are."""
+    """Return True if a file has the ending of a description."""
     return path.suffix.lower() in ENDINGS
-
-
-NO_ARGUMENTS = "leave the arguments out"
 
 
 def deaf(path: Path) -> Diagnostic:
@@ -68,41 +72,25 @@ def deaf(path: Path) -> Diagnostic:
     return error("unknown-argument", message, None, NO_ARGUMENTS)
 
 
-def _folders(packages: object) -> tuple[dict[str, Path], list[Diagnostic]]:
-    if not isinstance(packages, Mapping):
-        message = f"packages map names to folders; this is {_a_kind(packages)}"
-        return {}, [error("package-missing", message, None, 'write {"NAME": FOLDER}')]
-    folders: dict[str, Path] = {}
-    diagnostics: list[Diagnostic] = []
-    for name, folder in packages.items():
-        is_path = isinstance(name, str) and isinstance(folder, (str, os.PathLike))
-        if is_path and files.is_folder(folder):
-            folders[name] = Path(os.fsdecode(folder))
-        else:
-            message = f'there is no folder "{folder!s:.200}" for the package {name!s:.60}'
-            diagnostics.append(error("package-missing", message, None))
-    return folders, diagnostics
-
-
 class _NoValue(Exception):
-    """What no argument can be; the message says what it is."""
+    """A value that is not possible for an argument; the message is the reason."""
 
 
 def from_python(arguments: object) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Return arguments that a program gives as those of the language, and what is wrong with them.
+    """Convert arguments of a Python program to values of the language; also returns the errors.
 
-    Numbers are in SI units; a text is what stands behind ``-a NAME=``. What has ``tolist``, as numpy's values have, is
+    Numbers are in SI units; a text is read like ``-a NAME=TEXT``. An object with ``tolist``, such as a numpy array, is
     a number or a list.
     """
     if not isinstance(arguments, Mapping):
-        message = f"arguments map names to values; this is {_a_kind(arguments)}"
+        message = f"arguments map names to values; this is {_type(arguments)}"
         return {}, [error("bad-argument", message, None, 'write {"NAME": VALUE}')]
     values: dict[str, Any] = {}
     diagnostics: list[Diagnostic] = []
     for name, value in arguments.items():
         try:
             if not isinstance(name, str):
-                raise _NoValue("is no name: a name is text")
+                raise _NoValue("is not a name: a name is text")
             values[str(name)] = _plain(value, 0, [0])
         except _NoValue as problem:
             help = "a value is text, a number, true or false, None, a list or a table of them"
@@ -111,7 +99,7 @@ def from_python(arguments: object) -> tuple[dict[str, Any], list[Diagnostic]]:
 
 
 def _plain(value: object, depth: int, count: list[int]) -> Any:
-    """Return a value as the language has it; ``count`` is how many there are so far. Raises _NoValue."""
+    """Convert a value; ``count`` is the number of values so far. Raises _NoValue."""
     count[0] += 1
     if depth > MAX_DEPTH or count[0] > MAX_NODES:
         raise _NoValue("is too deep or too large a value")
@@ -121,40 +109,31 @@ def _plain(value: object, depth: int, count: list[int]) -> Any:
         return str.__str__(value)
     if isinstance(value, os.PathLike):
         return Text(os.fsdecode(value))
+    if isinstance(value, Integral) and abs(int(value)) < _LARGEST:
+        return int(value)
     if isinstance(value, (Real, Decimal)):
-        return _number(value)
+        try:
+            return float(value)
+        except (OverflowError, ValueError):
+            raise _NoValue("is too large a number") from None
     if isinstance(value, Mapping):
-        return {_key(key): _plain(item, depth + 1, count) for key, item in value.items()}
+        for key in (key for key in value if not isinstance(key, str)):
+            raise _NoValue(f"is a table with a key that is {_type(key)}, not text")
+        return {str.__str__(key): _plain(item, depth + 1, count) for key, item in value.items()}
     if isinstance(value, (list, tuple, range)):
         return [_plain(item, depth + 1, count) for item in value]
     tolist = getattr(value, "tolist", None)
     if not callable(tolist):
-        raise _NoValue(f"is {_a_kind(value)}")
+        raise _NoValue(f"is {_type(value)}")
     return _plain(tolist(), depth + 1, count)
 
 
-def _number(value: Real | Decimal) -> int | float:
-    """Return a number; one of more digits than YAML has for a whole number is a float. Raises _NoValue."""
-    if isinstance(value, Integral) and abs(int(value)) < _LARGEST:
-        return int(value)
-    try:
-        return float(value)
-    except (OverflowError, ValueError):
-        raise _NoValue("is too large a number") from None
-
-
-def _key(key: object) -> str:
-    if not isinstance(key, str):
-        raise _NoValue(f"is a table with a key that is {_a_kind(key)}, not text")
-    return str.__str__(key)
-
-
-def _a_kind(value: object) -> str:
+def _type(value: object) -> str:
     return "None" if value is None else f"of the type {type(value).__name__}"
 
 
 def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic]]:
-    """Return values as the arguments of a xacro, which are text (quantities in SI units), and what is wrong."""
+    """Return values as the arguments of a xacro, which are text (quantities in SI units), and the errors."""
     texts: dict[str, str] = {}
     diagnostics: list[Diagnostic] = []
     for name, value in values.items():

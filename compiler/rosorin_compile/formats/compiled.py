@@ -191,7 +191,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         artifacts = ()
     if not requested:  # otherwise an entry of accept may be about another output
         found += unused(expanded.tree, used | more, acceptable(), ("",) if search is None else ("", "meshes"))
-    inputs = (*expanded.files, *templates, *(meshes.inputs if meshes else ()))
+    inputs = (*expanded.files, *templates)
     resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))
     return Compiled(robot, artifacts, arrange([*diagnostics, *found]), inputs, resolved, meshes)
 

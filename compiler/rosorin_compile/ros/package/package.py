@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.named_files import urdf_file_name
+from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, error

@@ -13,9 +13,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled, Reading, compile_robot, emit
+from rosorin_compile.formats.compiled import (
+    Compiled,
+    Reading,
+    Understood,
+    compile_robot,
+    emit,
+    judge_foreign,
+    understand,
+    understand_foreign,
+)
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.load_robot import Understood, judge_foreign, understand, understand_foreign
 from rosorin_compile.language import asked
 from rosorin_compile.language.arguments import read as read_argument_files
 from rosorin_compile.language.expand import Expanded

@@ -247,12 +247,16 @@ def read(text: str) -> Transforms:
 
 
 def _text(node: ast.expr, names: Mapping[str, ast.expr]) -> Any:
-    """Return a value; a list is joined to one text. Raises ValueError, TypeError, KeyError."""
+    """Return a value; a list is joined to one text. Raises ValueError, TypeError."""
     import ast
 
     if isinstance(node, ast.List):
         return "".join(_text(item, names) for item in node.elts)
-    return ast.literal_eval(names[node.id] if isinstance(node, ast.Name) else node)
+    if isinstance(node, ast.Name):
+        if node.id not in names:
+            raise ValueError("a part of an argument is neither text nor a launch argument with a default")
+        node = names[node.id]
+    return ast.literal_eval(node)
 
 
 def read_arguments(name: object, arguments: object) -> Edge:

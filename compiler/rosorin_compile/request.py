@@ -165,12 +165,11 @@ class Request:
 
     def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> Searched:
         """Search the meshes of a robot, and read those that belong to its artifacts."""
-        from rosorin_compile.formats.mesh_copies import read_meshes
-        from rosorin_compile.formats.mesh_files import Places, search
+        from rosorin_compile.formats.mesh_files import Places, read_files, search
 
         folder = self.description.outputs
         places = Places(self.description.path, folder, self.packages, os.environ)
-        return read_meshes(search(tree, outputs, places), folder)
+        return read_files(search(tree, outputs, places), outputs, folder)
 
     def inputs(self, compiled: Compiled) -> list[Path]:
         """Return the files that a compilation has read, files of arguments included."""

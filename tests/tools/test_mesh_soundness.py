@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.mesh_copies import check_for_mujoco
 from rosorin_compile.model.mesh_vertices import UnreadableMesh
+from rosorin_compile.mujoco.mesh_copies import check_for_mujoco
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
@@ -50,10 +50,7 @@ BROKEN = {f"{what}.{ending}": data
                              "page": b"<!DOCTYPE html><html><body>404</body></html>"}.items()}  # fmt: skip
 for name, value in {"nan": NAN, "inf": INF, "far": 3e38, "far-too": 1e30}.items():
     BROKEN[f"{name}.stl"] = stl((value, 0, 0, 1, 0, 0, 0, 1, 0))
-    BROKEN[f"{name}.obj"], BROKEN[f"{name}.dae"] = (
-        f"v {value} 0 0\n{OBJ}".encode(),
-        DAE.replace("@", str(value)).encode(),
-    )
+    BROKEN[f"{name}.obj"] = f"v {value} 0 0\n{OBJ}".encode()
 for number in ("1e400", "-1e39", "12345678901", "x", "1,5"):
     BROKEN[f"{number}.obj"] = OBJ.replace("v 1 0", f"v {number} 0").encode()
 for face in ("0 1 2", "1 2 9", "-1 -2 -9"):

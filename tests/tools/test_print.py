@@ -242,20 +242,6 @@ def print_bytes(capfdbinary: Shown, *words: str) -> bytes:
     return bytes(out)
 
 
-def test_a_cache_that_others_could_change_is_no_word_worth(tmp_path: Path) -> None:
-    (tmp_path / "cache").mkdir()
-    (tmp_path / "cache").chmod(0o777)
-    environment = {"ROSORIN_COMPILE_CACHE": str(tmp_path / "cache")}
-    printed("rosorin", "urdf", **environment)
-    assert b"note[cache-not-private]" in run("print", "rosorin", "urdf", "-v", **environment).stderr
-
-
-# -o FILE
-
-
-# -o FILE
-
-
 def test_a_file_is_written_at_once_and_an_equal_one_gets_newer(home: Path, capsys: Shown) -> None:
     assert ask(capsys, "print", str(ROSORIN), "urdf", "-o", "new/folder/r.urdf") == ""
     made = home / "new" / "folder" / "r.urdf"

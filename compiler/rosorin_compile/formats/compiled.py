@@ -27,7 +27,7 @@ from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import of_tool
 from rosorin_compile.source.tree import Map, locate
-from rosorin_compile.source.wording import and_more, counted
+from rosorin_compile.source.wording import counted
 
 from . import FORMATS, Artifact, plugged_diagnostics
 from .imported import Imported, ReadOptions, as_tree
@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from .mesh_files import Searched
 
 Search = Callable[[Map, Sequence[Output]], "Searched"]
-MAX_SHOWN = 200  # diagnostics in a notebook
 
 
 class Understood(NamedTuple):
@@ -132,9 +131,6 @@ class Compiled:
         """Return a summary without the texts of the artifacts."""
         return f"<Compiled {self.robot!r}, {len(self.artifacts)} artifacts, {_counted(self.diagnostics)}>"
 
-    def _repr_html_(self) -> str:
-        return _html(self.robot, self.diagnostics)
-
 
 @dataclass(frozen=True)
 class Reading:
@@ -152,25 +148,10 @@ class Reading:
         """Return a summary."""
         return f"<Reading {self.robot!r}, {_counted(self.diagnostics)}>"
 
-    def _repr_html_(self) -> str:
-        return _html(self.robot, self.diagnostics)
-
 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:
     counts = Counter(diagnostic.severity for diagnostic in diagnostics)
     return ", ".join(counted(count, severity) for severity, count in counts.items()) or "no diagnostics"
-
-
-def _html(robot: Robot | None, diagnostics: Sequence[Diagnostic]) -> str:
-    """Return a robot and its diagnostics for a notebook."""
-    from html import escape
-
-    from rosorin_compile.source.report import text
-
-    remarks = f"<pre>{escape(text(diagnostics[:MAX_SHOWN]))}</pre>" if diagnostics else ""
-    if len(diagnostics) > MAX_SHOWN:
-        remarks += f"<p>{and_more(len(diagnostics) - MAX_SHOWN).strip()}</p>"
-    return remarks + (robot._repr_html_() if robot is not None else "")
 
 
 class IncludedRobots:
@@ -297,7 +278,13 @@ def compile_robot(
             understood = understand(path, arguments, tell, packages, requested, cache)
             if exact and understood.lowered is not None and understood.lowered.robot is not None:
                 robot = understood.lowered.robot
-                robot = replace(robot, outputs=tuple(map(_with_all_digits, robot.outputs)))
+                outputs = tuple(
+                    replace(one, options={"number_format": "exact", **one.options})
+                    if "number_format" in FORMATS[one.backend].options
+                    else one
+                    for one in robot.outputs
+                )
+                robot = replace(robot, outputs=outputs)
                 understood = understood._replace(lowered=understood.lowered._replace(robot=robot))
             if understood.expanded.scope is not None:
                 understood.expanded.scope.ledger.forget()
@@ -314,12 +301,6 @@ def compile_robot(
     }
     missing = tuple(path for path, found in new.items() if not found)
     return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
-
-
-def _with_all_digits(output: Output) -> Output:
-    if "number_format" not in FORMATS[output.backend].options:
-        return output
-    return replace(output, options={"number_format": "exact", **output.options})
 
 
 def emit(understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()) -> Compiled:
@@ -366,14 +347,14 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
 
 
 def emit_published(understood: Understood, path: Path) -> Compiled:
-    """Return the URDF of a robot that was loaded with ``understand_foreign``."""
+    """Return the URDF of a robot that was loaded with ``understand_foreign``; of a URDF, its own text."""
     expanded, robot = understood.expanded, understood.robot
     if robot is None:
         return Compiled(None, (), understood.diagnostics, expanded.files)
     format, (output,) = FORMATS.published(), robot.outputs
     text, remarks = format.written(robot, output, Templates(path.parent))
     if path.suffix.lower() in format.endings:
-        text = read_text(path, errors="replace")  # the text that robot_state_publisher gets
+        text = read_text(path, errors="replace")
     artifact = Artifact(output.file, text, format.name, output.name)
     return Compiled(robot, (artifact,), arrange([*understood.diagnostics, *remarks]), expanded.files)
 

@@ -6,11 +6,9 @@ Launch's own ``and``, ``or`` and ``not`` take two arguments (one) on Humble and 
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.language.expression import parsed
 from rosorin_compile.model import Robot
 from rosorin_compile.rules.conditions import combinations, holds, modes_in
 
@@ -52,33 +50,9 @@ def mode_arguments(robot: Robot, conditions: Iterable[str], taken: Iterable[str]
 
 
 def condition(robot: Robot, when: str) -> Condition:
-    """Return a condition over modes, as written if it consists of ``and``, ``or``, ``not`` and modes alone."""
+    """Return a condition over modes."""
     modes = modes_in(robot, [when])
-    try:
-        return _from_syntax(parsed(when).body, modes)
-    except ValueError:
-        table = {tuple(states.values()): holds(when, states) for states in combinations(modes)}
-        return _from_table(modes, (), table)
-
-
-def _from_syntax(node: ast.expr, modes: Sequence[str]) -> Condition:
-    """Return an expression as a condition. Raises ValueError for an expression that launch cannot evaluate."""
-    if isinstance(node, ast.Name) and node.id in modes:
-        return (MODE, node.id)
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-        return (NOT, _from_syntax(node.operand, modes))
-    if isinstance(node, ast.BoolOp):
-        operands = [_from_syntax(value, modes) for value in node.values]
-        return _nested(AND if isinstance(node.op, ast.And) else OR, operands)
-    raise ValueError("not a condition of launch")
-
-
-def _nested(word: str, operands: Sequence[Condition]) -> Condition:
-    """Return a condition with two operands at each level, as flat as possible."""
-    if len(operands) == 1:
-        return operands[0]
-    half = (len(operands) + 1) // 2
-    return (word, _nested(word, operands[:half]), _nested(word, operands[half:]))
+    return _from_table(modes, (), {tuple(states.values()): holds(when, states) for states in combinations(modes)})
 
 
 def _from_table(modes: Sequence[str], states: tuple[bool, ...], table: Mapping[tuple[bool, ...], bool]) -> Condition:

@@ -8,8 +8,8 @@ A file is searched where the artifact that opens it will look (``Format.opens``)
 - a path or ``file://``: there.
 
 The name in an artifact follows from the description alone: relative names stay, those of packages become
-``meshes/NAME/...``. ``mesh_copies`` brings the files there, so that a folder of artifacts is complete. An artifact that
-could not be opened without a missing file leaves it out.
+``meshes/NAME/...``. The files are copied there, so that a folder of artifacts is complete. An artifact that could not
+be opened without a missing file leaves it out.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import json
 import os
 import posixpath
 import re
-from collections.abc import Collection, Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -30,7 +30,7 @@ from rosorin_compile.language.accepting import EVERYTHING
 from rosorin_compile.language.expand.forms import OF_MJCF
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, has_errors
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.packages import Packages
@@ -185,6 +185,28 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     return searched._replace(by_name={**images, **searched.by_name})
 
 
+def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> Searched:
+    """Add the contents of the files that belong to the artifacts in ``folder`` to the result of a search."""
+    if has_errors(searched.diagnostics):
+        return searched
+    contents: dict[str, bytes] = {}
+    unreadable = []
+    for one in searched.found:
+        try:
+            contents |= dict.fromkeys(one.beside, files.read_bytes(one.file)) if one.beside else {}
+        except OSError:
+            unreadable.append(one.named)
+    diagnostics = list(searched.diagnostics)
+    if unreadable:
+        diagnostics.append(
+            files_diagnostic("mesh-not-read", "not copied", "check the permissions", WARNING, unreadable)
+        )
+    searched = searched._replace(files=contents, diagnostics=diagnostics)
+    for copy in dict.fromkeys(RECORDS[output.backend].copies for output in outputs):
+        searched = copy(searched, folder) if copy is not None else searched
+    return searched
+
+
 def named_files(tree: Map, kind: str) -> list[NamedFile]:
     """Return the meshes or the textures that a description names, each name once."""
     found: dict[str, dict[Span, None]] = {}
@@ -291,8 +313,8 @@ class _Search:
 
     def run(self, named: Sequence[NamedFile]) -> Searched:
         for one in named:
-            opened = {name for output in self.opening if (name := opened_by(output, one.name, one.kind))}
-            file = self._file(one, opened)
+            opened = sorted({name for output in self.opening if (name := opened_by(output, one.name, one.kind))})
+            file = self._file(one, [self.places.outputs / name for name in opened])
             if file is None or (self.opening and not opened):
                 self.missing.add(one.name)
             if file is not None:
@@ -305,19 +327,18 @@ class _Search:
         missing, packages = frozenset(self.missing), tuple(self.resolved)
         return Searched(tuple(self.found), missing, self.diagnostics, self.by_name, packages)
 
-    def _add(self, one: NamedFile, file: Path, opened: Collection[str]) -> None:
+    def _add(self, one: NamedFile, file: Path, opened: Sequence[str]) -> None:
         """Add a file, and the files that a mesh file names: they are copied with it, unless it is converted."""
         name = urdf_file_name(one.name)
         is_named = is_relative(name) and one.kind != OF_ELEMENT
-        named = {_joined(output, name) for output in self.naming} if is_named else set[str]()
+        named = sorted({_joined(output, name) for output in self.naming}) if is_named else []
         if not opened and not named:
             return
-        places, beside = (tuple(filter(_is_inside, sorted(names))) for names in (opened, named))
-        self.found.append(Found(one, file, places, beside))
-        everywhere = tuple(dict.fromkeys((*places, *beside)))
-        for place in everywhere:
+        self.found.append(Found(one, file, tuple(filter(_is_inside, opened)), tuple(filter(_is_inside, named))))
+        places = list(filter(_is_inside, dict.fromkeys((*opened, *named))))
+        for place in places:
             self._check_collision(place, one, file)
-        copies = [place for place in everywhere if Path(place).suffix.lower() == file.suffix.lower()]
+        copies = [place for place in places if Path(place).suffix.lower() == file.suffix.lower()]
         for inner_name in references(file) if one.kind == MESH and copies else ():
             inner, inner_file = NamedFile(inner_name, one.spans, OF_MESH), file.parent / inner_name
             if not files.is_file(inner_file):
@@ -332,12 +353,9 @@ class _Search:
     def _check_other_folders(self, one: NamedFile, file: Path) -> None:
         """Report a name that means one file in one folder of the description and another file in another one."""
         folders = dict.fromkeys(Path(span.source.path).parent for span in one.spans)
-        if len(folders) == 1 or one.name.startswith("/") or self._is_outside(one):
-            return
         scheme, mark, rest = one.name.partition("://")
-        if mark and scheme not in ("package", "model"):
-            return
-        for folder in folders:
+        is_fixed = one.name.startswith("/") or (mark and scheme not in ("package", "model"))
+        for folder in () if len(folders) == 1 or is_fixed or self._is_outside(one) else folders:
             within = [folder, self.places.description.parent]
             own = self._in_packages(within, rest) if mark else (place / one.name for place in within)
             other = next(filter(files.is_file, map(_plain, own)), file)
@@ -361,11 +379,10 @@ class _Search:
         related = (Related("and here", first.spans[0]),)
         self.diagnostics.append(Diagnostic("mesh-ambiguous", severity, message, span, related, help))
 
-    def _file(self, one: NamedFile, opened: Collection[str]) -> Path | None:
-        """Return the file of a name, or None after reporting that there is none."""
+    def _file(self, one: NamedFile, copies: Sequence[Path]) -> Path | None:
+        """Return the file of a name, or None after reporting why there is none; ``copies`` are beside artifacts."""
         scheme, mark, rest = one.name.partition("://")
-        copies = [self.places.outputs / name for name in sorted(opened)]
-        candidates: Iterator[Path]
+        candidates: Iterable[Path]
         if mark and scheme in ("package", "model"):
             rest = rest.lstrip("/")  # some write package:///NAME/FILE, and their readers take it
             candidates = chain(self._in_packages(self._folders(one), rest), copies)
@@ -374,14 +391,14 @@ class _Search:
                 self._absent(one, f"no file{self._left_out()}", "name a file, or package://NAME/FILE", WARNING)
             return None
         elif mark or one.name.startswith("/"):
-            candidates = iter([Path(unquote(rest) if mark else one.name)])
+            candidates = [Path(unquote(rest) if mark else one.name)]
         else:
             # A copy beside the artifacts may be outdated. What artifacts name outside of their folder is not copied:
             # there they have to find it themselves.
             folders = [*self._folders(one), *self._source_folders(one), *_folders_above(one)]
             near = [] if self._is_outside(one) else [folder / one.name for folder in folders]
             near += [self.places.outputs / _joined(output, one.name) for output in (*self.opening, *self.naming)]
-            candidates = iter([*near, *copies])
+            candidates = [*near, *copies]
         irregular = None
         for path in map(_plain, candidates):
             if files.is_file(path):
@@ -399,9 +416,8 @@ class _Search:
 
     def _folders(self, one: NamedFile) -> list[Path]:
         """Return the folders of the files that name a file, and that of the main file."""
-        return list(
-            dict.fromkeys([*(Path(span.source.path).parent for span in one.spans), self.places.description.parent])
-        )
+        main = self.places.description.parent
+        return list(dict.fromkeys([*(Path(span.source.path).parent for span in one.spans), main]))
 
     def _source(self, folder: Path) -> _MeshFolders:
         none = _MeshFolders([], {})
@@ -410,67 +426,59 @@ class _Search:
     def _source_folders(self, one: NamedFile) -> list[Path]:
         return [place for folder in self._folders(one) for place in self._source(folder).folders]
 
-    def _in_packages(self, folders: Sequence[Path], rest: str) -> Iterator[Path]:
-        name, _, path = rest.partition("/")
-        if not path or ".." in path.split("/"):
-            return
-        for folder in folders:
-            at_source = self._source(folder).packages.get(name)
-            if at_source is not None and name not in self.places.packages:
-                yield at_source / path
-            package = self._package(folder, name)
-            if package is not None:
-                yield package / path
-
-    def _package(self, folder: Path, name: str) -> Path | None:
-        """Return the folder of a package as seen from a folder of the description."""
-        by = folder / "robot.yaml"
+    def _package(self, folder: Path, name: str) -> Iterator[Path]:
+        """Yield the folders of a package as seen from a folder of the description: by its source, and as in ROS."""
+        at_source, by = self._source(folder).packages.get(name), folder / "robot.yaml"
+        if at_source is not None and name not in self.places.packages:
+            yield at_source
         if folder not in self.finders:
             self.finders[folder] = Packages(self.places.packages, self.places.environment, by)
         found = self.finders[folder].find(name)
         if name not in self.places.packages:
             self.resolved[resolved(ROS_PACKAGE, name, by, found)] = None
-        return found
+        if found is not None:
+            yield found
+
+    def _in_packages(self, folders: Sequence[Path], rest: str) -> Iterator[Path]:
+        name, _, path = rest.partition("/")
+        if path and ".." not in path.split("/"):
+            yield from (package / path for folder in folders for package in self._package(folder, name))
 
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
         severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
         name, _, path = rest.partition("/")
+        is_outside = posixpath.normpath(one.name).startswith("../")
         if one.kind == OF_ELEMENT:
-            self._absent(one, "not there: MuJoCo does not load the MJCF without it", _PUT, ERROR)
+            what, help, severity = "not there: MuJoCo does not load the MJCF without it", _PUT, ERROR
         elif scheme in ("package", "model") and not name:
-            self._absent(one, f"in no package{self._left_out()}", f"write {scheme}://NAME/FILE", severity)
+            what, help = f"in no package{self._left_out()}", f"write {scheme}://NAME/FILE"
         elif scheme in ("package", "model"):
-            folders = self._folders(one)
-            at_source = [self._source(folder).packages.get(name) for folder in folders]
-            if any(self._package(folder, name) for folder in folders) or any(
-                p and files.is_folder(p) for p in at_source
-            ):
-                help = f"correct the name, or say where the package is: --package {name}=FOLDER"
-                self._absent(one, f"not in the package {name}{self._left_out()}", help, WARNING)
-                return
-            above = () if self.has_outputs else (self.places.description.absolute().parent, *_folders_above(one))
-            likely = next((shown(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
-            help = f"--package {name}={likely} says where it is; readers of the URDF look for it themselves"
-            self._absent(one, f"not found: there is no package {name} here{self._left_out()}", help, severity)
+            packages = [package for folder in self._folders(one) for package in self._package(folder, name)]
+            what, severity = f"not in the package {name}", WARNING if any(map(files.is_folder, packages)) else severity
+            help = f"correct the name, or say where the package is: --package {name}=FOLDER"
+            if not any(map(files.is_folder, packages)):
+                above = () if self.has_outputs else (self.places.description.absolute().parent, *_folders_above(one))
+                likely = next((shown(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
+                what = f"not found: there is no package {name} here"
+                help = f"--package {name}={likely} says where it is; readers of the URDF look for it themselves"
+            what += self._left_out()
         elif scheme or one.name.startswith("/"):
-            self._absent(one, f"not on this machine{self._left_out()}", "correct the name", severity)
+            what, help = f"not on this machine{self._left_out()}", "correct the name"
         else:
-            self._report_missing_relative(one)
-
-    def _report_missing_relative(self, one: NamedFile) -> None:
-        outside = posixpath.normpath(one.name).startswith("../")
-        what = "not there, neither as seen from the artifacts nor beside the description"
-        if not self.has_outputs:
-            what, outside = f"not there, as seen from {self.places.description.name}", True
-        elif outside and self.opening:
-            what = "not there, as seen from the artifacts"
-        help = "put the file there, or correct the name" if outside else _PUT
-        # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
-        if one.kind == TEXTURE or self._source_folders(one):
-            self._absent(one, what + self._left_out(), help, WARNING)
-            return
-        help += ", or take mjcf out of outputs" if self.opening else ""
-        self._absent(one, what, help, ERROR if self.opening else WARNING)
+            what = "not there, neither as seen from the artifacts nor beside the description"
+            help = "put the file there, or correct the name" if is_outside or not self.has_outputs else _PUT
+            if not self.has_outputs:
+                what = f"not there, as seen from {self.places.description.name}"
+            elif is_outside and self.opening:
+                what = "not there, as seen from the artifacts"
+            # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
+            if one.kind == TEXTURE or self._source_folders(one):
+                what, severity = what + self._left_out(), WARNING
+            elif self.opening:
+                help, severity = f"{help}, or take mjcf out of outputs", ERROR
+            else:
+                severity = WARNING
+        self._absent(one, what, help, severity)
 
     def _left_out(self) -> str:
         """Return which artifacts go without a file, as the end of a sentence."""

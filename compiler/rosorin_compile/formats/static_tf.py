@@ -311,6 +311,4 @@ FORMAT = Format(
     feeds=(STATIC_TRANSFORM_PUBLISHER,),
     folder="launch",
     deploys=True,
-    packaged=False,
-    adapted="get_package_share_directory",
 )

@@ -84,7 +84,5 @@ FORMAT = replace(
     syntax=json_of,
     schema="static_tf",
     folder="config",
-    packaged=True,
-    adapted="",
     robot_of=robot_of,
 )

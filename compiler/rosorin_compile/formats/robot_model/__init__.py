@@ -180,12 +180,7 @@ def view(robot: Robot, output: Output) -> Robot:
 
 def read(text: str) -> Robot:
     """Return the robot that a driver's model contains. Raises ValueError if the text is none."""
-    return _robot_of(json_of(text, no_number))
-
-
-def no_number(word: str) -> float:
-    """Raise ValueError for NaN and the like, which Python's JSON reader accepts."""
-    raise ValueError(f"{word} is not a number of JSON")
+    return _robot_of(json_of(text))
 
 
 def _robot_of(model: Mapping[str, Any]) -> Robot:

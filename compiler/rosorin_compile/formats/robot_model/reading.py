@@ -25,7 +25,6 @@ from rosorin_compile.source.xml.markup import MarkupError
 from ..format import Placed
 from ..imported import Imported, as_tree
 from ..reading import accept
-from . import no_number
 
 RULES = (Rule("json-syntax", "The file is not JSON.", "Correct the place that is named; numbers are finite.", READING),)
 
@@ -56,7 +55,7 @@ def _parsed(source: Source) -> Map:
     """Return the JSON as a tree with positions: JSON is YAML. Raises LoadError."""
     start = Span(source, 1, 1)
     try:
-        json_of(source.text, no_number)
+        json_of(source.text, _no_number)
         # YAML writes letters beyond U+FFFF as one escape, JSON as a pair (RFC 8259, 7).
         tree = parse_yaml(source._replace(text=_PAIR.sub(_letter, source.text)))
     except json.JSONDecodeError as problem:
@@ -68,6 +67,10 @@ def _parsed(source: Source) -> Map:
         message = f"{source.path} holds no object, so it is no driver's model"
         raise LoadError(error("wrong-format", message, start, _HELP))
     return tree
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is not a number of JSON")
 
 
 def _letter(pair: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""Read the meshes and textures that artifacts open, as files for the folder of the artifacts.
+"""Copy the meshes and textures that an MJCF opens to the folder of the artifacts.
 
 MuJoCo reads binary STL, OBJ, MSH and PNG, which are copied. An ASCII STL becomes a binary one; DAE, glTF and GLB become
 OBJ, which needs trimesh. A converted file has the SHA-256 of its source in its first line, and a machine without
@@ -15,14 +15,13 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from rosorin_compile.formats.mesh_files import OF_ELEMENT, OF_MESH, Found, NamedFile, Searched, files_diagnostic
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import FORMATS, Rule
-
-from .mesh_files import OF_ELEMENT, OF_MESH, Found, NamedFile, Searched, files_diagnostic
 
 RULES = (
     Rule(
@@ -53,32 +52,25 @@ _OBJ_INDEX = re.compile(rb"(?:^|(?<=[ \t]))(-?\d+)", re.MULTILINE)
 _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
-def read_meshes(searched: Searched, outputs: Path) -> Searched:
-    """Add the contents of the files that belong to the artifacts in ``outputs`` to the result of a search.
+def copy_meshes(searched: Searched, outputs: Path) -> Searched:
+    """Add the contents of the files that the MJCF opens in ``outputs`` to the result of a search.
 
     Those that cannot be read are added to ``missing`` and reported.
     """
-    if has_errors(searched.diagnostics):
-        return searched
-    files: dict[str, bytes] = {}
-    missing, converted = set(searched.missing), list[NamedFile]()
+    files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
     failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by rule, reason, help and kind of file
-    for number, found in enumerate(searched.found):
-        Progress.step("reading meshes", number, len(searched.found))
+    found = [one for one in searched.found if one.named.kind != OF_MESH]
+    for number, one in enumerate(found):
+        Progress.step("reading meshes", number, len(found))
         try:
-            if found.beside:
-                files |= dict.fromkeys(found.beside, _read(found.file))
-            if found.named.kind == OF_MESH:
-                continue
-            copies, is_new = _copies(found, outputs)
+            copies, is_new = _copies(one, outputs)
         except UnreadableMesh as problem:
-            cause = (problem.rule or "mesh-not-read", str(problem), problem.help, found.named.kind)
-            failed.setdefault(cause, []).append(found.named)
-            missing.add(found.named.name)
+            cause = (problem.rule or "mesh-not-read", str(problem), problem.help, one.named.kind)
+            failed.setdefault(cause, []).append(one.named)
+            missing.add(one.named.name)
             continue
         files |= copies
-        if is_new:
-            converted.append(found.named)
+        converted += [one.named] if is_new else []
     diagnostics = [*searched.diagnostics, *_diagnostics(failed, converted)]
     return searched._replace(missing=frozenset(missing), diagnostics=diagnostics, files=files)
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.load_robot import IncludedRobots
+from rosorin_compile.formats.compiled import IncludedRobots
 from rosorin_compile.language.expand import expand
 from rosorin_compile.language.schema import schema, with_formats, with_outputs
 from rosorin_compile.language.validate import validate

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from rosorin_compile.formats.load_robot import understand
+from rosorin_compile.formats.compiled import understand
 from rosorin_compile.model import Joint, Link, Robot
 from rosorin_compile.rules.case import joints_by_value, links_by_value
 from rosorin_compile.source.diagnostics import Diagnostic, error

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import frames
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.launching import condition, in_frontends, in_python
+from rosorin_compile.formats.launch_conditions import condition, in_frontends, in_python
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Link, Robot
 from rosorin_compile.rules.conditions import combinations, holds

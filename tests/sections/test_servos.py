@@ -8,7 +8,7 @@ import pytest
 
 from rosorin_compile.compare.change import Change
 from rosorin_compile.compare.sentences import Row
-from rosorin_compile.formats.load_robot import understand
+from rosorin_compile.formats.compiled import understand
 from rosorin_compile.language.explain import Explanation, explain
 from rosorin_compile.viewer.changed import change_data
 

@@ -242,9 +242,6 @@ def print_bytes(capfdbinary: Shown, *words: str) -> bytes:
     return bytes(out)
 
 
-# -o FILE
-
-
 def test_a_file_is_written_at_once_and_an_equal_one_gets_newer(home: Path, capsys: Shown) -> None:
     assert ask(capsys, "print", str(ROSORIN), "urdf", "-o", "new/folder/r.urdf") == ""
     made = home / "new" / "folder" / "r.urdf"

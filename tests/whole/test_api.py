@@ -491,14 +491,6 @@ def test_html_is_escaped_and_bounded() -> None:
     assert "and 200 more" in text
 
 
-def test_html_of_what_was_compiled(small: Path) -> None:
-    text = rosorin_compile.compile(small, {"count": "<b>"})._repr_html_()
-    assert "&lt;b&gt;" in text
-    assert "<b>" not in text
-    assert "<table>" in rosorin_compile.compile(small)._repr_html_()
-    assert "<table>" in rosorin_compile.read(small)._repr_html_()
-
-
 # ---- Manners ----
 
 

@@ -16,7 +16,7 @@ from rosorin_compile.compare.same_model import model_differences, section_differ
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported, Outputs
-from rosorin_compile.formats.named_files import urdf_file_name
+from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.reading import outputs_of
 from rosorin_compile.model import Mesh, Robot, Shape, Transform
 from rosorin_compile.request import Request

@@ -1,4 +1,4 @@
-"""Vertices of STL, OBJ and MSH files, read without any package.
+"""Vertices of STL and OBJ files, read without any package.
 
 Every value in an artifact that follows from the size of a mesh comes from this reader, so artifacts do not depend on
 which extras are installed. Triangles and other formats are read by trimesh (``mesh_triangles``).
@@ -23,7 +23,6 @@ MAX_BYTES = 500_000_000
 STL_HEADER = 84  # bytes: 80 of text and the number of triangles; each triangle has 50 bytes
 _STL_RECORD = 50
 _STL_NORMAL, _STL_CORNERS = 12, 36  # bytes within a triangle
-_MSH_HEADER = struct.Struct("<4i")  # numbers of vertices, normals, texture coordinates and faces
 _LFS_POINTER = b"version https://git-lfs"
 _OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
 _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
@@ -120,7 +119,7 @@ def check_content(data: bytes) -> None:
 def check_readable(ending: str) -> None:
     """Raise UnreadableMesh for the ending of a format that this reader does not read."""
     if ending not in _READERS:
-        raise UnreadableMesh("only STL, OBJ and MSH files are measured", "export it as STL or OBJ")
+        raise UnreadableMesh("only STL and OBJ files are measured", "export it as STL or OBJ")
 
 
 def stl_count(data: bytes) -> int | None:
@@ -146,22 +145,15 @@ def _read_stl(data: bytes) -> array[float]:
     corners = bytearray(_STL_CORNERS * count)
     for offset in range(_STL_CORNERS):
         corners[offset::_STL_CORNERS] = data[STL_HEADER + _STL_NORMAL + offset :: _STL_RECORD]
-    return _floats(bytes(corners))
+    coordinates = array("f", bytes(corners))
+    if byteorder == "big":
+        coordinates.byteswap()
+    return coordinates
 
 
 def _read_obj(data: bytes) -> array[float]:
     """Return all vertices, including those without a face: MuJoCo takes them into the hull."""
     return _read_text(_OBJ_VERTEX, data)
-
-
-def _read_msh(data: bytes) -> array[float]:
-    counts = _MSH_HEADER.unpack_from(data) if len(data) >= _MSH_HEADER.size else (-1, 0, 0, 0)
-    vertices, normals, texture_coordinates, _ = counts
-    sizes = sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
-    whole = len(data) == _MSH_HEADER.size + sizes and min(counts) >= 0
-    if not whole or {normals, texture_coordinates} - {0, vertices}:
-        raise UnreadableMesh("the MSH is damaged")
-    return _floats(data[_MSH_HEADER.size :][: 12 * vertices])
 
 
 def _read_text(pattern: re.Pattern[bytes], data: bytes) -> array[float]:
@@ -175,11 +167,4 @@ def _read_text(pattern: re.Pattern[bytes], data: bytes) -> array[float]:
     return coordinates
 
 
-def _floats(data: bytes) -> array[float]:
-    numbers = array("f", data)
-    if byteorder == "big":
-        numbers.byteswap()
-    return numbers
-
-
-_READERS = {".stl": _read_stl, ".obj": _read_obj, ".msh": _read_msh}
+_READERS = {".stl": _read_stl, ".obj": _read_obj}

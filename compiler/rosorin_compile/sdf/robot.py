@@ -11,10 +11,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.checked import accept, lower_artifact
-from rosorin_compile.formats.described import as_tree
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.imported import Comment, Imported, ReadOptions
+from rosorin_compile.formats.imported import Comment, Imported, ReadOptions, as_tree
+from rosorin_compile.formats.reading import accept, lower_artifact
 from rosorin_compile.formats.urdf.reading import Reading, named
 from rosorin_compile.formats.urdf.robot import comments_of, plain
 from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Robot, Shape

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.load_robot import understand
+from rosorin_compile.formats.compiled import understand
 from rosorin_compile.language.arguments import read
 from rosorin_compile.language.explain import Answer, Explanation, NotThere, Number, explain
 from rosorin_compile.language.origins import Meaning, Origin, Where

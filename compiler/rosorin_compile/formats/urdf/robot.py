@@ -32,8 +32,8 @@ from rosorin_compile.source.wording import and_more, counted, listed, plural, qu
 from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import COMMENT, Document, Element, MarkupError, Remark, Word, parse
 
-from ..checked import accept, lower_artifact
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
+from ..reading import accept, lower_artifact
 from .reading import (
     JOINT_PARTS,
     NAME,

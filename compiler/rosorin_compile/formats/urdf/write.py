@@ -42,7 +42,7 @@ from rosorin_compile.source.wording import counted, first_of, plural
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.escaping import Markup
 
-from ..named_files import urdf_file_name
+from ..mesh_files import urdf_file_name
 from ..templating import Templates, attribute, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
 from .solids import boxes_of, collisions, version_of

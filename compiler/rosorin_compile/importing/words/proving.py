@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.compare.elements import Context, context_of, element_differences
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.checked import errors
 from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.reading import errors
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Sensor
 from rosorin_compile.source.diagnostics import Diagnostic

@@ -19,6 +19,7 @@ from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.language.expand.prefixing import moved
 from rosorin_compile.model import Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
@@ -74,7 +75,7 @@ class Source:
                 arguments = {**self.options.arguments, **rest}
                 read = read_robot(self.path, replace(self.options, arguments=arguments))
             if self.meshes is not None and read.tree is not None:
-                read = read.with_files_below(self.meshes)
+                read = read._replace(tree=moved(read.tree, self.meshes))
             self.known[combination] = read
         return self.known[combination]
 

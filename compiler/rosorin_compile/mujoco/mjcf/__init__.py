@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from rosorin_compile.compare.proof import Proof
     from rosorin_compile.formats.format import Refusal
     from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.formats.mesh_files import Searched
     from rosorin_compile.formats.templating import Templates
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
@@ -63,6 +64,12 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
     yield from servos.check(case, output)
     yield from mjx.check(case, output)
+
+
+def _copies(searched: Searched, outputs: Path) -> Searched:
+    from ..mesh_copies import copy_meshes
+
+    return copy_meshes(searched, outputs)
 
 
 def _syntax(text: str) -> object:
@@ -227,6 +234,7 @@ FORMAT = Format(
     why="a simulation has sites and cameras of its own for the sensors of a description",
     beside=lambda text: _FILE.findall(text),
     opens=_opens,
+    copies=_copies,
     syntax=_syntax,
     refusal=_refusal,
     prove=_prove,

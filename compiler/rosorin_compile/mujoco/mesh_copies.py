@@ -1,9 +1,8 @@
-"""Mesh copies: the meshes and textures that artifacts open, as files in the folder of the artifacts.
+"""Copy the meshes and textures that an MJCF opens to the folder of the artifacts.
 
-Binary STL, OBJ, MSH and PNG files are copied. MuJoCo reads no other format: an ASCII STL becomes a binary one; DAE,
-glTF and GLB become OBJ, which needs trimesh. A converted file has the SHA-256 of its source in its first line, and a
-machine without trimesh uses the copy that is already there. Without either it is an error, so that the MJCF never
-depends on what is installed.
+MuJoCo reads binary STL, OBJ, MSH and PNG, which are copied. An ASCII STL becomes a binary one; DAE, glTF and GLB become
+OBJ, which needs trimesh. A converted file has the SHA-256 of its source in its first line, and a machine without
+trimesh uses the copy that already exists. Without either it is an error: the MJCF never depends on what is installed.
 """
 
 from __future__ import annotations
@@ -11,20 +10,18 @@ from __future__ import annotations
 import hashlib
 import re
 import struct
-import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from rosorin_compile.formats.mesh_files import OF_ELEMENT, OF_MESH, Found, NamedFile, Searched, files_diagnostic
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import FORMATS, Rule
-
-from .mesh_files import Found, Searched, files_diagnostic
-from .named_files import OF_ELEMENT, OF_MESH, Named
 
 RULES = (
     Rule(
@@ -49,38 +46,31 @@ MAX_STL_TRIANGLES = 200_000  # of MuJoCo
 MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no hull beyond it
 MIN_VERTICES = 4  # distinct ones, of MuJoCo
 _MARK = "made by rosorin-compile of SHA-256 "
-_PNG = b"\x89PNG\r\n\x1a\n"
+_PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 _OBJ_FACE = re.compile(rb"(?:^|[\r\n])[ \t]*f[ \t]+([^\r\n]*)")
 _OBJ_INDEX = re.compile(rb"(?:^|(?<=[ \t]))(-?\d+)", re.MULTILINE)
 _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
-def read_meshes(searched: Searched, outputs: Path) -> Searched:
-    """Read the meshes and textures that belong to the artifacts, and add their contents to the result of the search.
+def copy_meshes(searched: Searched, outputs: Path) -> Searched:
+    """Add the contents of the files that the MJCF opens in ``outputs`` to the result of a search.
 
     Those that cannot be read are added to ``missing`` and reported.
     """
-    if has_errors(searched.diagnostics):
-        return searched
-    files: dict[str, bytes] = {}
-    missing = set(searched.missing)
-    converted: list[Named] = []
-    failed: dict[tuple[str, str, str, str], list[Named]] = {}  # by rule, reason, help and kind of file
-    for number, found in enumerate(searched.found):
-        Progress.step("reading meshes", number, len(searched.found))
+    files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
+    failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by rule, reason, help and kind of file
+    found = [one for one in searched.found if one.named.kind != OF_MESH]
+    for number, one in enumerate(found):
+        Progress.step("reading meshes", number, len(found))
         try:
-            files |= dict.fromkeys(found.beside, _read(found.file)) if found.beside else {}
-            if found.named.kind == OF_MESH:
-                continue
-            copies, is_new = _copies(found, outputs)
+            copies, is_new = _copies(one, outputs)
         except UnreadableMesh as problem:
-            cause = (problem.rule or "mesh-not-read", str(problem), problem.help, found.named.kind)
-            failed.setdefault(cause, []).append(found.named)
-            missing.add(found.named.name)
+            cause = (problem.rule or "mesh-not-read", str(problem), problem.help, one.named.kind)
+            failed.setdefault(cause, []).append(one.named)
+            missing.add(one.named.name)
             continue
         files |= copies
-        if is_new:
-            converted.append(found.named)
+        converted += [one.named] if is_new else []
     diagnostics = [*searched.diagnostics, *_diagnostics(failed, converted)]
     return searched._replace(missing=frozenset(missing), diagnostics=diagnostics, files=files)
 
@@ -88,9 +78,9 @@ def read_meshes(searched: Searched, outputs: Path) -> Searched:
 def check_for_mujoco(data: bytes, ending: str) -> None:
     """Raise UnreadableMesh for a file that MuJoCo does not load; ``ending`` is that of its name, such as ".stl"."""
     check_content(data)
-    if ending == ".png":
-        if not _is_whole_png(data):
-            raise UnreadableMesh("it is no complete PNG", "export it again, as PNG")
+    if ending == ".png" and not (data.startswith(_PNG_START) and data.endswith(_PNG_END)):
+        raise UnreadableMesh("it is no complete PNG", "export it again, as PNG")
+    if ending not in (".stl", ".obj"):
         return
     if ending == ".stl":
         if is_ascii_stl(data):
@@ -99,8 +89,6 @@ def check_for_mujoco(data: bytes, ending: str) -> None:
         if count is not None and not 1 <= count <= MAX_STL_TRIANGLES:
             message = f"it has {count:,} triangles, and MuJoCo reads 1 to {MAX_STL_TRIANGLES:,} of an STL"
             raise UnreadableMesh(message, "reduce the number of triangles, or export it as OBJ")
-    if ending not in (".stl", ".obj", ".msh"):
-        return
     coordinates = read_vertices(data, ending)
     farthest = max(map(abs, coordinates))
     if farthest > MAX_COORDINATE:
@@ -113,25 +101,15 @@ def check_for_mujoco(data: bytes, ending: str) -> None:
     else:
         message = f"MuJoCo needs {MIN_VERTICES} different vertices, and it has {len(distinct)}"
         raise UnreadableMesh(message, "name a mesh that has a surface")
-    count = len(coordinates) // 3
-    if not all(-count <= index < count for index in _face_indices(data, ending)):
-        raise UnreadableMesh("it has a face with a vertex that does not exist")
-
-
-def _face_indices(data: bytes, ending: str) -> Iterator[int]:
-    """Yield the vertices that the faces refer to, from 0; negative numbers count from the end."""
     if ending == ".obj":
+        count = len(coordinates) // 3  # faces count from 1, or backwards from -1
         faces = b"\n".join(_OBJ_FACE.findall(data))
-        for index in map(int, set(_OBJ_INDEX.findall(faces))):
-            yield index - 1 if index > 0 else index or -(2**63)
-    elif ending == ".msh":
-        (faces_count,) = struct.unpack_from("<12xi", data)
-        for index in set(struct.unpack(f"<{3 * faces_count}i", data[len(data) - 12 * faces_count :])):
-            yield index if index >= 0 else -(2**63)
+        if not all(1 <= abs(index) <= count for index in map(int, set(_OBJ_INDEX.findall(faces)))):
+            raise UnreadableMesh("it has a face with a vertex that does not exist")
 
 
 def _diagnostics(
-    failed: Mapping[tuple[str, str, str, str], Sequence[Named]], converted: Sequence[Named]
+    failed: Mapping[tuple[str, str, str, str], Sequence[NamedFile]], converted: Sequence[NamedFile]
 ) -> list[Diagnostic]:
     diagnostics = []
     for (rule, reason, help, kind), files in failed.items():
@@ -148,10 +126,7 @@ def _diagnostics(
 
 
 def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
-    """Return the copies of a mesh by their names in the folder of the artifacts, and whether one was converted now.
-
-    Raises UnreadableMesh.
-    """
+    """Return the copies of a file by name, and whether one of them was converted now. Raises UnreadableMesh."""
     data, source_ending = _read(found.file), found.file.suffix.lower()
     check_content(data)
     if not found.places or any(_is_same_file(outputs / place, found.file) for place in found.places):
@@ -164,7 +139,9 @@ def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
         if ending == source_ending and not (ending == ".stl" and is_ascii_stl(data)):
             copies[place] = data
         else:
-            existing, mark = _existing(outputs / place), f"{_MARK}{hashlib.sha256(data).hexdigest()[:40]}"
+            existing, mark = b"", f"{_MARK}{hashlib.sha256(data).hexdigest()[:40]}"
+            with suppress(OSError, ValueError):
+                existing = (outputs / place).read_bytes()
             copies[place] = _binary_stl(data, mark) if ending == ".stl" else _obj(found.file, mark, existing)
             is_new = is_new or copies[place] != existing
         check_for_mujoco(copies[place], ending)
@@ -187,13 +164,6 @@ def _read(path: Path) -> bytes:
         raise UnreadableMesh(problem.strerror or type(problem).__name__, "check the permissions") from None
 
 
-def _existing(path: Path) -> bytes:
-    try:
-        return path.read_bytes() if path.is_file() else b""
-    except (OSError, ValueError):
-        return b""
-
-
 def _binary_stl(data: bytes, mark: str) -> bytes:
     """Convert an ASCII STL."""
     coordinates = read_vertices(data, ".stl")
@@ -209,7 +179,9 @@ def _obj(path: Path, mark: str, existing: bytes) -> bytes:
     """Convert a mesh to OBJ with trimesh; without trimesh return the existing copy if it was made of the same bytes."""
     try:
         TriangleMesh.needed()
-        return _converted(path, mark)
+        import numpy as np
+
+        triangles = load_mesh(path).triangles
     except ExtractProblem as problem:
         reason = problem.diagnostic
         if reason.rule != "extra-missing":
@@ -218,29 +190,8 @@ def _obj(path: Path, mark: str, existing: bytes) -> bytes:
             return existing
         message = f"MuJoCo does not read its format, and {reason.message}"
         raise UnreadableMesh(message, f"{reason.help}; or export it as STL or OBJ", reason.rule) from None
-
-
-def _converted(path: Path, mark: str) -> bytes:
-    """Return a mesh as OBJ: each vertex once, with as many digits as MuJoCo keeps."""
-    import numpy as np
-
-    triangles = load_mesh(path).triangles
+    # Each vertex once, with as many digits as MuJoCo keeps.
     corners, faces = np.unique(triangles.reshape(-1, 3).astype(np.float32), axis=0, return_inverse=True)
     lines = [f"# {mark}", *("v " + " ".join(f"{value + 0.0:.9g}" for value in corner) for corner in corners.tolist())]
     lines += ["f " + " ".join(map(str, face)) for face in (faces.reshape(-1, 3) + 1).tolist()]
     return ("\n".join(lines) + "\n").encode()
-
-
-def _is_whole_png(data: bytes) -> bool:
-    """Return True for a PNG with all its chunks; each has a length and a checksum, the last one is IEND."""
-    if not data.startswith(_PNG):
-        return False
-    start, kind = len(_PNG), b""
-    while start + 12 <= len(data) and kind != b"IEND":
-        (length,) = struct.unpack_from(">I", data, start)
-        end = start + 8 + length
-        kind = data[start + 4 : start + 8]
-        if data[end : end + 4] != struct.pack(">I", zlib.crc32(data[start + 4 : end])):
-            return False
-        start = end + 4
-    return kind == b"IEND"

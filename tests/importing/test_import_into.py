@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -527,39 +525,6 @@ def test_colcon_installs_the_description_and_runs_the_test(
     (package / "urdf" / "keep").write_text("")
     colcon(tmp_path, "test")
     assert "1 test, 0 errors, 0 failures, 1 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("each", [3, pytest.param(1, marks=pytest.mark.tier("builds"))], ids=["some", "all"])
-def test_a_package_is_as_it_was_or_whole_after_a_kill(package: Path, each: int) -> None:
-    before = files(package)
-    assert into(package) == 0
-    after = files(package)
-    seen = set()
-    for number in range(0, 20, each):
-        shutil.rmtree(package / "descriptions")
-        shutil.rmtree(package / "test")
-        words = [
-            str(BIN / "rosorin-compile"),
-            "import",
-            str(package / "urdf" / "cart.urdf"),
-            "--into",
-            str(package),
-            "-q",
-        ]
-        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        while process.poll() is None and not any(package.glob(".rosorin-compile-*")) and number % 2:
-            time.sleep(0.0001)  # half of the kills come while it writes
-        if not number % 2:
-            time.sleep(0.04 * number)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        assert into(package) == 0  # what a killed run left counts as a whole, or not at all, and is completed
-        now = {name: data for name, data in files(package).items() if not name.startswith(".rosorin")}
-        assert now == after
-        assert {name: now[name] for name in before} == before
-        seen.add(process.returncode)
-    assert -signal.SIGKILL in seen
 
 
 # Robots of one package that include the same file.

@@ -44,12 +44,3 @@ def test_what_does_not_go_together(project: Path, words: tuple[str, ...], said: 
     assert main(list(words)) == 2
     assert said in capsys.readouterr().err
     assert not (project / "lamp.d").exists()
-
-
-def test_a_folder_that_is_not_there_is_named(project: Path, capsys: Shown) -> None:
-    assert main([*CHECK, "-o", "golden/lamp"]) == 1
-    way = "rosorin-compile all with the same -o and arguments writes it"
-    assert f"lamp: there is no folder golden/lamp; {way}\n" in capsys.readouterr().err
-    assert main(["check", "lamp"]) == 1
-    assert "there is no folder" not in capsys.readouterr().err
-    assert not (project / "lamp.d").exists()

@@ -56,7 +56,7 @@ def test_the_data_of_every_example_fit_the_schema(path: Path) -> None:
     VALID.validate(data_of(page(robot)))
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(5))
 def test_the_data_of_random_robots_fit_the_schema(seed: int) -> None:
     robot = random_robot(random.Random(seed), 12)  # noqa: S311
     data = data_of(page(robot))
@@ -265,21 +265,6 @@ def test_check_tells_another_program_of_the_page_in_one_line(capsys: Shown) -> N
     assert main(["check"]) == 1
     first = "rover.html: the page shows the same robot, by another version of its program"
     assert capsys.readouterr().out.splitlines()[0] == first
-
-
-@pytest.mark.usefixtures("project")
-def test_check_tells_a_page_that_is_damaged(capsys: Shown) -> None:
-    ask(capsys, "all")
-    for text in ("", "<html></html>", '<script type="application/json" id="robot">{"robot": []}</script>'):
-        Path("outputs/rover/rover.html").write_text(text)
-        assert main(["check"]) == 1
-        assert "rover.html: the committed file is damaged and compared as text alone" in capsys.readouterr().out
-
-
-@pytest.mark.usefixtures("project")
-def test_print_gives_the_page(capsys: Shown) -> None:
-    ask(capsys, "all")
-    assert ask(capsys, "print", "rover", "page") == Path("outputs/rover/rover.html").read_text("utf-8")
 
 
 @pytest.mark.usefixtures("project")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -220,38 +218,10 @@ def test_wrong_usage(here: Path, capsys: pytest.CaptureFixture[str], words: list
     assert [path.name for path in here.iterdir()] == ["little_arm.urdf"]
 
 
-def test_no_source_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run() == 2
-    assert "Missing argument 'SOURCE'" in capsys.readouterr().err
-
-
-def test_json_is_one_document(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    name = broken(here, '<mass value="2.5"/>', '<mass value="2.5" colour="red"/>')
-    assert run(name, "-o", "x", "--format", "json") == 0
-    said = capsys.readouterr()
-    meshes, entry = sorted(json.loads(said.out)["diagnostics"], key=lambda one: -one["line"])
-    assert (meshes["rule"], meshes["line"]) == ("mesh-not-found", 17)
-    assert (entry["rule"], entry["severity"], entry["file"]) == ("import-cannot-carry", "warning", "broken.urdf")
-    assert entry["line"] == 13
-    assert "next: rosorin-compile all x\n" in said.err
-
-
 def test_a_folder_that_cannot_be_written_is_said(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "file").write_text("", "utf-8")
     assert run("little_arm.urdf", "-o", "file/x") == 1
     assert "error[output-folder]: cannot write file/x: file is not a folder" in capsys.readouterr().err
-
-
-def test_no_room_for_the_round_trip_is_said(
-    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(here / "nowhere"))
-    assert run("little_arm.urdf", "-o", "x") == 1
-    message = "cannot work in the temporary folder: No such file or directory; TMPDIR can name another one"
-    assert capsys.readouterr().err == (
-        f"{MESHES}error[output-failed]: little_arm.urdf: {message}\nlittle_arm.urdf: 1 error, nothing written\n"
-    )
-    assert not (here / "x").exists()
 
 
 def altered(old: str, new: str) -> Callable[..., Any]:

@@ -9,9 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.importing.rewrite_launch import lines_to_change
+from support.paths import DATA
 
 COLCON = os.environ.get("COLCON") or shutil.which("colcon")
 AMENT_CMAKE = Path("/usr/share/ament_cmake_pytest/cmake/ament_cmake_pytestConfig.cmake")
@@ -330,82 +332,12 @@ def test_nothing_is_written_through_a_link(package: Path, capsys: pytest.Capture
 # The lines of launch files: how people call xacro, and what stands there then.
 
 PRINT = "rosorin-compile print"
-LINES = [
-    (
-        "a.launch.py",
-        "p = os.path.join(share, 'urdf', 'cart.urdf.xacro')",
-        "p = os.path.join(share, 'descriptions', 'cart', 'robot.yaml')",
-    ),
-    (
-        "a.launch.py",
-        'p = share / "urdf" / "cart.urdf.xacro"',
-        'p = share / "descriptions" / "cart" / "robot.yaml"',
-    ),
-    (
-        "a.launch.py",
-        "c = Command(['xacro ', 'cart.urdf.xacro'])",
-        f"c = Command(['{PRINT} ', '../descriptions/cart/robot.yaml', ' urdf'])",
-    ),
-    (
-        "a.launch.py",
-        "c = Command(['xacro \"', 'cart.urdf.xacro', '\" h:=', h])",
-        f"c = Command(['{PRINT} \"', '../descriptions/cart/robot.yaml', '\" h:=', h, ' urdf'])",
-    ),
-    (
-        "a.launch.py",
-        "c = Command('xacro ' + 'cart.urdf.xacro')",
-        f"c = Command('{PRINT} ' + '../descriptions/cart/robot.yaml' + ' urdf')",
-    ),
-    (
-        "a.launch.py",
-        "c = subprocess.check_output(['xacro', 'cart.urdf.xacro'], text=True)",
-        "c = subprocess.check_output(['rosorin-compile', 'print', "
-        "'../descriptions/cart/robot.yaml', 'urdf'], text=True)",
-    ),
-    (
-        "a.launch.py",
-        "c = Command(f'xacro {share}/urdf/cart.urdf.xacro', on_stderr='warn')",
-        f"c = Command(f'{PRINT} {{share}}/descriptions/cart/robot.yaml urdf', on_stderr='warn')",
-    ),
-    (
-        "a.launch.py",
-        'c = [FindExecutable(name="xacro"), " ", x]  # cart.urdf.xacro',
-        "c = [FindExecutable(name='rosorin-compile'), ' print', \" \", x, ' urdf']  # ../descriptions/cart/robot.yaml",
-    ),
-    (
-        "a.launch.py",
-        "t = xacro.process_file(share + '/urdf/cart.urdf.xacro').toxml()",
-        "t = subprocess.check_output(['rosorin-compile', 'print', "
-        "share + '/descriptions/cart/robot.yaml', 'urdf'], text=True)",
-    ),
-    (
-        "b.launch.xml",
-        """<param name="d" value="$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"/>""",
-        f"""<param name="d" value="$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml urdf')"/>""",
-    ),
-    (
-        "c.launch.yaml",
-        """- param: {name: d, value: "$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"}""",
-        f"""- param: {{name: d, value: "$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml """
-        """urdf')"}""",
-    ),
-    (
-        "d.launch",
-        """<param name="d" command="$(find xacro)/xacro --inorder $(find c)/urdf/cart.urdf.xacro"/>""",
-        f"""<param name="d" command="{PRINT} $(find c)/descriptions/cart/robot.yaml urdf"/>""",
-    ),
-    (
-        "CMakeLists.txt",
-        "xacro_add_files(urdf/cart.urdf.xacro INSTALL DESTINATION urdf)",
-        "rosorin_compile_add_robot(DESCRIPTION descriptions/cart OUTPUTS urdf INSTALL)",
-    ),
-    ("a.launch.py", "# cart.urdf.xacro is expanded below", ""),
-    ("a.launch.py", "p = 'urdf/smart-cart.urdf.xacro'", ""),
-]
+LINES = yaml.safe_load((DATA / "launch_lines.yaml").read_text("utf-8"))
 
 
-@pytest.mark.parametrize(("name", "line", "wanted"), LINES, ids=[f"{n}-{i}" for i, (n, *_) in enumerate(LINES)])
-def test_a_line_of_a_launch_file(tmp_path: Path, name: str, line: str, wanted: str) -> None:
+@pytest.mark.parametrize("case", LINES, ids=lambda case: case["before"][:30])
+def test_a_line_of_a_launch_file(tmp_path: Path, case: dict[str, str]) -> None:
+    name, line, wanted = case["file"], case["before"], case.get("after", "")
     (tmp_path / "launch").mkdir()
     file = tmp_path / name if name == "CMakeLists.txt" else tmp_path / "launch" / name
     file.write_text(f"first\n    {line}\nlast\n")

@@ -14,7 +14,6 @@ from .test_import_into import (
     POLE,
     SHARED,
     TEST,
-    WHEEL,
     brought,
     described,
     files,
@@ -27,7 +26,6 @@ from .test_import_into import (
 __all__ = ["package"]
 COMMON = "descriptions/common/body.yaml"
 GROWN = f"{COMMON} has more now, and the other robots that include it are the same as before"
-JOINT = WHEEL.partition("\n")[2]
 
 
 def alone(package: Path, capsys: pytest.CaptureFixture[str]) -> str:
@@ -82,29 +80,6 @@ def test_what_somebody_has_edited_in_a_shared_file_stays_when_it_grows(package: 
     (package / COMMON).write_text(edited)
     assert brought(package, "four") == "../common/body.yaml"
     assert (package / COMMON).read_text().startswith(edited.rstrip("\n"))
-    tried(package)
-
-
-@pytest.mark.tier("builds")
-@pytest.mark.slow
-def test_a_robot_that_uses_less_of_a_file_shares_it(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    robots(package, two=INCLUDE + BOX + POLE, four=INCLUDE + BOX)
-    brought(package, "two")
-    before = (package / COMMON).read_bytes()
-    assert brought(package, "four") == "../common/body.yaml"
-    assert (package / COMMON).read_bytes() == before
-    assert GROWN not in capsys.readouterr().out
-    tried(package)
-
-
-@pytest.mark.tier("builds")
-@pytest.mark.slow
-def test_a_file_of_the_first_robot_grows_where_it_is(package: Path) -> None:
-    robots(package, two=INCLUDE + BOX)
-    assert brought(package, "two") == "body.yaml"
-    robots(package, four=INCLUDE + BOX + POLE)
-    assert brought(package, "four") == "../two/body.yaml"
-    assert brought(package, "two") == "body.yaml"
     tried(package)
 
 

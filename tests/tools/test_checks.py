@@ -37,14 +37,6 @@ def test_each_check_is_in_the_help(capsys: Shown) -> None:
         assert one.help.split()[0] in said
 
 
-@pytest.mark.parametrize("name", commands("checks"))
-def test_the_help_of_a_check(name: str, capsys: Shown) -> None:
-    assert main(["check", name, "--help"]) == 0
-    said = capsys.readouterr().out
-    assert said.startswith(f"Usage: rosorin-compile check {name} [OPTIONS] ")
-    assert "Exit codes: 0 " in said
-
-
 @pytest.mark.parametrize(
     ("line", "name", "left"),
     [

@@ -40,9 +40,6 @@ SAID = (
 )
 BARE_NAME = re.compile(r"pip install (?:-\S+ )*[`'\"]*rosorin[-_]compile(?![\w.-]*\.whl|-\d)")
 
-# Where the history of the project begins: a shallow clone, or one that was made anew, does not have it.
-FIRST_COMMIT = "6abe65265abf0e1a4c985ce4fc1b581b4781b3c3"
-
 
 def test_the_version_is_the_same_everywhere() -> None:
     patterns = {
@@ -76,20 +73,6 @@ def test_changelog_has_versions_with_short_notes() -> None:
         assert kinds == [
             kind for kind in ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security") if kind in kinds
         ]
-
-
-@pytest.mark.parametrize("section", sections()[1:], ids=lambda one: one[: one.index("]") + 1])
-def test_a_commit_that_changelog_names_is_that_release(section: str) -> None:
-    """The commit of a release cannot name itself: the next one does, until then there is a line in its place."""
-    version, (line,) = section[1 : section.index("]")], re.findall("^Commit: (.+)$", section, re.MULTILINE)
-    if line == "not yet named":
-        assert version == __version__
-        return
-    assert re.fullmatch("[0-9a-f]{40}", line)
-    if FIRST_COMMIT not in of_clone("rev-list", "--max-parents=0", "HEAD").split():
-        pytest.skip("a clone without the history of the project")
-    of_clone("merge-base", "--is-ancestor", line, "HEAD")
-    assert f'\nversion = "{version}"\n' in of_clone("show", f"{line}:pyproject.toml")
 
 
 def test_nobody_is_told_to_install_a_name_or_sent_to_an_address_that_nobody_serves() -> None:

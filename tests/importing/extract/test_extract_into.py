@@ -75,15 +75,6 @@ def test_stand_in_of_the_reference_robot_is_replaced_by_one_command(rosorin: Pat
     assert (heights[10][10], heights[1][10], heights[10][22]) == (0.098, 0.137, 0)
 
 
-def test_all_says_nothing_of_the_chassis_afterwards(rosorin: Path, capsys: Said) -> None:
-    assert rosorin.is_dir()
-    assert main(["all", "--notes"]) == 0
-    assert "chassis height map" in capsys.readouterr().err
-    assert main(COMMAND) == 0
-    assert main(["all", "--notes"]) == 0
-    assert "chassis height map" not in capsys.readouterr().err
-
-
 def test_twice_changes_nothing(rosorin: Path, capsys: Said) -> None:
     assert main(COMMAND) == 0
     path = rosorin / CHASSIS

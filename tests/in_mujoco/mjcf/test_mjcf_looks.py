@@ -19,7 +19,7 @@ from rosorin_compile.model.shape import Material  # noqa: E402
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
 from support.machines import machine, overlapping  # noqa: E402
 from support.paths import OUTPUTS  # noqa: E402
-from support.robots import compiled, compiled_text, sound  # noqa: E402
+from support.robots import compiled_text, sound  # noqa: E402
 from support.simulator import emit, load  # noqa: E402
 
 ARMS = """\
@@ -235,26 +235,3 @@ def test_a_root_that_the_description_places_stays_there(tmp_path: Path) -> None:
             assert floor_gap(artifacts["mjcf"], "home") == pytest.approx(0.0, abs=1e-6)
         else:
             assert model.body("trunk").pos[2] == model.key("home").qpos[2] == height
-
-
-def test_the_reference_robot_has_what_people_expect() -> None:
-    (text,) = [one.text for one in compiled().artifacts if one.file == "rosorin.xml"]
-    sections = re.findall(r"^  <(\w+)", text, re.MULTILINE)
-    order = [
-        "compiler",
-        "option",
-        "default",
-        "asset",
-        "worldbody",
-        "contact",
-        "equality",
-        "actuator",
-        "sensor",
-        "keyframe",
-    ]
-    assert sections == order
-    assert all(
-        re.match(r'\s*<geom name="[^"]*" class="rosorin_', line) for line in text.splitlines() if "<geom name" in line
-    )
-    coloured = [line for line in text[text.index("<worldbody>") :].splitlines() if "rgba" in line]
-    assert all("_wheel_" in line for line in coloured)  # of the wheels it is known how they look

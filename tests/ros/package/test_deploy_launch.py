@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -284,11 +283,3 @@ def test_any_text_is_read_or_refused(pieces: list[str], name: str) -> None:
     source = Source(name, text)
     for call in found:
         list(check(ROBOT, source, call))
-
-
-@pytest.mark.parametrize("step", ["{0} * {0}", "{0} + {0}", "f'{{{0}}}{{{0}}}'"])
-def test_values_that_grow_are_left_unknown(step: str) -> None:
-    lines = ["a = 99" if "*" in step else "a = 'xx'"]
-    lines += [f"{after} = {step.format(before)}" for before, after in pairwise("abcdefghijklmnopqrstu")]
-    text = "\n".join([*lines, DIRECT.replace("ARGUMENTS", "[str(u)]")])
-    assert calls("a.launch.py", text)[0].arguments is None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
@@ -137,18 +136,6 @@ def test_without_the_note_the_first_line_tells(pkg: Path, capsys: pytest.Capture
         assert read_manifest(pkg)["urdf/mine.urdf"] == digest((pkg / "urdf/mine.urdf").read_bytes())
         described("0.6")
         assert "deploy-kept" not in deploy(capsys)
-
-
-def test_the_note_says_what_is_there_and_no_place_of_this_machine(
-    pkg: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    deploy(capsys)
-    noted = json.loads((pkg / MANIFEST).read_text())
-    assert noted == {n: digest((pkg / n).read_bytes()) for n in ("launch/static_tf.launch.py", "urdf/mine.urdf")}
-    (pkg / "urdf/mine.urdf").unlink()
-    deploy(capsys, "--map", "urdf=model/mine.urdf")
-    assert sorted(read_manifest(pkg)) == ["launch/static_tf.launch.py", "model/mine.urdf"]
-    assert "pkg" not in (pkg / MANIFEST).read_text()
 
 
 @pytest.mark.parametrize("name", ["CMakeLists.txt", "README.md", "launch/description.launch.py", "package.xml"])

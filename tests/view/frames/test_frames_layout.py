@@ -14,8 +14,6 @@ from hypothesis import given, settings
 
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
-from rosorin_compile.viewer.frame_trees import PALETTE
-from rosorin_compile.viewer.frames_picture import wrapped
 from support.paths import ROOT
 from support.pictures import NOBODY, SVG, drawn, robots
 from support.robots import compiled
@@ -150,23 +148,3 @@ def test_the_layout_of_any_robot_is_readable(robot: Robot) -> None:
     text = drawn(robot, "frames.svg")
     check_layout(text)
     check_arrows(text)
-
-
-def test_publishers_have_colours_of_their_own() -> None:
-    root = ElementTree.fromstring(drawn(compiled().robot, "frames.svg"))
-    found: dict[str, set[str]] = {}
-    for line in root.iter(f"{SVG}g"):
-        if line.get("data-publisher") not in (None, "nobody"):
-            strokes = {part.get("stroke", "") for part in line if part.get("class") in ("edge", "box")}
-            found.setdefault(line.get("data-publisher", ""), set()).update(strokes)
-    assert len(found) == 7
-    assert all(len(strokes) == 1 for strokes in found.values())
-    assert len({stroke for strokes in found.values() for stroke in strokes}) == 7
-    keys = {text.text for text in root.iter(f"{SVG}text") if text.get("class") == "key"}
-    assert keys >= found.keys()
-    assert len(set(PALETTE)) == len(PALETTE)
-
-
-def test_words_are_wrapped_and_long_ones_broken() -> None:
-    assert wrapped("one two three", 60, 12) == ["one two", "three"]
-    assert "".join(wrapped("x" * 100, 60, 12)) == "x" * 100

@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.viewer.page import data_of
-from rosorin_compile.viewer.page.images import companion_files, image_type
+from rosorin_compile.viewer.page.images import companion_files
 from support.commands import Shown, write_files
 from support.schemas import schema
 
@@ -171,11 +171,3 @@ def test_a_link_leads_to_no_image_outside(tmp_path: Path) -> None:
     (installed / "meshes/t.png").unlink()
     (installed / "meshes/t.png").symlink_to(private / "t.png")
     assert companion_files(mesh, mesh.read_bytes(), name)[0] == []
-
-
-def test_the_first_bytes_say_what_an_image_is(tmp_path: Path) -> None:
-    heads = {b"\xff\xd8\xff\xe0": "image/jpeg", b"GIF89a": "image/gif", b"RIFF1234WEBP": "image/webp", b"<svg>": ""}
-    for head, kind in heads.items():
-        (tmp_path / "a.png").write_bytes(head)
-        assert image_type(tmp_path / "a.png") == kind
-    assert image_type(tmp_path) == ""

@@ -18,30 +18,10 @@ from rosorin_compile.importing.description import write
 from rosorin_compile.importing.reimport import Request, import_again, record_of, recorded
 from rosorin_compile.importing.repeats import with_parts
 from rosorin_compile.source.diagnostics import has_errors
-from support.paths import IMPORTED
+from support.paths import IMPORTED, data_text
 
-BODY = """\
-  <link name="base_link">
-    <inertial><mass value="8"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.3"/></inertial>
-    <visual><geometry><box size="0.4 0.3 0.1"/></geometry></visual>
-  </link>
-  <!-- where the laser sits -->
-  <link name="laser"/>
-  <joint name="laser_joint" type="fixed">
-    <parent link="base_link"/><child link="laser"/><origin xyz="0.1 0 0.2"/>
-  </joint>
-"""
-WHEEL = """\
-  <link name="NAME_wheel">
-    <inertial><mass value="0.4"/><inertia ixx="0.0007" ixy="0" ixz="0" iyy="0.0013" iyz="0" izz="0.0007"/></inertial>
-    <visual><geometry><cylinder radius="0.08" length="0.03"/></geometry></visual>
-    <collision><geometry><cylinder radius="0.08" length="0.03"/></geometry></collision>
-  </link>
-  <joint name="NAME_wheel_joint" type="continuous">
-    <parent link="base_link"/><child link="NAME_wheel"/>
-    <origin xyz="PLACE 0.08"/><axis xyz="0 1 0"/><limit effort="6" velocity="12"/>
-  </joint>
-"""
+BODY = data_text("robots/import_again_body.xml")
+WHEEL = data_text("robots/import_again_wheel.xml")
 LEFT, RIGHT, REAR = (
     WHEEL.replace("NAME", name).replace("PLACE", place)
     for name, place in (("left", "0.2 0.25"), ("right", "0.2 -0.25"), ("rear", "-0.2 0"))

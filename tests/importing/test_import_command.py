@@ -16,7 +16,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing import round_trip
-from support.paths import IMPORTED, ROOT
+from support.paths import IMPORTED, ROOT, data_text
 
 pytestmark = pytest.mark.slow
 
@@ -305,20 +305,7 @@ def test_what_is_accepted_is_said(here: Path, capsys: pytest.CaptureFixture[str]
     assert "rule: axis-not-unit, of: [elbow]" in (here / "x" / "robot.yaml").read_text("utf-8")
 
 
-BUGGY = """\
-<mujoco model="buggy">
-  <worldbody>
-    <body name="hull">
-      <freejoint/>
-      <geom name="hull" type="capsule" size="0.1 0.2" mass="3"/>
-      <body name="wheel" pos="0 0.3 0">
-        <joint name="roll" axis="0 1 0" armature="0.01"/>
-        <geom name="tyre" type="cylinder" size="0.1 0.02" mass="0.5" euler="90 0 0"/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+BUGGY = data_text("robots/import_command_buggy.mjcf.xml")
 
 
 def test_mjcf_keeps_how_its_base_stands(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

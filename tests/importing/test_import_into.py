@@ -13,33 +13,15 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.importing.rewrite_launch import lines_to_change
-from support.paths import DATA
+from support.paths import DATA, data_text
 
 COLCON = os.environ.get("COLCON") or shutil.which("colcon")
 AMENT_CMAKE = Path("/usr/share/ament_cmake_pytest/cmake/ament_cmake_pytestConfig.cmake")
 SITE = Path("/usr/lib/python3/dist-packages")
 BIN = Path(sys.executable).parent
 
-URDF = """\
-<robot name="cart">
-  <link name="base_link">
-    <inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
-  </link>
-  <link name="laser"/>
-  <joint name="laser_joint" type="fixed"><parent link="base_link"/><child link="laser"/><origin xyz="0 0 0.2"/></joint>
-  <gazebo reference="laser"><sensor name="lidar" type="gpu_lidar"><topic>scan</topic></sensor></gazebo>
-</robot>
-"""
-XACRO = """\
-<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:arg name="height" default="0.2"/>
-  <link name="base_link"/>
-  <link name="laser"/>
-  <joint name="laser_joint" type="fixed">
-    <parent link="base_link"/><child link="laser"/><origin xyz="0 0 $(arg height)"/>
-  </joint>
-</robot>
-"""
+URDF = data_text("robots/import_into_urdf.urdf")
+XACRO = data_text("robots/import_into_xacro.xacro")
 MANIFEST = """\
 <package format="3">
   <name>cart_description</name><version>0.1.0</version><description>d</description>
@@ -461,16 +443,7 @@ def test_colcon_installs_the_description_and_runs_the_test(
 
 # Robots of one package that include the same file.
 
-SHARED = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:macro name="box" params="name size">
-    <link name="${name}"><collision><geometry><box size="${size} ${size} ${size}"/></geometry></collision></link>
-  </xacro:macro>
-  <xacro:macro name="pole" params="name">
-    <link name="${name}"><collision><geometry><cylinder radius="0.1" length="2"/></geometry></collision></link>
-  </xacro:macro>
-</robot>
-"""
+SHARED = data_text("robots/import_into_shared.xacro")
 INCLUDE = '<xacro:include filename="$(find cart_description)/urdf/body.xacro"/>'
 BOX = '<xacro:box name="base_link" size="0.3"/>'
 WHEEL = """\
@@ -592,18 +565,7 @@ def test_what_stands_in_folders_is_shared_in_folders(package: Path) -> None:
     tried(package)
 
 
-TOP = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:include filename="arms/arm.urdf.xacro"/>
-  <xacro:arg name="high" default="false"/>
-  <xacro:property name="height" value="0.2"/>
-  <link name="mast"/>
-  <joint name="m" type="fixed">
-    <parent link="base_link"/><child link="mast"/>
-    <xacro:if value="$(arg high)"><origin xyz="0 0 ${2 * height}"/></xacro:if>
-  </joint>
-</robot>
-"""
+TOP = data_text("robots/import_into_top.xacro")
 
 
 @pytest.mark.slow
@@ -645,16 +607,7 @@ def test_a_robot_that_is_called_as_the_folder_of_what_is_shared_has_files_of_its
     assert described(package) == ["common/body.yaml", "two/body.yaml"]
 
 
-ARM = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:macro name="arm" params="mass:=2">
-    <link name="arm">
-      <inertial><mass value="${mass}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
-    </link>
-    <joint name="a" type="fixed"><parent link="base_link"/><child link="arm"/></joint>
-  </xacro:macro>
-</robot>
-"""
+ARM = data_text("robots/import_into_arm.xacro")
 
 
 @pytest.mark.tier("builds")

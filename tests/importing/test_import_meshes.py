@@ -9,20 +9,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from support.paths import data_text
 
-ROBOT = """\
-<robot name="arm">
-  <material name="wood"><texture filename="wood.png"/></material>
-  <link name="base">
-    <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
-    <visual><geometry><mesh filename="meshes/base.stl"/></geometry></visual>
-    <visual><geometry><mesh filename="package://arm/meshes/cover.stl"/></geometry></visual>
-    <collision><geometry><mesh filename="meshes/base.stl"/></geometry></collision>
-  </link>
-  <link name="file"/>
-  <joint name="outputs" type="fixed"><parent link="base"/><child link="file"/></joint>
-</robot>
-"""
+ROBOT = data_text("robots/import_meshes.urdf")
 CORNERS = ((0, 0, 0), (0, 1, 0), (1, 0, 0), (0, 0, 1))
 TETRAHEDRON = "solid base\n{}endsolid base\n".format(
     "".join(
@@ -32,18 +21,7 @@ TETRAHEDRON = "solid base\n{}endsolid base\n".format(
         for face in ((0, 1, 2), (0, 2, 3), (0, 3, 1), (2, 1, 3))
     )
 )
-MODEL = """\
-<mujoco model="arm">
-  <compiler meshdir="meshes"/>
-  <asset><mesh name="base" file="base.obj"/></asset>
-  <worldbody>
-    <body name="base">
-      <geom type="mesh" mesh="base"/>
-      <body name="tip"><joint name="turn" type="hinge"/><geom type="capsule" size="0.1 0.2" mass="1"/></body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+MODEL = data_text("robots/import_meshes_model.mjcf.xml")
 OBJECT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 
 
@@ -149,20 +127,7 @@ def test_where_a_name_leads_from_its_own_file(
     assert run("check") == 0
 
 
-XACRO = """\
-<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:macro name="plate" params="name file">
-    <link name="${name}"><visual><geometry><mesh filename="${file}"/></geometry></visual></link>
-  </xacro:macro>
-  <xacro:plate name="a" file="package://pkg/meshes/base.obj"/>
-  <xacro:plate name="b" file="file://$(find pkg)/meshes/base.obj"/>
-  <xacro:plate name="c" file="$(find beside)/base.obj"/>
-  <xacro:plate name="d" file="RELATIVE"/>
-  <joint name="ab" type="fixed"><parent link="a"/><child link="b"/></joint>
-  <joint name="ac" type="fixed"><parent link="a"/><child link="c"/></joint>
-  <joint name="ad" type="fixed"><parent link="a"/><child link="d"/></joint>
-</robot>
-"""
+XACRO = data_text("robots/import_meshes_xacro.xacro")
 
 
 @pytest.mark.parametrize("relative", ["base.obj", "../meshes/base.obj"])

@@ -20,7 +20,7 @@ from rosorin_compile.importing.repeats import find_parts, with_parts
 from rosorin_compile.importing.repeats.nodes import mirrored, nodes_of
 from rosorin_compile.importing.round_trip import RoundTrip, _round_trip, check_round_trip
 from rosorin_compile.language.expand import expand
-from support.paths import ROOT
+from support.paths import ROOT, data_text
 from support.robots import compiled
 from support.unrounded import compile_unrounded
 
@@ -166,33 +166,7 @@ def uses_of(trip: RoundTrip) -> dict[str, list[str]]:
     return {part: [use for use, entry in tree["use"].items() if entry["part"] == part] for part in tree["parts"]}
 
 
-MIRRORED = """
-robot: pair
-parts:
-  thing:
-    links:
-      one:
-        inertial: {mass: 1, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3],
-                   inertia: {ixx: 1, iyy: 1, izz: 1, ixy: 0.1, ixz: 0.2, iyz: 0.3}}
-        visual:
-          - {mesh: {file: a.stl}, xyz: [0.1, 0.2, 0.3], rpy: [0.3, 0, -0.2]}
-          - {mesh: {file: a.stl, scale: [1, -2, 3]}}
-        collision:
-          - {box: {min: [-1, -2, -3], max: [4, 5, 6]}, rpy: [0.3, 0.1, 0.2]}
-      two: {}
-      three: {}
-    joints:
-      turns: {type: revolute, parent: mount, child: one, axis: [0.6, 0, 0.8],
-              limit: {lower: -1, upper: 2, effort: 1, velocity: 1}}
-      slides: {type: prismatic, parent: one, child: two, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3], axis: [0, 0.6, 0.8],
-               limit: {lower: -1, upper: 2, effort: 1, velocity: 1}}
-      lies: {type: planar, parent: two, child: three, axis: [0.6, 0.8, 0]}
-links: {base: {}}
-use:
-  plain: {part: thing, parent: base, xyz: [1, 1, 1], rpy: [0.5, 0, 0]}
-  turned: {part: thing, parent: base, xyz: [1, 1, 1], rpy: [0.5, 0, 0], mirror: AXIS}
-outputs: {urdf: {file: pair.urdf}}
-"""
+MIRRORED = data_text("robots/import_repeats_mirrored.yaml")
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])

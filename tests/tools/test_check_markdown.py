@@ -10,6 +10,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from support.commands import Shown, edit, write_files
+from support.paths import data_text
 
 CART = """\
 robot: {name}
@@ -174,17 +175,7 @@ def test_other_commands_have_the_form_too(project: Path, words: list[str], capsy
 # check recognises an artifact that was edited by hand: it contradicts artifacts that are up to date.
 
 
-ROBOT = """\
-robot: mast
-links:
-  base_link: {inertial: &inertial {mass: 1, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}}
-  mast: {inertial: *inertial}
-joints:
-  mast_joint:
-    {type: revolute, parent: base_link, child: mast, xyz: [0, 0, 100 mm], axis: [0, 0, 1], actuator: {kp: 30},
-     limit: {lower: -1, upper: 1, effort: 5, velocity: 2}}
-outputs: {urdf: {file: mast.urdf}, mjcf: {file: mast.xml}, frames: {file: frames.md}}
-"""
+ROBOT = data_text("robots/check_markdown.yaml")
 DESCRIPTION, URDF, MJCF = "descriptions/mast/robot.yaml", "outputs/mast/mast.urdf", "outputs/mast/mast.xml"
 EDITED = " was edited: it differs from the other artifacts"
 

@@ -19,6 +19,7 @@ from rosorin_compile.source.project import Description as RobotOnDisk
 from support import bags
 from support.bag_faults import more, without
 from support.bags import Message, edge, judged, ns, rules
+from support.paths import data_text
 
 pytestmark = pytest.mark.slow
 
@@ -183,25 +184,7 @@ outputs: {urdf: {file: two_eyes.urdf}}
 # verify where modes decide what is published, on recordings of another robot, and where little can be compared.
 
 
-TWO_MODES = """\
-robot: two_modes
-modes: {slam: a map is made}
-links: {base_link: {}, laser: {}, tower: {}}
-publishers: {ekf: {}, slam_toolbox: {}, fixer: {}, camera: {}}
-joints:
-  laser_joint: {type: fixed, parent: base_link, child: laser, xyz: [0.1, 0, 0]}
-  tower_joint: {type: fixed, parent: base_link, child: tower, xyz: [0, 0, 0.2]}
-edges:
-  - {parent: odom, child: base_link, publisher: ekf}
-  - {parent: map, child: odom, publisher: slam_toolbox, when: slam}
-  - {parent: map, child: odom, publisher: fixer, when: not slam, moving: false, xyz: [1, 0, 0]}
-  - {parent: laser, child: eye, publisher: camera, when: slam, moving: false, xyz: [0, 1, 0]}
-  - {parent: tower, child: eye, publisher: camera, when: not slam, moving: false, xyz: [0, 2, 0]}
-  - {parent: laser, child: nose, publisher: camera, when: slam, moving: false, xyz: [0, 0, 1]}
-  - {parent: laser, child: nose, publisher: fixer, when: not slam, moving: false, xyz: [0, 0, 2]}
-  - {parent: base_link, child: probe, publisher: camera, when: slam, moving: false, xyz: [0, 0, 3]}
-outputs: {urdf: {file: two_modes.urdf}}
-"""
+TWO_MODES = data_text("robots/verify_names_two_modes.yaml")
 
 
 def at(x: float, y: float, z: float) -> Transform:

@@ -22,27 +22,10 @@ from rosorin_compile import Compiled, Difference, Reading, Robot
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Edge, Link, Publisher
 from rosorin_compile.source.diagnostics import has_errors
-from support.paths import OUTPUTS, ROOT, ROSORIN
+from support.paths import OUTPUTS, ROOT, ROSORIN, data_text
 from support.robots import copy_of_rosorin
 
-SMALL = """\
-robot: small
-args:
-  length: {type: length, default: 1 m}
-  count: {type: integer, default: 1}
-  tall: {type: boolean, default: false}
-  title: {type: text, default: none}
-  offset: {type: list, default: [0, 0, 0]}
-  limit: {type: table, default: {lower: -1, upper: 1, effort: 1, velocity: 1}}
-  extra: {default: 0}
-links: {base: {}, arm: {}, tip: {}, "${title}_${count}": {if: "${tall}"}}
-joints:
-  shoulder: {type: revolute, parent: base, child: arm, xyz: "${offset}", axis: [0, 0, 1], limit: "${limit}"}
-  tip_joint: {type: fixed, parent: arm, child: tip, xyz: ["${length}", 0, 0]}
-  more: {if: "${tall}", type: fixed, parent: base, child: "${title}_${count}"}
-poses: {out: {positions: {shoulder: 30 deg}}}
-outputs: {urdf: {file: small.urdf}}
-"""
+SMALL = data_text("robots/api_small.yaml")
 URDF = '<robot name="one"><link name="base"/></robot>'
 RAW = {
     "empty.yaml": b"",

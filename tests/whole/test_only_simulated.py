@@ -11,20 +11,10 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
 from support.commands import Shown
+from support.paths import data_text
 from support.robots import compiled_text, sound, texts
 
-LINKS = """robot: r
-links:
-  base_link: {}
-  hub: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 0.1}}]}
-  roller: {inertial: {mass: 0.1, of: collision}, collision: [{sphere: {radius: 0.02}}]}
-  tip: {inertial: {mass: 0.2, of: [{sphere: {radius: 0.01}}]}}
-joints:
-  axle: {type: continuous, parent: base_link, child: hub, axis: [0, 1, 0]}
-  spin:
-    {type: continuous, parent: hub, child: roller, xyz: [0.2, 0, 0], axis: [0, 0, 1], publisher: {KIND: it rolls | so}}
-  end: {type: fixed, parent: roller, child: tip, xyz: [0.1, 0, 0], publisher: {none: nobody asks}}
-"""
+LINKS = data_text("robots/only_simulated_links.yaml")
 OUTPUTS = """outputs:
   urdf: {file: r.urdf}
   sim: {backend: urdf, file: sim.urdf, frames: bodies}

@@ -13,7 +13,7 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.shape import GROUNDED
 from support.engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy, pose
-from support.paths import DATA, OUTPUTS
+from support.paths import DATA, OUTPUTS, data_text
 from support.robots import RECORDED, compiled, copy_of_rosorin, texts
 from support.unrounded import compile_unrounded
 
@@ -152,26 +152,8 @@ def test_every_entry_says_where_it_comes_from() -> None:
 # A sensor added through YAML only reaches every artifact that its publisher says.
 
 
-REAR = """
-sensors:
-  rear_range:
-    type: range_finder
-    parent: base_link
-    frame: rear_range
-    xyz: [-140 mm, 0, 30 mm]
-    rpy: [0, 0, 180 deg]
-    publisher: {static_transform_publisher: tf_base_rear_range}
-"""
-CAMERA = """
-sensors:
-  rear_camera:
-    type: camera
-    parent: base_link
-    frame: rear_camera
-    xyz: [-0.12, 0, 0.2]
-    rpy: [0, 10 deg, 180 deg]
-    optical: {frame: rear_camera_optical_frame}
-"""
+REAR = data_text("robots/rosorin_rear.yaml")
+CAMERA = data_text("robots/rosorin_camera.yaml")
 OPTICAL = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # REP 103: x right, y down, z forward
 
 

@@ -15,22 +15,9 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.variants.folder import VariantsFolder
 from support.commands import Shown, edit
+from support.paths import data_text
 
-ROBOT = """\
-robot: mast
-args:
-  height: {type: length, default: 0.3 m, help: of the mast}
-  cal: {type: table, default: {x: 1 mm}}
-  table: {type: text, default: cal.yaml}
-links: {base_link: {}, mast: {collision: [{box: {size: [1 cm, 1 cm, "${load(table).size}"]}}]}}
-joints:
-  mast_joint:
-    {type: revolute, parent: base_link, child: mast, axis: [0, 0, 1], xyz: ["${cal.x}", 0, "${height}"],
-     limit: {lower: 0, upper: 1, effort: 1, velocity: 1}}
-outputs:
-  urdf: {file: mast.urdf}
-  notes: {template: notes.txt.jinja, file: notes.txt}
-"""
+ROBOT = data_text("robots/sweep.yaml")
 PROJECT = {
     "descriptions/mast/robot.yaml": ROBOT,
     "descriptions/mast/cal.yaml": "size: 2 cm\n",

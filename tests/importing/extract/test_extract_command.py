@@ -13,6 +13,7 @@ from jsonschema import Draft7Validator
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from support.meshes import box
+from support.paths import data_text
 from support.robots import compiled
 from support.schemas import schema
 
@@ -32,20 +33,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-URDF = """<?xml version="1.0"?>
-<robot name="two">
-  <link name="floor"/>
-  <joint name="up" type="fixed">
-    <parent link="floor"/><child link="body"/><origin xyz="0 0 0.1" rpy="0 0 1.5707963267948966"/>
-  </joint>
-  <link name="body">
-    <collision>
-      <origin xyz="1 0 0"/><geometry><mesh filename="brick.stl" scale="2 1 1"/></geometry>
-    </collision>
-    <visual><geometry><mesh filename="brick.stl"/></geometry></visual>
-  </link>
-</robot>
-"""
+URDF = data_text("robots/extract_command_urdf.urdf")
 
 
 def test_boxes_are_yaml_that_can_be_included(here: Path, capsys: Said) -> None:

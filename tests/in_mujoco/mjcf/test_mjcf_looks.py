@@ -18,33 +18,11 @@ from rosorin_compile.model import Shape  # noqa: E402
 from rosorin_compile.model.shape import Material  # noqa: E402
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
 from support.machines import machine, overlapping  # noqa: E402
-from support.paths import OUTPUTS  # noqa: E402
+from support.paths import OUTPUTS, data_text  # noqa: E402
 from support.robots import compiled_text, sound  # noqa: E402
 from support.simulator import emit, load  # noqa: E402
 
-ARMS = """\
-robot: pair
-links:
-  trunk: {inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.2, 0.2, 0.1]}}]}
-parts:
-  leg:
-    links:
-      hip: {inertial: {mass: 1, of: collision}, collision: [{capsule: {radius: 2 cm, length: 10 cm}}]}
-      knee: {inertial: {mass: 1, of: collision}, collision: [{capsule: {radius: 2 cm, length: 10 cm}}]}
-    joints:
-      hip_joint:
-        {type: revolute, parent: mount, child: hip, axis: [0, 1, 0], dynamics: "${moves}", actuator: "${drive}",
-         limit: {lower: -1, upper: 1, effort: 20 N*m, velocity: 10}}
-      knee_joint:
-        {type: revolute, parent: hip, child: knee, axis: [0, 1, 0], dynamics: "${moves}", actuator: "${drive}",
-         xyz: [0, 0, -0.2], limit: {lower: 0.5, upper: 2.5, effort: 20 N*m, velocity: 10}}
-    let: {moves: {damping: 0.25, armature: 0.0125}, drive: {kp: 125, kv: 1.5}}
-use:
-  left: {part: leg, parent: trunk, xyz: [0, 0.1, 0]}
-  right: {part: leg, parent: trunk, xyz: [0, -0.1, 0]}
-  middle: {part: leg, parent: trunk, xyz: [0.1, 0, 0]}
-  last: {part: leg, parent: trunk, xyz: [-0.1, 0, 0]}
-"""
+ARMS = data_text("robots/mjcf_looks_arms.yaml")
 OUTPUT = "outputs: {mjcf: {file: pair.xml}}\n"
 
 

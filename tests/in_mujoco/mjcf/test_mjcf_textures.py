@@ -8,34 +8,17 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-import struct
+import struct  # noqa: E402
 
 import numpy as np  # noqa: E402
-import pytest
 
 from rosorin_compile.cli.main import main  # noqa: E402
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, read_vertices  # noqa: E402
 from support.images import png  # noqa: E402
+from support.paths import data_text  # noqa: E402
 
 Said = pytest.CaptureFixture[str]
-ROBOT = """\
-robot: box
-materials:
-  wood: {texture: TEXTURE}
-  tinted: {rgba: [0.5, 1, 1, 1], texture: TEXTURE}
-  red: {rgba: [1, 0, 0, 1]}
-links:
-  base:
-    inertial: {mass: 1, of: collision}
-    collision: [{box: {size: [0.3, 0.2, 0.1]}}]
-    visual:
-      - {box: {size: [0.3, 0.2, 0.1]}, name: plank, material: wood}
-      - {box: {size: [0.3, 0.2, 0.1]}, name: dyed, material: tinted}
-      - {box: {size: [0.3, 0.2, 0.1]}, name: own, texture: TEXTURE}
-      - {box: {size: [0.3, 0.2, 0.1]}, name: other, texture: OTHER, rgba: [0.5, 0.5, 0.5, 1]}
-      - {box: {size: [0.3, 0.2, 0.1]}, name: plain, material: red}
-outputs: {mjcf: {file: mjcf/box.xml}, scene: {file: mjcf/scene.xml}, urdf: {file: box.urdf}}
-"""
+ROBOT = data_text("robots/mjcf_textures.yaml")
 
 
 @pytest.fixture

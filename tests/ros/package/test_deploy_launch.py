@@ -303,7 +303,8 @@ NODE_PYTHON = "Node(executable='static_transform_publisher', arguments="
         f"POSES = {{'laser': ['0.1', '0']}}\n\n\n{NODE_PYTHON}['--x', POSES['laser'][0]] + {ENDS})",
         f"\n\n\n{NODE_PYTHON}'--x 0.1 --frame-id base_link --child-frame-id laser'.split())",
         f"\n\n\n{NODE_PYTHON}'--x,0.1,--frame-id,base_link,--child-frame-id,laser'.split(','))",
-        f"def tf(text): return {NODE_PYTHON}text.split())\n\n\ntf('--x 0.1 --frame-id base_link --child-frame-id laser')",
+        f"def tf(text): return {NODE_PYTHON}text.split())\n\n\n"
+        "tf('--x 0.1 --frame-id base_link --child-frame-id laser')",
     ],
 )
 def test_plain_values_are_read(text: str) -> None:

@@ -8,18 +8,9 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST, digest, read_manifest
+from support.paths import data_text
 
-ROBOT = """\
-robot: mine
-links: {base_link: {}, mast: {}}
-joints: {j: {type: fixed, parent: base_link, child: mast, xyz: [SIZE, 0, 0]}}
-publishers: {tf_mast_top: {node: static_transform_publisher}}
-edges: [{parent: mast, child: top, publisher: tf_mast_top, moving: false, xyz: [0, 0, SIZE]}]
-outputs:
-  urdf: {file: mine.urdf}
-  static_tf: {file: static_tf.launch.py}
-  table: {file: table.txt, backend: template, template: table.txt.jinja}
-"""
+ROBOT = data_text("robots/not_ours.yaml")
 PACKAGE = "<package format='3'><name>pkg</name></package>\n"
 BY_HAND = "# written by hand\n"
 

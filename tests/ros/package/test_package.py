@@ -18,22 +18,10 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.ros.package.meshes import named, settle
 from rosorin_compile.ros.package.naming import is_legal, package_name
 from support.packages import EXAMPLES, describe, names_in, written
-from support.paths import ROOT, ROSORIN
+from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled
 
-MESHED = """\
-robot: meshed
-links:
-  base_link:
-    visual:
-      - mesh: {file: meshes/body.stl}
-      - mesh: {file: package://other_robot/meshes/wheel.stl}
-      - mesh: {file: package://meshed_description/meshes/own.stl}
-      - mesh: {file: missing.stl}
-      - mesh: {file: file:///opt/there.stl}
-outputs:
-  urdf: {file: meshed.urdf}
-"""
+MESHED = data_text("robots/package_meshed.yaml")
 
 
 def test_the_artifacts_in_it_are_the_compiled_ones(tmp_path: Path) -> None:
@@ -338,18 +326,7 @@ def test_a_mesh_that_check_refuses_is_refused(tmp_path: Path, capsys: pytest.Cap
     assert not names_in(tmp_path / "there")
 
 
-WITH_MJCF = """\
-robot: meshed
-include: [more/arm.yaml]
-links:
-  base_link:
-    visual:
-      - mesh: {file: meshes/body.stl}
-      - mesh: {file: package://other_robot/meshes/wheel.stl}
-outputs:
-  urdf: {file: urdf/meshed.urdf}
-  mjcf: {file: sim/meshed.xml}
-"""
+WITH_MJCF = data_text("robots/package_with_mjcf.yaml")
 ARM = """\
 links: {arm: {visual: [{mesh: {file: arm.stl}}]}}
 joints: {arm_joint: {type: fixed, parent: base_link, child: arm}}

@@ -28,7 +28,7 @@ from rosorin_compile.model.frame_tree import lines as tree_lines
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
 from rosorin_compile.viewer.frame_trees import TooMany, frame_trees
-from support.paths import OUTPUTS, ROOT
+from support.paths import OUTPUTS, ROOT, data_text
 from support.pictures import NOBODY, SVG, drawn, output, robots
 from support.robots import compiled, texts
 
@@ -90,25 +90,7 @@ def test_a_joint_that_another_node_publishes_keeps_its_name() -> None:
     assert [row.publisher for row in off.edges] == ["nobody"]
 
 
-TURNS = """\
-robot: turns
-modes: {sim: simulated, carried: by hand}
-publishers: {gazebo: {}}
-links: {base_link: {}, mast: {}}
-joints:
-  mast_joint:
-    type: fixed
-    parent: base_link
-    child: mast
-    publisher:
-      - {by: gazebo, when: sim and not carried}
-      - {by: {static_transform_publisher: tf_mast}, when: not sim and not carried}
-      - {by: {none: it is carried}, when: carried}
-outputs:
-  static_tf: {file: tf.launch.py}
-  frames: {file: frames.md}
-  frames_picture: {file: frames.svg}
-"""
+TURNS = data_text("robots/frames_picture_turns.yaml")
 
 
 def test_publishers_that_take_turns_are_one_line_each(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from rosorin_compile.viewer.page.images import companion_files
 from support.commands import Shown, ask, edit, write_files
 from support.meshes import box
 from support.moving import random_robot
-from support.paths import ROOT, ROSORIN
+from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled, compiled_text, sound
 from support.schemas import schema
 
@@ -138,22 +138,7 @@ def test_the_page_asks_for_nothing() -> None:
     assert "connect-src 'self'" in html({"robot": robot_data(sharp_robot("plain"))}, live="1")
 
 
-SENSORS = """\
-robot: rover
-links: {base_link: {}}
-sensors:
-  lidar: {type: lidar_2d, parent: base_link, frame: laser, with: {rays: 5, fov: 180 deg, max_range: 12 m}}
-  layers: {type: lidar_3d, parent: base_link, frame: laser3, with: {rays: 4, layers: 3, vertical_fov: 20 deg}}
-  gazebo_only: {type: lidar_3d, parent: base_link, frame: laser4, with: {rays: 4, layers: 3, max_range: 9 m}, mjcf: []}
-  eye: {type: camera, parent: base_link, frame: eye, with: {hfov: 90 deg, width: 200, height: 100}}
-  gazebo_eye: {type: camera, parent: base_link, frame: eye2, with: {hfov: 90 deg, width: 200, height: 100}, mjcf: []}
-  imu: {type: imu, parent: base_link, frame: imu_link}
-  sonar: {type: range_finder, parent: base_link, frame: sonar_link, with: {max_range: 2 m}}
-  bumper: {type: contact, parent: base_link, frame: bumper_link, xyz: [0.3, 0, 0], with: {size: [2 cm, 4 cm, 6 cm]}}
-  wrist: {type: force_torque, parent: base_link, frame: wrist_link}
-  sky: {type: gnss, parent: base_link, frame: sky_link}
-outputs: {page: {file: rover.html}}
-"""
+SENSORS = data_text("robots/page_sensors.yaml")
 
 
 def test_what_each_type_of_sensor_of_the_library_sees(tmp_path: Path) -> None:

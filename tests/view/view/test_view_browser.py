@@ -19,7 +19,7 @@ from rosorin_compile.viewer.page import html
 from rosorin_compile.viewer.page.data import robot_data
 from support.browsing import Browser, apart, is_near, lacking
 from support.commands import Shown, ask, edit
-from support.paths import DATA, ROOT, ROSORIN
+from support.paths import DATA, ROOT, ROSORIN, data_text
 from support.robots import compiled, copy_of_rosorin
 from support.viewing import Viewing
 
@@ -234,16 +234,7 @@ def test_a_page_waits_for_a_robot_that_does_not_compile_yet(browser: Browser, ho
         kept_to_itself(browser, viewing.port)
 
 
-FREE = """\
-robot: free
-links:
-  base: {visual: [{box: {size: [0.4, 0.3, 0.1]}, rgba: [0.8, 0.1, 0.1, 1]}]}
-  puck: {visual: [{cylinder: {radius: 0.06, length: 0.04}}]}
-  drone: {visual: [{box: {size: [0.1, 0.1, 0.03]}}]}
-joints:
-  slide: {type: planar, parent: base, child: puck, xyz: [0, 0, 0.1], axis: [0, 0, 1]}
-  fly: {type: floating, parent: base, child: drone, xyz: [0, 0, 0.3]}
-"""
+FREE = data_text("robots/view_browser_free.yaml")
 
 
 @pytest.mark.tier("outside")

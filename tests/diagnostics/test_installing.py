@@ -96,24 +96,6 @@ def test_an_address(site: Path, origin: dict[str, Any], said: str) -> None:
     assert words() == ["pip", "install", said]
 
 
-@pytest.mark.parametrize(
-    "origin",
-    [
-        None,
-        "",
-        "{",
-        "[]",
-        "{}",
-        {"url": "file:///nowhere/clone", "dir_info": {"editable": True}},
-        {"url": "file:///nowhere/rosorin_compile-9.9-py3-none-any.whl", "archive_info": {}},
-    ],
-)
-def test_where_it_came_from_is_unknown_or_gone(site: Path, origin: Any) -> None:
-    installed(site, origin)
-    assert words() == ["pip", "install", 'mujoco>=4.0; python_version >= "3.11"', "numpy>=1.26"]
-    assert words("view") == ["pip", "install", "trimesh>=5"]
-
-
 def test_a_tree_that_nobody_installed(monkeypatch: pytest.MonkeyPatch, clone: Path) -> None:
     monkeypatch.setattr(installing, "NAME", "nobody-has-this")
     monkeypatch.setattr(installing, "_CHECKOUT", clone)

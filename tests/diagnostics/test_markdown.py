@@ -163,63 +163,6 @@ def test_a_document_has_our_elements_alone(text: str) -> None:
         assert not ALIVE.search(loose(piece)), piece
 
 
-def test_a_whole_document() -> None:
-    span = Span(Source("descriptions/arm/robot.yaml", "x: 1\n"), 3, 4)
-    row = (
-        (Code("laser"), " in ", Code("base_link")),
-        ("origin z",),
-        ("0.1 m",),
-        ("0.2 m",),
-        ("100.0 mm",),
-        (Code("urdf"),),
-    )
-    head = ("what", "quantity", "before", "after", "by", "artifacts")
-    arm = Section("arm")
-    arm.wrong.append("not up to date")
-    arm.blocks += [Table("change", head, (row,)), Diff("arm.urdf", "", ("-a", "+b"), 3)]
-    arm.diagnostics += [
-        Diagnostic("axis-not-unit", WARNING, "long", span, (), "make it short"),
-        Diagnostic("stand-in", NOTE, "guessed", span),
-    ]
-    cart = Section("cart", ["4 artifacts up to date in outputs/cart"])
-    assert (
-        document([cart, arm])
-        == """\
-## Robots: 1 of 2 with problems
-
-### `arm`: not up to date and 1 warning
-
-| what | quantity | before | after | by | artifacts |
-| --- | --- | --- | --- | --- | --- |
-| `laser` in `base_link` | origin z | 0.1 m | 0.2 m | 100.0 mm | `urdf` |
-
-|  | rule | place | message | help |
-| --- | --- | --- | --- | --- |
-| warning | `axis-not-unit` | `descriptions/arm/robot.yaml:3:4` | long | make it short |
-
-<details><summary><code>arm.urdf</code>: different text</summary>
-
-```diff
--a
-+b
-... 3 more lines
-```
-
-</details>
-
-<details><summary>1 note (1 stand-in: values that have not been measured)</summary>
-
-|  | rule | place | message |
-| --- | --- | --- | --- |
-| note | `stand-in` | `descriptions/arm/robot.yaml:3:4` | guessed |
-
-</details>
-
-- `cart`: 4 artifacts up to date in outputs/cart
-"""
-    )
-
-
 @pytest.mark.parametrize("robots", [1, 30, 200])
 @pytest.mark.parametrize("rows", [0, 10, 3000])
 def test_it_is_bounded_and_says_what_is_left_out(robots: int, rows: int) -> None:

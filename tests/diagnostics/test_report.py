@@ -15,17 +15,9 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
 from rosorin_compile.source.report import FORMATS, text
+from support.paths import data_text
 
-ROBOT = """\
-robot: cart
-include: [parts.yaml]
-links: {base_link: {}}
-use:
-  "wheel_${i}":
-    for: {i: [1, 2]}
-    part: wheel
-    parent: base_link
-"""
+ROBOT = data_text("robots/report.yaml")
 PARTS = """\
 parts:
   wheel:

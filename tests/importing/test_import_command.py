@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,7 +16,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing import round_trip
-from support.paths import IMPORTED, ROOT
+from support.paths import IMPORTED, ROOT, data_text
 
 pytestmark = pytest.mark.slow
 
@@ -220,38 +218,10 @@ def test_wrong_usage(here: Path, capsys: pytest.CaptureFixture[str], words: list
     assert [path.name for path in here.iterdir()] == ["little_arm.urdf"]
 
 
-def test_no_source_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run() == 2
-    assert "Missing argument 'SOURCE'" in capsys.readouterr().err
-
-
-def test_json_is_one_document(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    name = broken(here, '<mass value="2.5"/>', '<mass value="2.5" colour="red"/>')
-    assert run(name, "-o", "x", "--format", "json") == 0
-    said = capsys.readouterr()
-    meshes, entry = sorted(json.loads(said.out)["diagnostics"], key=lambda one: -one["line"])
-    assert (meshes["rule"], meshes["line"]) == ("mesh-not-found", 17)
-    assert (entry["rule"], entry["severity"], entry["file"]) == ("import-cannot-carry", "warning", "broken.urdf")
-    assert entry["line"] == 13
-    assert "next: rosorin-compile all x\n" in said.err
-
-
 def test_a_folder_that_cannot_be_written_is_said(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "file").write_text("", "utf-8")
     assert run("little_arm.urdf", "-o", "file/x") == 1
     assert "error[output-folder]: cannot write file/x: file is not a folder" in capsys.readouterr().err
-
-
-def test_no_room_for_the_round_trip_is_said(
-    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(here / "nowhere"))
-    assert run("little_arm.urdf", "-o", "x") == 1
-    message = "cannot work in the temporary folder: No such file or directory; TMPDIR can name another one"
-    assert capsys.readouterr().err == (
-        f"{MESHES}error[output-failed]: little_arm.urdf: {message}\nlittle_arm.urdf: 1 error, nothing written\n"
-    )
-    assert not (here / "x").exists()
 
 
 def altered(old: str, new: str) -> Callable[..., Any]:
@@ -335,20 +305,7 @@ def test_what_is_accepted_is_said(here: Path, capsys: pytest.CaptureFixture[str]
     assert "rule: axis-not-unit, of: [elbow]" in (here / "x" / "robot.yaml").read_text("utf-8")
 
 
-BUGGY = """\
-<mujoco model="buggy">
-  <worldbody>
-    <body name="hull">
-      <freejoint/>
-      <geom name="hull" type="capsule" size="0.1 0.2" mass="3"/>
-      <body name="wheel" pos="0 0.3 0">
-        <joint name="roll" axis="0 1 0" armature="0.01"/>
-        <geom name="tyre" type="cylinder" size="0.1 0.02" mass="0.5" euler="90 0 0"/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+BUGGY = data_text("robots/import_command_buggy.mjcf.xml")
 
 
 def test_mjcf_keeps_how_its_base_stands(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,42 +4,24 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.importing.rewrite_launch import lines_to_change
+from support.paths import DATA, data_text
 
 COLCON = os.environ.get("COLCON") or shutil.which("colcon")
 AMENT_CMAKE = Path("/usr/share/ament_cmake_pytest/cmake/ament_cmake_pytestConfig.cmake")
 SITE = Path("/usr/lib/python3/dist-packages")
 BIN = Path(sys.executable).parent
 
-URDF = """\
-<robot name="cart">
-  <link name="base_link">
-    <inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
-  </link>
-  <link name="laser"/>
-  <joint name="laser_joint" type="fixed"><parent link="base_link"/><child link="laser"/><origin xyz="0 0 0.2"/></joint>
-  <gazebo reference="laser"><sensor name="lidar" type="gpu_lidar"><topic>scan</topic></sensor></gazebo>
-</robot>
-"""
-XACRO = """\
-<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:arg name="height" default="0.2"/>
-  <link name="base_link"/>
-  <link name="laser"/>
-  <joint name="laser_joint" type="fixed">
-    <parent link="base_link"/><child link="laser"/><origin xyz="0 0 $(arg height)"/>
-  </joint>
-</robot>
-"""
+URDF = data_text("robots/import_into_urdf.urdf")
+XACRO = data_text("robots/import_into_xacro.xacro")
 MANIFEST = """\
 <package format="3">
   <name>cart_description</name><version>0.1.0</version><description>d</description>
@@ -332,82 +314,12 @@ def test_nothing_is_written_through_a_link(package: Path, capsys: pytest.Capture
 # The lines of launch files: how people call xacro, and what stands there then.
 
 PRINT = "rosorin-compile print"
-LINES = [
-    (
-        "a.launch.py",
-        "p = os.path.join(share, 'urdf', 'cart.urdf.xacro')",
-        "p = os.path.join(share, 'descriptions', 'cart', 'robot.yaml')",
-    ),
-    (
-        "a.launch.py",
-        'p = share / "urdf" / "cart.urdf.xacro"',
-        'p = share / "descriptions" / "cart" / "robot.yaml"',
-    ),
-    (
-        "a.launch.py",
-        "c = Command(['xacro ', 'cart.urdf.xacro'])",
-        f"c = Command(['{PRINT} ', '../descriptions/cart/robot.yaml', ' urdf'])",
-    ),
-    (
-        "a.launch.py",
-        "c = Command(['xacro \"', 'cart.urdf.xacro', '\" h:=', h])",
-        f"c = Command(['{PRINT} \"', '../descriptions/cart/robot.yaml', '\" h:=', h, ' urdf'])",
-    ),
-    (
-        "a.launch.py",
-        "c = Command('xacro ' + 'cart.urdf.xacro')",
-        f"c = Command('{PRINT} ' + '../descriptions/cart/robot.yaml' + ' urdf')",
-    ),
-    (
-        "a.launch.py",
-        "c = subprocess.check_output(['xacro', 'cart.urdf.xacro'], text=True)",
-        "c = subprocess.check_output(['rosorin-compile', 'print', "
-        "'../descriptions/cart/robot.yaml', 'urdf'], text=True)",
-    ),
-    (
-        "a.launch.py",
-        "c = Command(f'xacro {share}/urdf/cart.urdf.xacro', on_stderr='warn')",
-        f"c = Command(f'{PRINT} {{share}}/descriptions/cart/robot.yaml urdf', on_stderr='warn')",
-    ),
-    (
-        "a.launch.py",
-        'c = [FindExecutable(name="xacro"), " ", x]  # cart.urdf.xacro',
-        "c = [FindExecutable(name='rosorin-compile'), ' print', \" \", x, ' urdf']  # ../descriptions/cart/robot.yaml",
-    ),
-    (
-        "a.launch.py",
-        "t = xacro.process_file(share + '/urdf/cart.urdf.xacro').toxml()",
-        "t = subprocess.check_output(['rosorin-compile', 'print', "
-        "share + '/descriptions/cart/robot.yaml', 'urdf'], text=True)",
-    ),
-    (
-        "b.launch.xml",
-        """<param name="d" value="$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"/>""",
-        f"""<param name="d" value="$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml urdf')"/>""",
-    ),
-    (
-        "c.launch.yaml",
-        """- param: {name: d, value: "$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"}""",
-        f"""- param: {{name: d, value: "$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml """
-        """urdf')"}""",
-    ),
-    (
-        "d.launch",
-        """<param name="d" command="$(find xacro)/xacro --inorder $(find c)/urdf/cart.urdf.xacro"/>""",
-        f"""<param name="d" command="{PRINT} $(find c)/descriptions/cart/robot.yaml urdf"/>""",
-    ),
-    (
-        "CMakeLists.txt",
-        "xacro_add_files(urdf/cart.urdf.xacro INSTALL DESTINATION urdf)",
-        "rosorin_compile_add_robot(DESCRIPTION descriptions/cart OUTPUTS urdf INSTALL)",
-    ),
-    ("a.launch.py", "# cart.urdf.xacro is expanded below", ""),
-    ("a.launch.py", "p = 'urdf/smart-cart.urdf.xacro'", ""),
-]
+LINES = yaml.safe_load((DATA / "launch_lines.yaml").read_text("utf-8"))
 
 
-@pytest.mark.parametrize(("name", "line", "wanted"), LINES, ids=[f"{n}-{i}" for i, (n, *_) in enumerate(LINES)])
-def test_a_line_of_a_launch_file(tmp_path: Path, name: str, line: str, wanted: str) -> None:
+@pytest.mark.parametrize("case", LINES, ids=lambda case: case["before"][:30])
+def test_a_line_of_a_launch_file(tmp_path: Path, case: dict[str, str]) -> None:
+    name, line, wanted = case["file"], case["before"], case.get("after", "")
     (tmp_path / "launch").mkdir()
     file = tmp_path / name if name == "CMakeLists.txt" else tmp_path / "launch" / name
     file.write_text(f"first\n    {line}\nlast\n")
@@ -529,51 +441,9 @@ def test_colcon_installs_the_description_and_runs_the_test(
     assert "1 test, 0 errors, 0 failures, 1 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("each", [3, pytest.param(1, marks=pytest.mark.tier("builds"))], ids=["some", "all"])
-def test_a_package_is_as_it_was_or_whole_after_a_kill(package: Path, each: int) -> None:
-    before = files(package)
-    assert into(package) == 0
-    after = files(package)
-    seen = set()
-    for number in range(0, 20, each):
-        shutil.rmtree(package / "descriptions")
-        shutil.rmtree(package / "test")
-        words = [
-            str(BIN / "rosorin-compile"),
-            "import",
-            str(package / "urdf" / "cart.urdf"),
-            "--into",
-            str(package),
-            "-q",
-        ]
-        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        while process.poll() is None and not any(package.glob(".rosorin-compile-*")) and number % 2:
-            time.sleep(0.0001)  # half of the kills come while it writes
-        if not number % 2:
-            time.sleep(0.04 * number)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        assert into(package) == 0  # what a killed run left counts as a whole, or not at all, and is completed
-        now = {name: data for name, data in files(package).items() if not name.startswith(".rosorin")}
-        assert now == after
-        assert {name: now[name] for name in before} == before
-        seen.add(process.returncode)
-    assert -signal.SIGKILL in seen
-
-
 # Robots of one package that include the same file.
 
-SHARED = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:macro name="box" params="name size">
-    <link name="${name}"><collision><geometry><box size="${size} ${size} ${size}"/></geometry></collision></link>
-  </xacro:macro>
-  <xacro:macro name="pole" params="name">
-    <link name="${name}"><collision><geometry><cylinder radius="0.1" length="2"/></geometry></collision></link>
-  </xacro:macro>
-</robot>
-"""
+SHARED = data_text("robots/import_into_shared.xacro")
 INCLUDE = '<xacro:include filename="$(find cart_description)/urdf/body.xacro"/>'
 BOX = '<xacro:box name="base_link" size="0.3"/>'
 WHEEL = """\
@@ -695,18 +565,7 @@ def test_what_stands_in_folders_is_shared_in_folders(package: Path) -> None:
     tried(package)
 
 
-TOP = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:include filename="arms/arm.urdf.xacro"/>
-  <xacro:arg name="high" default="false"/>
-  <xacro:property name="height" value="0.2"/>
-  <link name="mast"/>
-  <joint name="m" type="fixed">
-    <parent link="base_link"/><child link="mast"/>
-    <xacro:if value="$(arg high)"><origin xyz="0 0 ${2 * height}"/></xacro:if>
-  </joint>
-</robot>
-"""
+TOP = data_text("robots/import_into_top.xacro")
 
 
 @pytest.mark.slow
@@ -748,16 +607,7 @@ def test_a_robot_that_is_called_as_the_folder_of_what_is_shared_has_files_of_its
     assert described(package) == ["common/body.yaml", "two/body.yaml"]
 
 
-ARM = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:macro name="arm" params="mass:=2">
-    <link name="arm">
-      <inertial><mass value="${mass}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
-    </link>
-    <joint name="a" type="fixed"><parent link="base_link"/><child link="arm"/></joint>
-  </xacro:macro>
-</robot>
-"""
+ARM = data_text("robots/import_into_arm.xacro")
 
 
 @pytest.mark.tier("builds")

@@ -11,8 +11,6 @@ import pytest
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.importing import key_order
 from rosorin_compile.importing.description import write
-from rosorin_compile.importing.layout import angle_of
-from rosorin_compile.importing.report import kept
 from rosorin_compile.language import annotations, schema
 from rosorin_compile.language.expand import expand
 from rosorin_compile.source.diagnostics import Source
@@ -148,31 +146,3 @@ def test_keys_of_links_and_joints_stand_in_one_order_wherever_they_stand() -> No
     assert words[-1] == "other"
     assert words.index("mass") < words.index("xyz") < words.index("rpy") < words.index("inertia")
     assert words.index("lower") < words.index("upper")
-
-
-@pytest.mark.parametrize(
-    ("path", "unit"),
-    [
-        (("joints", "turns", "limit", "lower"), "deg"),
-        (("joints", "turns", "limit", "velocity"), "deg/s"),
-        (("joints", "slides", "limit", "lower"), ""),
-        (("joints", "turns", "mjcf", "margin"), ""),
-        (("poses", "home", "positions", "turns"), "deg"),
-        (("poses", "home", "positions", "slides"), ""),
-        (("poses", "home", "controls", "turns"), ""),
-        (("links", "box", "inertial", "rpy", 1), "deg"),
-        (("links", "box", "inertial", "xyz", 1), ""),
-    ],
-)
-def test_angles_are_what_the_schema_has_in_radians(path: tuple[str | int, ...], unit: str) -> None:
-    assert angle_of(tree("joints: {turns: {type: revolute}, slides: {type: prismatic}}"), path) == unit
-
-
-def test_what_is_kept_is_told_by_the_schema() -> None:
-    said = """\
-parts: {leg: {urdf_elements: ['<transmission/>']}}
-links: {box: {mjcf_elements: ['<geom/>', '<geom/>'], visual: [{urdf_elements: ['<verbose/>']}]}}
-urdf_elements: ['<gazebo/>']
-disabled_contacts: [{links: [a, b]}]
-"""
-    assert kept(tree(said)) == ["kept as they are: transmission, geom (2), verbose, gazebo"]

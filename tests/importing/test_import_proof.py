@@ -10,21 +10,12 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.mjcf import process, proof
 from rosorin_compile.mujoco.mjcf.write import write
+from support.paths import data_text
 
 pytest.importorskip("mujoco", minversion="4")
 pytestmark = pytest.mark.slow
 
-ROBOT = """<mujoco model="arm"><asset><mesh name="tip" file="meshes/tip.obj"/></asset><worldbody><body name="base">
-  <geom name="foot" type="box" size="0.1 0.1 0.1" mass="1" group="3"/>
-  <body name="arm" pos="0 0 0.2">
-    <joint name="turn" axis="0 1 0" range="-90 90" damping="0.5" actuatorfrcrange="-9 9"/>
-    <geom name="tube" type="capsule" size="0.02 0.1" mass="0.5" group="3"/>
-    <geom name="tip" type="mesh" mesh="tip" mass="0.1" contype="0" conaffinity="0" group="1"/>
-  </body>
-</body></worldbody>
-<contact><exclude body1="base" body2="arm"/></contact>
-<actuator><position name="turn" joint="turn" kp="20" kv="1" ctrlrange="-1 1"/></actuator></mujoco>
-"""
+ROBOT = data_text("robots/import_proof.mjcf.xml")
 TIP = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 HOLDS = (
     "MuJoCo's model of the MJCF is that of the source, in every field that it decides; frames and accelerations in 20"

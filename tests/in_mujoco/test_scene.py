@@ -14,7 +14,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.cli.main import main  # noqa: E402
 from rosorin_compile.source.diagnostics import has_errors  # noqa: E402
-from support.paths import DATA, ROOT, ROSORIN  # noqa: E402
+from support.paths import DATA, ROOT, ROSORIN, data_text  # noqa: E402
 from support.robots import compiled, compiled_text, of_this_project  # noqa: E402
 from support.scenes import BACK_END, seen  # noqa: E402
 
@@ -32,18 +32,7 @@ needs_screen = pytest.mark.skipif(
     not BACK_END and not os.environ.get("CI"), reason="MuJoCo draws off screen with libEGL or libOSMesa"
 )
 
-LEG = """\
-robot: hopper
-links:
-  foot:
-    inertial: {mass: 1, of: collision}
-    collision: [{capsule: {radius: 3 cm, length: 20 cm}, rpy: [0, 1.1, 0.4]}]
-    cameras: {overview: {xyz: [0, 0, 1]}}
-    sites: {floor: {}}
-  body: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 5 cm}, name: floor}]}
-joints: {slide: {type: prismatic, parent: foot, child: body, axis: [0, 0, 1], limit: {lower: 0.2, upper: 0.4,
-  effort: 10, velocity: 1}}}
-"""
+LEG = data_text("robots/scene_leg.yaml")
 
 
 def written(folder: Path, text: str) -> Path:

@@ -55,14 +55,6 @@ def test_an_equal_set_is_not_touched(folder):
     assert marks(folder) == before
 
 
-def test_only_what_differs_is_written_anew(folder):
-    before = marks(folder)
-    assert write_set(folder, {**A, "f2.txt": "other"}).written == ("f2.txt",)
-    assert read_set(folder) == encoded({**A, "f2.txt": "other"})
-    changed = {path.name for path, mark in marks(folder).items() if before.get(path, mark)[:2] != mark[:2]}
-    assert changed == {folder.parent.name, "out", "urdf", "f2.txt"}
-
-
 def test_modes(tmp_path):
     old = os.umask(0o027)
     try:

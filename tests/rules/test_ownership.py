@@ -25,6 +25,7 @@ from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.viewer.frame_trees import frame_trees
 from support import launch
 from support.launch import Context, Failed, Started, command_line, parsed, performed, run
+from support.paths import data_text
 from support.robots import compiled, found, rules
 
 MODES = ("m", "n")
@@ -247,34 +248,7 @@ def test_pictures_and_launch_files_have_the_edges_of_the_search(description):
         assert drawn == now
 
 
-TURNS = """
-robot: turner
-modes: {simulated: it is, urdf_file: a name that is taken}
-publishers: {bridge: {}}
-links: {base_link: {}}
-sensors:
-  lidar:
-    type: lidar_2d
-    parent: base_link
-    frame: laser
-    xyz: [0.1, 0, 0]
-    publisher:
-      - {by: {static_transform_publisher: tf_laser}, when: not simulated}
-      - {by: bridge, when: simulated and not urdf_file}
-      - {by: {static_transform_publisher: tf_laser_too}, when: simulated and urdf_file}
-  camera:
-    type: camera
-    parent: base_link
-    frame: camera_link
-    publisher:
-      - {by: {static_transform_publisher: tf_camera}, when: not simulated}
-      - {by: bridge, when: simulated}
-outputs:
-  urdf: {file: turner.urdf}
-  static_tf: {file: turner.launch.py}
-  static_tf_json: {file: turner.json}
-  frames: {file: frames.md}
-"""
+TURNS = data_text("robots/ownership_turns.yaml")
 
 
 def made(folder: Path, text: str = TURNS) -> dict[str, str]:

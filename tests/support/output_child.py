@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from rosorin_compile import output
@@ -20,7 +21,6 @@ from rosorin_compile.output import staging
 
 STAGE = ".rosorin-compile-"
 NOTES = "notes/mine.txt"
-OVERLAY = os.environ.get("OUTPUT_CHILD_OVERLAY", "")  # further options
 
 
 def make_set(letter: str, first: int, count: int) -> dict[str, str]:
@@ -122,6 +122,18 @@ def no_swap(one: Path, other: Path) -> None:
     raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS), str(one), None, str(other))
 
 
+def bind(folder: Path, replace: Callable[[object, str, object], None]) -> None:
+    """Let a folder be one that cannot be renamed, like one from the image of a container."""
+    rename = Path.rename
+
+    def renamed(one: Path, two: Path) -> Path:
+        if one == folder:
+            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV))
+        return rename(one, two)
+
+    replace(Path, "rename", renamed)
+
+
 def die_at(step: int) -> None:
     """Let this process kill itself at the given one of all its calls to the system that leave a trace on disk."""
     count = 0
@@ -153,18 +165,17 @@ def die_at(step: int) -> None:
 def each_step(folder: Path, how: str) -> list[dict[str, object]]:
     """Kill a write of NEW over OLD at its first step, at its second step and so on; return what was found each time."""
     found: list[dict[str, object]] = []
-    if how == "aside":
+    if how in ("aside", "bound"):
         staging.exchange = no_swap
+    if how == "bound":
+        bind(folder, setattr)
     while not found or found[-1]["exit"] != 0:
-        if how != "overlay":
-            shutil.rmtree(folder.parent, ignore_errors=True)
-            folder.parent.mkdir()
-            if how != "first":
-                output.write_set(folder, OLD)
-                (folder / NOTES).parent.mkdir()
-                (folder / NOTES).write_text("mine")
-        else:
-            remount_overlay(folder)
+        shutil.rmtree(folder.parent, ignore_errors=True)
+        folder.parent.mkdir()
+        if how != "first":
+            output.write_set(folder, OLD)
+            (folder / NOTES).parent.mkdir()
+            (folder / NOTES).write_text("mine")
         process = os.fork()
         if process == 0:
             die_at(len(found) + 1)
@@ -179,50 +190,8 @@ def each_step(folder: Path, how: str) -> list[dict[str, object]]:
     return found
 
 
-def remount_overlay(folder: Path) -> None:
-    """Mount an overlay whose lower layer, like the image of a container, holds the folder with OLD and a note."""
-    top = folder.parent
-    if os.path.ismount(top):
-        mount("umount", top)
-    layers = top.with_name("layers")
-    shutil.rmtree(layers, ignore_errors=True)
-    for name in ("lower", "upper", "work"):
-        (layers / name).mkdir(parents=True)
-    for name, text in {**OLD, NOTES: "mine"}.items():
-        path = layers / "lower" / folder.name / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    top.mkdir(exist_ok=True)
-    options = f"lowerdir={layers}/lower,upperdir={layers}/upper,workdir={layers}/work{OVERLAY}"
-    mount("mount", "-t", "overlay", "overlay", "-o", options, top)
-
-
 def mount(*command: object) -> None:
     subprocess.run([str(part) for part in command], check=True, stdout=sys.stderr)
-
-
-def on_overlay(base: Path) -> dict[str, object]:
-    """Write over a folder from the lower layer, make it fail in the middle, and write again."""
-    mount("mount", "-t", "tmpfs", "tmpfs", base)
-    folder = base / "top" / "out"
-    found: dict[str, object] = {"steps": each_step(folder, "overlay")}
-    remount_overlay(folder)
-    replace, moved = Path.replace, []
-
-    def failing(one: Path, other: Path) -> Path:
-        moved.append(one)
-        if len(moved) == 2:
-            raise OSError(errno.EIO, "broken")
-        return replace(one, other)
-
-    Path.replace = failing
-    found["failed"] = attempt(folder, NEW)
-    found["after failure"] = state(folder, {"old": OLD}), stages(folder)
-    Path.replace = replace
-    pruned = {"f3.txt": "only", "sub/new.txt": "new"}
-    found["pruned"] = attempt(folder, pruned, prune=True)
-    found["after pruning"] = files_in(folder) == encoded(pruned), names(folder), stages(folder)
-    return found
 
 
 def on_full_disk(base: Path) -> dict[str, object]:

@@ -23,3 +23,8 @@ BROKEN_SOURCES = TESTS / "broken_sources"
 IMPORTED = TESTS / "imported"
 ROUND_TRIP = TESTS / "round_trip"
 XACRO = TESTS / "xacro"
+
+
+def data_text(name: str) -> str:
+    """Return the text of a file in ``tests/data``."""
+    return (DATA / name).read_text("utf-8")

@@ -13,19 +13,11 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.mujoco.mjcf import process
 from rosorin_compile.source.files import recording
 from support.commands import Shown, edit, write_files
+from support.paths import data_text
 
 pytest.importorskip("mujoco", minversion="4")
 
-ROBOT = """\
-robot: cart
-links:
-  body:
-    inertial: {mass: 1 kg, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}
-    collision:
-      - box: {size: [0.1, 0.1, 0.1]}
-      - mesh: {file: cover.obj}
-outputs: {mjcf: {file: cart.xml}, urdf: {file: cart.urdf}}
-"""
+ROBOT = data_text("robots/check_engine.yaml")
 OBJ = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 PROJECT = {"descriptions/cart/robot.yaml": ROBOT, "descriptions/cart/cover.obj": OBJ}
 

@@ -13,23 +13,11 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.main import main
 from rosorin_compile.language.arguments import Argument, choices, combinations
 from rosorin_compile.source.diagnostics import Source, Span
+from support.paths import data_text
 
 pytestmark = pytest.mark.slow
 
-ROBOT = """
-robot: armed
-args:
-  arm: {type: boolean, default: true, help: with the arm}
-  base: {one_of: [fixed, free, tracks], default: free}
-  mast: {type: length, default: 100 mm}
-publishers: {ekf: {}, tracker: {}}
-links: {base_link: {}, arm: {if: "${arm}"}}
-joints:
-  shoulder: {if: "${arm}", type: fixed, parent: base_link, child: arm}
-edges:
-  - {parent: odom, child: base_link, publisher: ekf}
-  - {if: "${BROKEN}", parent: map, child: base_link, publisher: tracker}
-"""
+ROBOT = data_text("robots/every_argument.yaml")
 SPAN = Span(Source("robot.yaml", "args:\n"), 1, 1, 1)
 
 

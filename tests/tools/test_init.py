@@ -55,26 +55,6 @@ def test_from_nothing_to_artifacts(here: Path, capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.usefixtures("here")
-def test_the_starter_teaches_what_it_says() -> None:
-    start("bot", Path())
-    path = Path("descriptions/bot/robot.yaml")
-    text = path.read_text("utf-8")
-    assert "NAME" not in text
-    made = compiled(path)
-    assert made.robot is not None
-    assert {link.name for link in made.robot.links} >= {
-        "base_footprint",
-        "left_wheel",
-        "right_wheel",
-        "caster",
-        "laser",
-    }
-    assert [d for d in made.diagnostics if d.severity != "note"] == []
-    for command in re.findall(r"rosorin-compile (\w+) bot(?: (\w+))?", text):
-        assert command[0] in ("all", "view", "simulate", "explain")
-
-
-@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize("template", TEMPLATES)
 def test_every_template_compiles_with_stand_ins_at_most(template: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["init", "bot", template]) == 0

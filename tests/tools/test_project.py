@@ -53,8 +53,7 @@ def test_in_the_folder_of_a_description_it_is_meant(
     assert "z  0.2 m  robot.yaml:5:82" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("inside", [".", "xacro/deep"])
-@pytest.mark.parametrize("around", [True, False])
+@pytest.mark.parametrize(("inside", "around"), [(".", True), ("xacro/deep", False)])
 def test_in_the_folder_of_a_robot_of_its_own_it_is_meant(
     project: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown, inside: str, around: bool
 ) -> None:
@@ -68,10 +67,8 @@ def test_in_the_folder_of_a_robot_of_its_own_it_is_meant(
     if not around:
         shutil.rmtree(project / "descriptions")
     monkeypatch.chdir(folder / inside)
-    picture = project / "scout.png"
     for words in (
         ["frames"],
-        ["picture", "-o", str(picture)],
         ["view", "--html", str(project / "scout.html")],
         ["tf", "base_link", "mast"],
         ["explain", "mast"],

@@ -19,23 +19,9 @@ from rosorin_compile.ros.package.checking import unfinished_runs
 from rosorin_compile.source.ros_packages import files_below
 from support import kills
 from support.commands import write_files
+from support.paths import data_text
 
-MAST = """\
-robot: NAME
-args: {height: {type: length, default: 1 m}}
-links:
-  base_link: {collision: [{box: {size: [1, 1, 1]}}]}
-  mast: {collision: [{sphere: {radius: 0.1}}]}
-  top: {}
-joints:
-  j: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, "${height}"]}
-  k:
-    {type: fixed, parent: mast, child: top, xyz: [0, 0, "${height}"], publisher: {static_transform_publisher: tf_top}}
-outputs:
-  urdf: {file: NAME.urdf}
-  static_tf_json: {file: NAME_tf.json}
-  static_tf: {file: NAME.launch.py}
-"""
+MAST = data_text("robots/kills_mast.yaml")
 PROJECT = {
     "descriptions/a/robot.yaml": MAST.replace("NAME", "a"),
     "descriptions/b/robot.yaml": MAST.replace("NAME", "b"),
@@ -209,6 +195,7 @@ def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, only: str = ""
 # Of commands whose kills are alike one at a landing, the other with all of them.
 SOME = [
     ("deploy", "rename"),
+    ("import, again", "rename"),
     pytest.param("sweep --prune", "rename", marks=pytest.mark.tier("builds")),
     ("print -o", ""),
 ]

@@ -10,7 +10,6 @@ import numpy as np
 import pinocchio
 import pytest
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.model import Joint, Pose, Transform
 from rosorin_compile.model.geometry import plane_axes
 from support.paths import DATA
@@ -230,11 +229,3 @@ def test_plane_axes_are_a_right_handed_frame(seed):
     rows = np.array([x, y, np.array(normal) / np.linalg.norm(normal)])
     assert np.allclose(rows @ rows.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(rows) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize(("name", "told"), [("sliding", "axis x"), ("free", "floating"), ("tool 1", "ns/turn")])
-def test_explain_knows_them(tmp_path, monkeypatch, capsys, name, told):
-    robot_with(tmp_path, (0.0, 0.0, 1.0))
-    monkeypatch.chdir(tmp_path)
-    assert main(["explain", "robot.yaml", name, "--pose", "home"]) == 0
-    assert told in capsys.readouterr().out

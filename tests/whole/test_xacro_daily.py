@@ -249,62 +249,6 @@ def tree(said: str) -> list[str]:
     return sorted(re.sub(r"\(\d+\)", "", line) for line in said.splitlines() if "child" in line or "root Link" in line)
 
 
-def test_a_file_is_written(machine: Machine, rover: Path) -> None:
-    for call in (f"xacro {rover / XACRO} -o theirs.urdf", f"rosorin-compile print {rover / YAML} urdf -o ours.urdf"):
-        ran = machine.run(*call.split())
-        assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
-    same(*((machine.folder / name).read_text("utf-8") for name in ("theirs.urdf", "ours.urdf")))
-
-
-def test_inorder_is_gone(machine: Machine, rover: Path) -> None:
-    """xacro takes it and says on standard error that it may be dropped; Command takes that for a failure."""
-    assert "You can drop the option" in machine.run("xacro", "--inorder", str(rover / XACRO)).stderr
-    with pytest.raises(CommandFailed):
-        machine.command("xacro --inorder ", quoted(rover / XACRO))
-    assert machine.run("rosorin-compile", "print", str(rover / YAML), "urdf", "--inorder").returncode == 2
-    robot = rover / YAML
-    before = machine.command("rosorin-compile print ", quoted(robot), " urdf")
-    lines = robot.read_text("utf-8")
-    robot.write_text(lines.replace("wheel.yaml, control.yaml", "control.yaml, wheel.yaml"), "utf-8")
-    same(before, machine.command("rosorin-compile print ", quoted(robot), " urdf"))
-
-
-def test_dependencies(machine: Machine, rover: Path) -> None:
-    """Each file that xacro names has its counterpart; the robot's own file is named, too."""
-    theirs = machine.run("xacro", "--deps", str(rover / XACRO)).stdout.split()
-    options = "-o rover.urdf --depfile rover.d"
-    ran = machine.run(*f"rosorin-compile print {rover / YAML} urdf {options}".split())
-    assert ran.returncode == 0, ran.stderr
-    target, _, files = (machine.folder / "rover.d").read_text("utf-8").replace("\\\n", " ").partition(":")
-    assert target == "rover.urdf"
-    assert sorted(Path(name).stem for name in theirs) == ["control", "materials", "rover", "wheel"]
-    assert sorted(Path(name).stem for name in files.split()) == ["control", "materials", "robot", "rover", "wheel"]
-
-
-def test_an_environment_variable(machine: Machine) -> None:
-    theirs, ours = labelled(machine.folder)
-    theirs.write_text(LABELLED.replace("$(arg label)", "$(env LABEL)"), "utf-8")
-    machine.environment["LABEL"] = "bench 3"
-    there = machine.shell(f"xacro {theirs}")
-    here = machine.shell(f'rosorin-compile print {ours} urdf label:="$LABEL"')
-    same(there.stdout, here.stdout)
-    assert label(here.stdout) == "bench 3"
-
-
-def test_an_error_has_a_line(machine: Machine, rover: Path) -> None:
-    for name in (XACRO, YAML):
-        text = (rover / name).read_text("utf-8")
-        (rover / name).write_text(text.replace("size.track / 2", "size.trak / 2", 1), "utf-8")
-    theirs = machine.run("xacro", str(rover / XACRO))
-    ours = machine.run("rosorin-compile", "print", str(rover / YAML), "urdf")
-    assert (theirs.returncode, theirs.stdout) == (2, "")
-    assert (ours.returncode, ours.stdout) == (1, "")
-    assert "trak" in theirs.stderr
-    assert not re.search(r"xacro:\d+", theirs.stderr)
-    assert re.search(r"robot.yaml:\d+:\d+: error\[expression\].*trak", ours.stderr)
-    assert "entries: body, wheel, track, lidar" in ours.stderr
-
-
 def test_the_launch_file_of_the_page(machine: Machine, rover: Path) -> None:
     """Before and after its change it hands the same robot to robot_state_publisher, with the argument of the launch."""
     path = rover / "launch/rover.launch.py"
@@ -366,45 +310,3 @@ def change(folder: Path) -> None:
     for block in blocks(PAGE.read_text("utf-8")):
         if block.mark[0] == "edit":
             edit(folder / block.mark[1], block.lines)
-
-
-BUILT = """\
-cmake_minimum_required(VERSION 3.20)
-project(rover_description NONE)
-
-execute_process(COMMAND xacro --deps ${CMAKE_CURRENT_SOURCE_DIR}/urdf/rover.urdf.xacro sim:=true
-  OUTPUT_VARIABLE read COMMAND_ERROR_IS_FATAL ANY)
-separate_arguments(read)
-set(urdf ${CMAKE_CURRENT_BINARY_DIR}/rover.urdf)
-add_custom_command(OUTPUT ${urdf}
-  COMMAND xacro -o ${urdf} ${CMAKE_CURRENT_SOURCE_DIR}/urdf/rover.urdf.xacro sim:=true
-  DEPENDS urdf/rover.urdf.xacro ${read})
-add_custom_target(rover_description_xacro ALL DEPENDS ${urdf})
-install(FILES ${urdf} DESTINATION share/theirs)
-
-execute_process(COMMAND rosorin-compile cmake-dir OUTPUT_VARIABLE rosorin_compile_DIR
-  OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
-find_package(rosorin_compile REQUIRED)
-rosorin_compile_add_robot(DESCRIPTION descriptions/rover OUTPUTS urdf REMAP sim:=true DESTINATION share/ours)
-"""
-
-
-@pytest.mark.tier("builds")
-@pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("ninja") is None, reason="cmake and ninja")
-def test_a_build_with_cmake(machine: Machine, rover: Path) -> None:
-    """What xacro_add_files does stands here in its words (ros/xacro, cmake/xacro-extras.cmake): no package of pip or
-    of Debian has that file.
-    """
-    (rover / "CMakeLists.txt").write_text(BUILT, "utf-8")
-    program = f"-DROSORIN_COMPILE_EXECUTABLE={machine.folder / 'bin/rosorin-compile'}"
-    for words in (
-        ["-S", str(rover), "-B", "build", "-G", "Ninja", program],
-        ["--build", "build"],
-        ["--install", "build", "--prefix", "there"],
-    ):
-        ran = machine.run("cmake", *words)
-        assert ran.returncode == 0, ran.stdout + ran.stderr
-    theirs, ours = ((machine.folder / f"there/share/{one}/rover.urdf").read_text("utf-8") for one in ("theirs", "ours"))
-    same(theirs, ours)
-    assert "GazeboSimSystem" in ours
-    assert "no work to do" in machine.run("ninja", "-C", "build").stdout

@@ -6,10 +6,8 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
-import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,8 +17,6 @@ import pytest
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.report import text as report
-from support.paths import XACRO
-from support.xacro_table import read, ready
 
 HEAD = "rosorin_compile: 1\nrobot: r\noutputs: {urdf: {file: r.urdf, number_format: exact}}\n"
 
@@ -86,66 +82,10 @@ parts:
     ]
 
 
-def test_place_of_an_error_of_meaning_in_a_part(make: Make) -> None:
-    made = make(
-        """parts:
-  wheel:
-    params: {axis: {type: list}}
-    links: {wheel: {}}
-    joints: {axle: {type: continuous, parent: mount, child: wheel, axis: "${axis}"}}
-use:
-  left: {part: wheel, parent: base, with: {axis: [0, 2, 0]}}
-links: {base: {}}
-"""
-    )
-    axis, used = "robot.yaml:10:50: ", "robot.yaml:8:74: used here"
-    said = report(made.diagnostics)
-    assert f"{axis}error[axis-not-unit]: " in said
-    assert used in said
-
-
 # 2. Typos are errors.
 
 
 # 3. Values have types, from the command line too (ros/xacro#22, #128, #176, #321).
-
-
-ARGUMENTS = """args:
-  legs: {type: integer, default: 4}
-  reach: {type: length, default: 0.5 m}
-  lidar: {type: boolean, default: true}
-  name: {type: text, default: a7}
-let: {half: "${reach / 2}"}
-links:
-  "${name}_${legs * 2}": {visual: [{sphere: {radius: "${half}"}}], if: "${lidar}"}
-  other: {if: "${not lidar}"}
-"""
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ({}, '<link name="a7_8"> 0.25'),
-        ({"legs": "6", "reach": "30 cm", "name": "007"}, '<link name="007_12"> 0.15'),
-        ({"reach": "1e-1"}, '<link name="a7_8"> 0.05'),
-        ({"lidar": "false"}, '<link name="other"/>'),
-        ({"legs": "four"}, "bad-argument"),
-        ({"legs": "4.5"}, "bad-argument"),
-        ({"reach": "2 kg"}, "bad-argument"),
-        ({"lidar": "yes"}, "bad-argument"),
-        ({"legz": "4"}, "unknown-argument"),
-    ],
-)
-def test_argument_has_its_type(make: Make, arguments: dict[str, str], said: str) -> None:
-    made = make(ARGUMENTS, arguments)
-    if made.artifacts:
-        root = ET.fromstring(urdf(made))
-        radius = root.find(".//sphere")
-        name = root.find("link").get("name")  # type: ignore[union-attr]
-        size = f"> {radius.get('radius')}" if radius is not None else "/>"
-        assert said == f'<link name="{name}"{size}'
-    else:
-        assert said == errors(made)[0].rule
 
 
 # 4. Time grows with the robot, no faster (ros/xacro#57, #292); the benchmarks have the seconds.
@@ -273,13 +213,3 @@ def test_other_version_is_refused(make: Make, version: str) -> None:
 
 
 # 9. Plain URDF comes out, the same every time (pollen-robotics/reachy2_core#104, gkjohnson/xacro-parser#75).
-
-GOLDEN = XACRO / "46-macro"
-
-
-def test_plain_urdf_comes_out() -> None:
-    case = read(GOLDEN)
-    with ready(case):
-        first, second = (urdf(compile_robot(Path("robot.yaml"))) for _ in range(2))
-    assert first == second == (GOLDEN / "robot.urdf").read_text("utf-8")
-    assert not re.search(r"xacro|\$\{|\$\(", first)

@@ -17,17 +17,9 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from support.kills import at_each_step
+from support.paths import data_text
 
-ROBOT = """\
-robot: mast
-args: {height: {type: length, default: 0.3 m}}
-links: {base_link: {}, mast: {}}
-joints: {mast_joint: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, "${height}"]}}
-outputs:
-  urdf: {file: mast.urdf}
-  static_tf_json: {file: deep/static_tf.json}
-  same: {template: same.txt.jinja, file: same.txt}
-"""
+ROBOT = data_text("robots/sweep_kill.yaml")
 COUNT = 24
 
 

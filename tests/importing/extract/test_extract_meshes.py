@@ -146,12 +146,6 @@ def test_a_normal_that_is_no_number_is_no_fault_of_the_corners(tmp_path: Path) -
     np.testing.assert_array_equal(load_mesh(path).triangles, load_mesh(MESHES / "link2.dae").triangles)
 
 
-def test_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(ExtractProblem) as caught:
-        load_mesh(tmp_path / "a.stl")
-    assert caught.value.diagnostic.message == f'there is no file "{tmp_path}/a.stl"'
-
-
 ORIGINALS = sorted(path for path in MESHES.iterdir() if path.suffix != ".bin")
 
 
@@ -196,14 +190,6 @@ def test_without_trimesh_the_way_out_is_said(
         "error[extra-missing]: reading meshes needs the package trimesh, which is not installed",
         f"    {pip_install('import')} brings what reads meshes",
     ]
-
-
-def test_starting_the_command_line_imports_no_heavy_package() -> None:
-    code = "import sys, rosorin_compile.cli.main, rosorin_compile.cli.extract as e;"
-    code += "import rosorin_compile.importing.extract.height_map;"
-    code += "print(sorted({'numpy', 'trimesh', 'scipy', 'xacro', 'mujoco'} & set(sys.modules)))"
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert ran.stdout == "[]\n"
 
 
 BROKEN_NORMAL = """solid x

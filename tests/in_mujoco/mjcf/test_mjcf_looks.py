@@ -18,33 +18,11 @@ from rosorin_compile.model import Shape  # noqa: E402
 from rosorin_compile.model.shape import Material  # noqa: E402
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
 from support.machines import machine, overlapping  # noqa: E402
-from support.paths import OUTPUTS  # noqa: E402
-from support.robots import compiled, compiled_text, sound  # noqa: E402
+from support.paths import OUTPUTS, data_text  # noqa: E402
+from support.robots import compiled_text, sound  # noqa: E402
 from support.simulator import emit, load  # noqa: E402
 
-ARMS = """\
-robot: pair
-links:
-  trunk: {inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.2, 0.2, 0.1]}}]}
-parts:
-  leg:
-    links:
-      hip: {inertial: {mass: 1, of: collision}, collision: [{capsule: {radius: 2 cm, length: 10 cm}}]}
-      knee: {inertial: {mass: 1, of: collision}, collision: [{capsule: {radius: 2 cm, length: 10 cm}}]}
-    joints:
-      hip_joint:
-        {type: revolute, parent: mount, child: hip, axis: [0, 1, 0], dynamics: "${moves}", actuator: "${drive}",
-         limit: {lower: -1, upper: 1, effort: 20 N*m, velocity: 10}}
-      knee_joint:
-        {type: revolute, parent: hip, child: knee, axis: [0, 1, 0], dynamics: "${moves}", actuator: "${drive}",
-         xyz: [0, 0, -0.2], limit: {lower: 0.5, upper: 2.5, effort: 20 N*m, velocity: 10}}
-    let: {moves: {damping: 0.25, armature: 0.0125}, drive: {kp: 125, kv: 1.5}}
-use:
-  left: {part: leg, parent: trunk, xyz: [0, 0.1, 0]}
-  right: {part: leg, parent: trunk, xyz: [0, -0.1, 0]}
-  middle: {part: leg, parent: trunk, xyz: [0.1, 0, 0]}
-  last: {part: leg, parent: trunk, xyz: [-0.1, 0, 0]}
-"""
+ARMS = data_text("robots/mjcf_looks_arms.yaml")
 OUTPUT = "outputs: {mjcf: {file: pair.xml}}\n"
 
 
@@ -235,26 +213,3 @@ def test_a_root_that_the_description_places_stays_there(tmp_path: Path) -> None:
             assert floor_gap(artifacts["mjcf"], "home") == pytest.approx(0.0, abs=1e-6)
         else:
             assert model.body("trunk").pos[2] == model.key("home").qpos[2] == height
-
-
-def test_the_reference_robot_has_what_people_expect() -> None:
-    (text,) = [one.text for one in compiled().artifacts if one.file == "rosorin.xml"]
-    sections = re.findall(r"^  <(\w+)", text, re.MULTILINE)
-    order = [
-        "compiler",
-        "option",
-        "default",
-        "asset",
-        "worldbody",
-        "contact",
-        "equality",
-        "actuator",
-        "sensor",
-        "keyframe",
-    ]
-    assert sections == order
-    assert all(
-        re.match(r'\s*<geom name="[^"]*" class="rosorin_', line) for line in text.splitlines() if "<geom name" in line
-    )
-    coloured = [line for line in text[text.index("<worldbody>") :].splitlines() if "rgba" in line]
-    assert all("_wheel_" in line for line in coloured)  # of the wheels it is known how they look

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.report import text as report
-from support.paths import DATA
+from support.paths import DATA, data_text
 from support.robots import compiled_text
 
 HOPPER = (DATA / "robots/hopper.yaml").read_text("utf-8")
@@ -63,21 +63,7 @@ def test_names_in_elements_follow_the_prefix_of_the_part(model):
     assert names(model, mujoco.mjtObj.mjOBJ_SENSOR, model.nsensor)[:2] == ["left_touch", "right_touch"]
 
 
-PART = """robot: r
-links: {base: {}}
-parts:
-  leg:
-    links: {thigh: {mjcf_elements: ['<geom name="pad" size="0.1"/>']}}
-    joints: {hip: {type: fixed, parent: mount, child: thigh}}
-    mjcf_elements:
-      - <contact><exclude name="apart" body1="mount" body2="thigh"/></contact>
-      - <sensor><framepos name="where" objtype="geom" objname="pad" reftype="body" refname="base"/></sensor>
-      - <custom><text name="note" data="thigh pad"/></custom>
-use:
-  a: {part: leg, parent: base}
-  b: {part: leg, parent: a_thigh, prefix: b.}
-outputs: {mjcf: {file: r.xml}}
-"""
+PART = data_text("robots/simulation_words_part.yaml")
 
 
 def test_every_attribute_that_names_something_gets_the_prefix(tmp_path):
@@ -231,22 +217,7 @@ def test_what_is_not_refused_is_loaded(tmp_path: Path, made: tuple[str, object])
     mujoco.MjModel.from_xml_string(text)
 
 
-REFERRED = """
-robot: geared
-links:
-  base: {}
-  turned: &body {inertial: {mass: 1, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}}
-  led: *body
-  held: *body
-joints:
-  turn: {type: continuous, parent: base, child: turned, axis: [0, 1, 0], xyz: [0, 1, 0], mjcf: {ref: 0.3}}
-  lead: {type: continuous, parent: base, child: led, axis: [0, 1, 0], xyz: [0, 2, 0], mjcf: {ref: -0.2}}
-  hold: {type: continuous, parent: base, child: held, axis: [0, 1, 0], xyz: [0, 3, 0], mjcf: {ref: 0.1}}
-constraints:
-  gears: {type: joint, joints: [turn, lead]POLYNOMIAL}
-  stop: {type: joint, joints: [hold], polynomial: [0.7]}
-outputs: {mjcf: {file: geared.xml, base: fixed}}
-"""
+REFERRED = data_text("robots/simulation_words_referred.yaml")
 
 
 @pytest.mark.parametrize("polynomial", [(), (0.1, -2.0), (0.1, 0.5, -0.3, 0.2, 0.1)])

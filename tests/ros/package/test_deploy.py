@@ -10,9 +10,8 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST
-from rosorin_compile.source import ros_packages
 from support.launch import run
-from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
+from support.packages import LAUNCH, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN
 from support.robots import compiled
 
@@ -183,21 +182,6 @@ def test_for_programs(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert {"deploy-changes", "deploy-not-installed"} <= set(rules)
 
 
-def test_messages(base: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    (base / "package.xml").write_text(PACKAGE_XML.replace("  <exec_depend>tf2_ros</exec_depend>\n", ""), "utf-8")
-    (base / "launch/broken.launch.py").write_text("static_transform_publisher = (\n")
-    deploy(base)
-    said = capsys.readouterr().err
-    message = "package.xml of rosorin_base does not name tf2_ros, which its launch files start"
-    assert f"warning[deploy-not-depended]: {message}\n    add: <exec_depend>tf2_ros</exec_depend>\n" in said
-    message = f"{base}/launch/broken.launch.py: not a Python file: '(' was never closed (<unknown>, line 1)"
-    assert f"warning[deployed-launch-unread]: {message}\n" in said
-    monkeypatch.setattr(ros_packages, "MAX_FILES", 3)
-    assert deploy(base) == check(base) == 1
-    message = f"cannot read {base}: more than 3 files; name the folder of the package"
-    assert capsys.readouterr().err.count(f"error[deploy-unreadable]: {message}\n    name another folder\n") == 2
-
-
 def test_an_unknown_argument_writes_nothing(base: Path) -> None:
     before = contents(base)
     assert deploy(base, "nonsense:=1") == 1
@@ -244,10 +228,3 @@ def test_a_variable_that_is_not_set_is_no_folder(
     assert main([*words, "--", str(ROSORIN)]) == 2
     assert ": the name is empty" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_the_one_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "robot.yaml"
-    path.write_text("robot: r\nlinks: {base_link: {}}\noutputs: {urdf: {file: r.urdf}}\n")
-    assert [main(["deploy", str(path), "-o", str(tmp_path)]) for _ in range(2)] == [0, 0]
-    assert capsys.readouterr().out.endswith("r: the one file as compiled\n")

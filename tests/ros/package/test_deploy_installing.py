@@ -124,18 +124,6 @@ def test_what_colcon_made_is_no_place_to_deploy_to(base: Path) -> None:
     assert check(base) == 1  # what is installed counts
 
 
-def test_messages_about_the_folder(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    share = base.parent.parent / "install/rosorin_base/share/rosorin_base"
-    shutil.copytree(base, share)
-    deploy(share)
-    message = f"{share} is an install space: the next colcon build writes over what is deployed here"
-    help = "deploy into the sources, and build"
-    assert f"warning[deploy-install-space]: {message}\n    {help}\n" in capsys.readouterr().err
-    deploy(base / "rosorin_base" / ".." / ".." / ".." / "src", "--map", "urdf=a.urdf", "--dry-run")
-    message = "is in no ROS package: nothing here says how the files get to the robot"
-    assert f"src {message}\n    rosorin-compile package writes a package\n" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(("kind", "decides"), [("ament_python", "setup.py"), ("ament_cmake", "CMakeLists.txt")])
 def test_the_build_type_says_which_file_counts(tmp_path: Path, kind: str, decides: str) -> None:
     (tmp_path / "package.xml").write_text(f"<package><export><build_type>{kind}</build_type></export></package>")

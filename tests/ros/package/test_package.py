@@ -18,66 +18,20 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.ros.package.meshes import named, settle
 from rosorin_compile.ros.package.naming import is_legal, package_name
 from support.packages import EXAMPLES, describe, names_in, written
-from support.paths import ROOT, ROSORIN
+from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled
 
-MESHED = """\
-robot: meshed
-links:
-  base_link:
-    visual:
-      - mesh: {file: meshes/body.stl}
-      - mesh: {file: package://other_robot/meshes/wheel.stl}
-      - mesh: {file: package://meshed_description/meshes/own.stl}
-      - mesh: {file: missing.stl}
-      - mesh: {file: file:///opt/there.stl}
-outputs:
-  urdf: {file: meshed.urdf}
-"""
-
-
-def test_what_is_in_it(tmp_path: Path) -> None:
-    found = names_in(written(tmp_path))
-    assert found == [
-        ".rosorin-compile-written.json",
-        "CHANGELOG.rst",
-        "CMakeLists.txt",
-        "README.md",
-        "config/controllers.yaml",
-        "config/ekf_frames.yaml",
-        "config/nav2.yaml",
-        "config/robot_model.json",
-        "config/static_tf.json",
-        "doc/frames.md",
-        *[f"doc/{name}" for name in sorted(a.file for a in compiled().artifacts if a.file.endswith(".svg"))],
-        "launch/description.launch.py",
-        "launch/description.launch.xml",
-        "launch/description.launch.yaml",
-        "launch/robot_state_publisher.launch.py",
-        "mjcf/rosorin.xml",
-        "mjcf/scene.xml",
-        "package.xml",
-        "rviz/rosorin.rviz",
-        "sdf/rosorin.sdf",
-        "srdf/rosorin.srdf",
-        "test/test_urdf.py",
-        "urdf/rosorin.urdf",
-        "urdf/rosorin_control.urdf",
-        "urdf/rosorin_sim.urdf",
-    ]
-
-
-def test_its_readme_says_what_is_in_it(tmp_path: Path) -> None:
-    text = (written(tmp_path) / "README.md").read_text("utf-8")
-    assert "- `doc/frames_slam.svg`: the tree of frames, with who publishes each\n" in text
-    assert "another artifact" not in text
+MESHED = data_text("robots/package_meshed.yaml")
 
 
 def test_the_artifacts_in_it_are_the_compiled_ones(tmp_path: Path) -> None:
     package = written(tmp_path)
-    texts = {artifact.file: artifact.text.encode() for artifact in compiled().artifacts}
-    for place in ("urdf/rosorin.urdf", "config/robot_model.json", "config/static_tf.json", "mjcf/rosorin.xml"):
-        assert (package / place).read_bytes() == texts[Path(place).name]
+    folders = {".urdf": "urdf", ".xml": "mjcf", ".sdf": "sdf", ".srdf": "srdf", ".md": "doc", ".svg": "doc"}
+    for artifact in compiled().artifacts:
+        path = Path(artifact.file)
+        if not path.name.endswith(".launch.py"):
+            folder = folders.get(path.suffix, "config")
+            assert (package / folder / path.name).read_text("utf-8") == artifact.text, path
 
 
 @pytest.mark.parametrize("kind", ["ament_cmake", "ament_python"])
@@ -138,13 +92,6 @@ def test_writing_again_changes_nothing_and_keeps_other_files(
     written(tmp_path)
     assert capsys.readouterr().out.endswith("package, unchanged\n")
     assert times == {name: (package / name).stat().st_mtime_ns for name in names_in(package)}
-
-
-def test_same_bytes_elsewhere(tmp_path: Path) -> None:
-    first, second = written(tmp_path / "one"), written(tmp_path / "two")
-    assert {n: (first / n).read_bytes() for n in names_in(first)} == {
-        n: (second / n).read_bytes() for n in names_in(second)
-    }
 
 
 @given(st.text(max_size=30))
@@ -244,7 +191,7 @@ def test_what_nobody_said_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert told not in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("spdx", ["Apache-2.0", "MIT", "BSD-2-Clause", "BSD-3-Clause"])
+@pytest.mark.parametrize("spdx", ["Apache-2.0", "BSD-2-Clause", "BSD-3-Clause"])
 def test_the_text_of_the_license_comes_along(tmp_path: Path, spdx: str) -> None:
     package = written(tmp_path, "--license", spdx, "--maintainer", "Ada & L. <ada@example.org>")
     text = (package / "LICENSE").read_text("utf-8")
@@ -379,18 +326,7 @@ def test_a_mesh_that_check_refuses_is_refused(tmp_path: Path, capsys: pytest.Cap
     assert not names_in(tmp_path / "there")
 
 
-WITH_MJCF = """\
-robot: meshed
-include: [more/arm.yaml]
-links:
-  base_link:
-    visual:
-      - mesh: {file: meshes/body.stl}
-      - mesh: {file: package://other_robot/meshes/wheel.stl}
-outputs:
-  urdf: {file: urdf/meshed.urdf}
-  mjcf: {file: sim/meshed.xml}
-"""
+WITH_MJCF = data_text("robots/package_with_mjcf.yaml")
 ARM = """\
 links: {arm: {visual: [{mesh: {file: arm.stl}}]}}
 joints: {arm_joint: {type: fixed, parent: base_link, child: arm}}

@@ -11,7 +11,7 @@ import yaml
 from rosorin_compile.cli.main import main
 from support.launch import Started, read
 from support.packages import names_in, written
-from support.paths import DATA, ROOT
+from support.paths import DATA, ROOT, data_text
 
 NAME = "rosorin_description"
 
@@ -118,27 +118,7 @@ def test_a_controller_that_owns_the_odometry_is_remapped_to_tf(
     assert described.namespace == namespace  # the manager listens there
 
 
-GRIPPER = """\
-robot: hand
-links: {base_link: {}, finger: {}}
-joints:
-  grip:
-    type: prismatic
-    parent: base_link
-    child: finger
-    axis: [0, 1, 0]
-    limit: {lower: 0, upper: 0.04, effort: 20, velocity: 0.1}
-control: {hand: {plugin: mock_components/GenericSystem, joints: {grip: {command: position, state: position}}}}
-moveit: {groups: {fingers: {joints: [grip]}}}
-controllers:
-  states: {type: joint_state_broadcaster}
-  gripper: {type: KIND, hardware: hand}
-  direct: {type: position_group, hardware: hand, inactive: true}
-outputs:
-  urdf: {file: hand.urdf, control: DISTRIBUTION}
-  srdf: {file: hand.srdf}
-  controllers: {file: controllers.yaml, distribution: DISTRIBUTION}
-"""
+GRIPPER = data_text("robots/package_bringup_gripper.yaml")
 
 
 def hand(folder: Path, distribution: str, kind: str = "position_gripper") -> Path:

@@ -17,6 +17,7 @@ from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Transform
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS
 from support.launch import Failed, command_line, read
 from support.packages import EXAMPLES, FORMS, clean, describe, made, static, written
+from support.paths import data_text
 from support.robots import compiled
 
 ODD = [
@@ -177,23 +178,7 @@ def test_the_examples(tmp_path: Path, folder: Path) -> None:
     assert launches[0] == launches[1] == launches[2]
 
 
-TURNS = """\
-robot: turning
-modes: {slam: a map is made, rviz: somebody looks}
-links: {base_link: {}, mast: {}}
-joints:
-  mast_joint:
-    type: fixed
-    parent: base_link
-    child: mast
-    xyz: [0, 0, 1]
-    publisher:
-      - {by: {static_transform_publisher: tf_mast}, when: slam and not rviz}
-      - {by: {static_transform_publisher: tf_other}, when: not slam or rviz}
-outputs:
-  urdf: {file: turning.urdf}
-  static_tf: {file: static_tf.launch.py}
-"""
+TURNS = data_text("robots/package_launch_turns.yaml")
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from rosorin_compile.viewer.page import html
 from rosorin_compile.viewer.page.data import robot_data
 from support.browsing import Browser, apart, is_near, lacking
 from support.commands import Shown, ask, edit
-from support.paths import DATA, ROOT, ROSORIN
+from support.paths import DATA, ROOT, ROSORIN, data_text
 from support.robots import compiled, copy_of_rosorin
 from support.viewing import Viewing
 
@@ -147,52 +147,6 @@ def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsy
     kept_to_itself(browser)
 
 
-@pytest.mark.tier("outside")
-def test_measuring_between_two_frames_says_what_tf_says(browser: Browser, sent: Path) -> None:
-    robot = compiled().robot
-    assert robot is not None
-    browser.open(f"file://{sent}#pose=tuck")
-    browser.evaluate("(app.select('laser'), document.querySelector('.card footer button').click())")
-    browser.evaluate("(app.use({units: 'm, rad'}), app.select('gripper_link'))")
-    tuck = next(pose for pose in robot.poses if pose.name == "tuck")
-    meant = robot.transform("laser", "gripper_link", dict(tuck.positions)).xyz
-    card = browser.evaluate("document.querySelector('.card').innerText")
-    for number in meant:
-        assert f"{number:.5f}".rstrip("0") in card, (meant, card)
-    assert f"{math.hypot(*meant):.5f}".rstrip("0") in card
-
-
-def tree_of(browser: Browser) -> list[str]:
-    return list(browser.evaluate("[...document.querySelectorAll('.tree .row')].map((row) => row.title)"))
-
-
-@pytest.mark.tier("outside")
-def test_modes_change_the_tree(browser: Browser, sent: Path) -> None:
-    browser.open(f"file://{sent}")
-    before = tree_of(browser)
-    browser.evaluate("document.querySelector('#mode-slam').click()")
-    after = tree_of(browser)
-    assert before != after
-    assert any("slam" in row for row in after)
-    assert not any("slam_toolbox" in row for row in before)
-    browser.evaluate("document.querySelector('#mode-slam').click()")
-    assert tree_of(browser) == before
-
-
-@pytest.mark.tier("outside")
-def test_frames_have_names(browser: Browser, sent: Path) -> None:
-    browser.open(f"file://{sent}")
-    labels = "[...document.querySelectorAll('.labels span')].map((one) => one.textContent)"
-    assert browser.evaluate(labels) == []
-    select = "document.querySelector('select[aria-label=frames]')"
-    for value, meant in {"all": {"laser", "r_link"}, "published": {"laser"}, "none": set()}.items():
-        browser.evaluate(f"({select}.value = '{value}', {select}.dispatchEvent(new Event('change')))")
-        found = set(browser.evaluate(labels))
-        assert meant <= found
-        assert bool(found) == bool(meant)
-    kept_to_itself(browser)
-
-
 def on_screen(browser: Browser, xyz: tuple[float, float, float]) -> list[float]:
     """Return the pixel at which a point (m, in the root frame) is seen."""
     at = browser.evaluate(f"app.stage.pixel({list(xyz)})")
@@ -280,16 +234,7 @@ def test_a_page_waits_for_a_robot_that_does_not_compile_yet(browser: Browser, ho
         kept_to_itself(browser, viewing.port)
 
 
-FREE = """\
-robot: free
-links:
-  base: {visual: [{box: {size: [0.4, 0.3, 0.1]}, rgba: [0.8, 0.1, 0.1, 1]}]}
-  puck: {visual: [{cylinder: {radius: 0.06, length: 0.04}}]}
-  drone: {visual: [{box: {size: [0.1, 0.1, 0.03]}}]}
-joints:
-  slide: {type: planar, parent: base, child: puck, xyz: [0, 0, 0.1], axis: [0, 0, 1]}
-  fly: {type: floating, parent: base, child: drone, xyz: [0, 0, 0.3]}
-"""
+FREE = data_text("robots/view_browser_free.yaml")
 
 
 @pytest.mark.tier("outside")
@@ -465,45 +410,4 @@ def test_every_control_has_a_name_and_is_reached_by_keys(browser: Browser, sent:
         before = browser.evaluate(f"app.shown.{layer}")
         browser.ask("press", key=key)
         assert browser.evaluate(f"app.shown.{layer}") is not before
-    kept_to_itself(browser)
-
-
-WARNED = """robot: r
-links:
-  base: {visual: [{mesh: {file: lost.stl}}], collision: [{box: {size: [1, 1, 1]}}]}
-  arm: {}
-joints:
-  j: {type: fixed, parent: base, child: arm, rpy: [0, 5, 0]}
-"""
-COUNTED = "document.querySelector('.warnings summary').textContent"
-
-
-@pytest.mark.tier("outside")
-def test_warnings_and_lost_meshes_are_counted_and_listed(browser: Browser, home: Path, capsys: Shown) -> None:
-    """On a page that is served, followed, and on one that is sent."""
-    (home / "robot.yaml").write_text(WARNED)
-    with Viewing(home, "robot.yaml", "--port", "0") as viewing:
-        browser.open(f"http://localhost:{viewing.port}/")
-        assert browser.evaluate(COUNTED) == "1 mesh is not shown, 1 warning"
-        assert (
-            browser.evaluate("document.querySelector('.warned button').innerText") == "1 mesh is not shown, 1 warning"
-        )
-        browser.evaluate("document.querySelector('.warned button').click()")
-        listed = browser.evaluate("document.querySelector('.warnings ul').innerText")
-        assert "lost.stl is not shown: not found" in listed
-        assert "[angle-looks-like-degrees]" in listed
-        assert "robot.yaml:6" in listed
-        browser.evaluate("document.querySelector('.warned .close').click()")
-        (home / "robot.yaml").write_text(WARNED.replace("[0, 5, 0]", "[0, 5 deg, 0]"))
-        browser.wait(f"{COUNTED} === '1 mesh is not shown'")
-        assert browser.evaluate("document.querySelector('.warned').hidden") is False
-        (home / "robot.yaml").write_text(
-            WARNED.replace("visual: [{mesh: {file: lost.stl}}], ", "").replace("[0, 5, 0]", "[0, 5 deg, 0]")
-        )
-        browser.wait("document.querySelector('.warned').hidden && document.querySelector('.warnings').hidden")
-        kept_to_itself(browser, viewing.port)
-    (home / "robot.yaml").write_text(WARNED)
-    ask(capsys, "view", "robot.yaml", "--html", "robot.html")
-    browser.open(f"file://{home}/robot.html")
-    assert browser.evaluate(COUNTED) == "1 mesh is not shown, 1 warning"
     kept_to_itself(browser)

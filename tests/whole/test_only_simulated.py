@@ -9,8 +9,8 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.frames import publishing
 from rosorin_compile.model import Robot
-from rosorin_compile.rules.publishing import in_words, publishing
 from support.commands import Shown
 from support.robots import compiled_text, sound, texts
 
@@ -56,7 +56,7 @@ def test_lists_of_frames_say_it_in_a_sentence_alone(tmp_path: Path) -> None:
     assert "\nOnly simulations have roller, tip (it rolls \\| so).\n" in page
     assert "| roller " not in page
     assert "Checked: one frame has one parent" in page
-    assert "roller" not in in_words(publishing(robot))
+    assert "roller" not in publishing(robot).in_words()
     assert "roller" not in files["frames.svg"]
     assert ">tip<" not in files["frames.svg"]
     without = made(tmp_path, UNPUBLISHED)[1]

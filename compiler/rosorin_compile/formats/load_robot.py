@@ -119,9 +119,9 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
     if has_errors(diagnostics):
-        from rosorin_compile.rules.misspelt import once
+        from rosorin_compile.rules.typo_grouping import merge_misspelt
 
-        diagnostics = once(diagnostics, tree, lowered.places)
+        diagnostics = merge_misspelt(diagnostics, tree, lowered.places)
     else:  # with errors, the use of an argument may be among what is wrong
         diagnostics += expanded.unused
     found = settled(tree, diagnostics, rules.acceptable())

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Inertial, Link, Mesh, Vector
-from rosorin_compile.model.bounds import Bounds, ball_of, bounds_of
+from rosorin_compile.model.bounds import Bounds, bounds_of
 from rosorin_compile.model.shape import volume_of
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
@@ -23,7 +23,6 @@ DENSEST = 22_590.0
 LIGHTEST = 1.0
 # Of an inertia without a known size: 1 kg with moments of 1 kg*m^2, the placeholder of SDF, has 0.06.
 LIGHTEST_INERTIA = 0.05
-HUGE = 1e9  # m; larger sizes are reported elsewhere, and their third power may be no number
 # Sizes are rounded, and a box around a part leaves out a flange: half as much again is let pass.
 ROUGHLY = 1.5
 # Of the inertia the third power of a root counts, and moments are often rounded to one digit.
@@ -116,31 +115,12 @@ def plausible(case: Case, link: Link) -> Iterator[Diagnostic]:
     if inertial.mass <= NO_MASS:
         return
     moments = None if exists(case.tree, (*path, "of")) else inertial.principal_moments
-    if _is_usual(link, inertial, moments):
-        return
     visual, collision = bounds_of(link.visual), bounds_of(link.collision)
     complete = (visual is None) == (not link.visual) and (collision is None) == (not link.collision)
     bounds = visual.join(collision) if visual and collision else visual or collision
     body = _Body(link, inertial, path, bounds, complete and bounds is not None)
     yield from list(_mass(case, body)) or (_inertia(case, body, moments) if moments else ())
     yield from _centre(case, body)
-
-
-def _is_usual(link: Link, inertial: Inertial, moments: Vector | None) -> bool:
-    """Return True, quickly, for a link that is plausible by its largest shape alone."""
-    balls = [ball_of(shape) for shape in (*link.visual, *link.collision)]
-    known = [ball for ball in balls if ball is not None]
-    if not known or len(known) < len(balls):
-        return False
-    mass, largest = inertial.mass, max(known, key=lambda ball: ball.volume)
-    most = min(HUGE, max(math.dist(largest.middle, ball.middle) + ball.radius for ball in known))
-    if not LIGHTEST * 8 * most**3 <= mass <= DENSEST * largest.volume:
-        return False
-    if math.dist(inertial.pose.xyz, largest.middle) > OUTSIDE * 2 * largest.radius:
-        return False
-    if moments is None:
-        return True
-    return moments[2] <= mass * (BEYOND * min(HUGE, largest.radius)) ** 2 and _density(mass, *moments) <= DENSEST
 
 
 def _mass(case: Case, body: _Body) -> Iterator[Diagnostic]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, wraps
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.language.accepting import names_at
 from rosorin_compile.language.expand.scope import Scope
@@ -14,7 +14,6 @@ from rosorin_compile.language.misnamed import name_meant
 from rosorin_compile.language.schema import TEMPLATE
 from rosorin_compile.language.symbols import Reference, SymbolTable
 from rosorin_compile.model import Joint, Link, Output, Robot
-from rosorin_compile.model.cached import of_robot
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Span, or_else
 from rosorin_compile.source.rule_registry import DECLARED, Rule
 from rosorin_compile.source.tree import Map, Path, at, exists, follow
@@ -207,56 +206,23 @@ def number(value: float) -> str:
     return f"{float(value):.6g}"
 
 
-# --- rules about single links and joints ---
-
-Part = TypeVar("Part", Link, Joint)
-
-
-@of_robot
-def _links_by_value(robot: Robot) -> list[list[Link]]:
-    """Return the links grouped by inertials and shapes, which lowering makes once for all uses of a part."""
-    return _grouped(robot.links, lambda link: (id(link.inertial), id(link.visual), id(link.collision)))
-
-
-@of_robot
-def _joints_by_value(robot: Robot) -> list[list[Joint]]:
-    """Return the joints grouped by type, axis, limits and dynamics; not by origin."""
-    parts = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety")
-
-    def values_of(joint: Joint) -> Hashable:
-        return joint.type, joint.axis, str(joint.mjcf or ""), *(id(getattr(joint, part)) for part in parts)
-
-    return _grouped(robot.joints, values_of)
-
-
-def _grouped(items: Iterable[Part], values_of: Callable[[Part], Hashable]) -> list[list[Part]]:
-    groups: dict[Hashable, list[Part]] = {}
-    for item in items:
-        groups.setdefault(values_of(item), []).append(item)
-    return list(groups.values())
-
-
 def per_link(examine: Callable[[Case, Link], Iterable[Diagnostic]]) -> Callable[[Case], Iterator[Diagnostic]]:
-    """Make a check of a function that examines one link; of equal links one is examined, unless it has a problem."""
+    """Make a check of a function that examines one link."""
 
     @wraps(examine)
     def check(case: Case) -> Iterator[Diagnostic]:
-        for group in _links_by_value(case.robot):
-            if any(True for _ in examine(case, group[0])):
-                for link in group:
-                    yield from examine(case, link)
+        for link in case.robot.links:
+            yield from examine(case, link)
 
     return check
 
 
 def per_joint(examine: Callable[[Case, Joint], Iterable[Diagnostic]]) -> Callable[[Case], Iterator[Diagnostic]]:
-    """Make a check of a function that examines one joint, as ``per_link`` does of links."""
+    """Make a check of a function that examines one joint."""
 
     @wraps(examine)
     def check(case: Case) -> Iterator[Diagnostic]:
-        for group in _joints_by_value(case.robot):
-            if any(True for _ in examine(case, group[0])):
-                for joint in group:
-                    yield from examine(case, joint)
+        for joint in case.robot.joints:
+            yield from examine(case, joint)
 
     return check

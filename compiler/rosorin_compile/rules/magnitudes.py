@@ -97,7 +97,14 @@ def _is_small(value: float) -> bool:
     return -FULL_TURN <= value <= FULL_TURN
 
 
-@rule("angle-looks-like-degrees", "A bare angle exceeds a turn.", "Write `90 deg`.", NUMBERS, "link or joint", "always")
+@rule(
+    "angle-looks-like-degrees",
+    "A bare angle is more than a full turn. A warning: one of `rpy` is a round number and more than half a turn.",
+    "Write `180 deg`, or `180 rad` if that is meant.",
+    NUMBERS,
+    "link or joint",
+    "always",
+)
 @rule(
     "length-looks-like-millimetres",
     "A warning: a bare length is more than 20 m.",

@@ -8,12 +8,13 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.language.expression import ExpressionError
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.rules.publishing import in_words, publishing
+from rosorin_compile.rules.conditions import MAX_MODES, combinations, holds, modes_in
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, vector
 from rosorin_compile.source.wording import first_of, listed
@@ -60,7 +61,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
         "simulated": _simulated(robot),
         "stand_ins": _stand_ins(robot),
-        "proof": _wrapped(_escape(in_words(publishing(robot)))),
+        "proof": _wrapped(_escape(publishing(robot).in_words())),
         "stamps": list(_stamps(robot)),
         "poses": _table(_POSE_HEADERS, _POSE_WIDTHS, list(_pose_rows(robot, number))),
         "modes": _escape(", ".join(robot.modes)),
@@ -277,3 +278,60 @@ FORMAT = Format(
     syntax=_words,
     folder="doc",
 )
+
+
+class Publishing(NamedTuple):
+    """How many nodes publish each frame, counted in every combination of modes.
+
+    ``published`` are the frames with exactly one in each, ``gaps`` those with none in some, ``never`` those with none
+    in any; ``wrong`` have several, or an invalid condition. ``unchecked`` depend on too many modes.
+    """
+
+    modes: tuple[str, ...]
+    published: tuple[str, ...]
+    gaps: tuple[str, ...]
+    never: tuple[str, ...]
+    wrong: tuple[str, ...]
+    unchecked: tuple[str, ...]
+
+    def in_words(self) -> str:
+        """Return the result as a paragraph; empty if a frame is wrong or none is published."""
+        if not self.published + self.gaps or self.wrong:
+            return ""
+        checked = f"Checked in all {2 ** len(self.modes):,} combinations of {listed(self.modes)}"
+        if len(self.modes) < 2:
+            checked = f"Checked with {self.modes[0]} on and with it off" if self.modes else "Checked"
+        what = f"each of {len(self.published)} frames has" if len(self.published) != 1 else "one frame has"
+        text = f"{checked}: {what} one parent and exactly one publisher, and no way leads round in a circle."
+        text += f" In some of them nobody publishes {listed(self.gaps)}." if self.gaps else ""
+        text += f" Nobody ever publishes {listed(self.never)}." if self.never else ""
+        text += f" Not checked, for too many modes decide: {listed(self.unchecked)}." if self.unchecked else ""
+        return text
+
+
+def publishing(robot: Robot) -> Publishing:
+    """Count the publishers of each frame in every combination of modes."""
+    whens: dict[str, list[str]] = {}
+    for joint in (joint for joint in robot.joints if joint.child not in robot.simulated_frames):
+        whens.setdefault(joint.child, []).extend([""] if joint.publisher.kind != UNPUBLISHED else [])
+    for edge in robot.edges:
+        whens.setdefault(edge.child, []).extend([edge.when] if edge.publisher.kind != UNPUBLISHED else [])
+    kind_of = {conditions: _kind(robot, conditions) for conditions in set(map(tuple, whens.values()))}
+    by_kind: dict[str, list[str]] = {}
+    for child, conditions in whens.items():
+        by_kind.setdefault(kind_of[tuple(conditions)], []).append(child)
+    modes = modes_in(robot, {when for conditions in kind_of for when in conditions})
+    return Publishing(tuple(modes), *(tuple(by_kind.get(kind, ())) for kind in Publishing._fields[1:]))
+
+
+def _kind(robot: Robot, conditions: Sequence[str]) -> str:
+    modes = modes_in(robot, conditions)
+    if not conditions or len(modes) > MAX_MODES:
+        return "unchecked" if conditions else "never"
+    try:
+        counts = {sum(holds(when, states) for when in conditions) for states in combinations(modes)}
+    except ExpressionError:
+        return "wrong"
+    if max(counts) > 1:
+        return "wrong"
+    return "published" if counts == {1} else "gaps" if 1 in counts else "never"

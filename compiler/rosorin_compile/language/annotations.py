@@ -31,7 +31,7 @@
 | | | a text: as the definition that is called so |
 | ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
 | ``x-sourced`` | a section | its entries have the source of their file, where they have none of their own |
-| ``x-within`` | a number | it is within another number of its joint: ``limit`` |
+| ``x-within`` | a number | the limits of its joint bound it; the rule that reports it beyond |
 | ``x-ordered`` | a section | its entries are in the model as they are written; else by name |
 | ``x-file`` | a section | the file, without its ending, that an import writes it into beside ``robot.yaml`` |
 | ``x-first`` | a mapping | the keys that an import writes first; the others stay as in the source |

@@ -1,21 +1,20 @@
-"""Bodies: masses, inertias and centres of mass that a link can have."""
+"""Bodies: masses, inertias and centres of mass that a link can have, and links that lack them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import partial
 from typing import NamedTuple
 
-from rosorin_compile.model import Inertial, Link, Mesh, Vector
-from rosorin_compile.model.bounds import Bounds, ball_of, bounds_of
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Inertial, Link, Mesh, Vector
+from rosorin_compile.model.bounds import Bounds, bounds_of
 from rosorin_compile.model.shape import volume_of
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic
-from rosorin_compile.source.rule_registry import NUMBERS, rule
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
 from rosorin_compile.source.tree import Path, at, exists
 from rosorin_compile.source.units import has_unit
 
-from .case import Case, links_by_value, number
+from .case import Case, number, per_link
 from .sizes import diagonal, longest
 
 # kg/m^3. Osmium, at 20 degrees (CRC Handbook of Chemistry and Physics, "Density of the elements").
@@ -24,7 +23,6 @@ DENSEST = 22_590.0
 LIGHTEST = 1.0
 # Of an inertia without a known size: 1 kg with moments of 1 kg*m^2, the placeholder of SDF, has 0.06.
 LIGHTEST_INERTIA = 0.05
-HUGE = 1e9  # m; larger sizes are reported elsewhere, and their third power may be no number
 # Sizes are rounded, and a box around a part leaves out a flange: half as much again is let pass.
 ROUGHLY = 1.5
 # Of the inertia the third power of a root counts, and moments are often rounded to one digit.
@@ -45,38 +43,20 @@ FLATTEST = 0.01
 FOAM = 25.0  # kg/m^3
 # Relative to the largest moment: rounding of the description and of the eigenvalues.
 ROUNDING = 1e-9
+# Where more moving parts than these lack mass or collision, the robot is drawn without on purpose.
+FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
+@rule("mass-not-positive", "A mass is not above zero.", "Correct or remove it.", NUMBERS, "link", "lenient")
 @rule(
-    "mass-not-positive",
-    "A mass is zero or below.",
-    "Correct it; leave `inertial` out for a mere frame.",
-    NUMBERS,
-    accept="link",
-    imported="lenient",
+    "inertia-not-positive-definite", "A principal moment is not above zero.", "Check signs.", NUMBERS, "link", "always"
 )
 @rule(
-    "inertia-not-positive-definite",
-    "An inertia has a principal moment that is not above zero.",
-    "Check signs and products.",
-    NUMBERS,
-    accept="link",
-    imported="always",
+    "inertia-triangle", "One principal moment exceeds the sum of the others.", "Check units.", NUMBERS, "link", "always"
 )
-@rule(
-    "inertia-triangle",
-    "One principal moment is larger than the sum of the others: no body is like that.",
-    "Check the order ixx, iyy, izz, and the units.",
-    NUMBERS,
-    accept="link",
-    imported="always",
-)
-def physical(case: Case) -> Iterator[Diagnostic]:
+@per_link
+def physical(case: Case, link: Link) -> Iterator[Diagnostic]:
     """Masses that are not positive, and inertias that no body has."""
-    return links_by_value(case.robot).problems(partial(_physical, case))
-
-
-def _physical(case: Case, link: Link) -> Iterator[Diagnostic]:
     inertial = link.inertial
     if inertial is None:
         return
@@ -94,16 +74,14 @@ def _physical(case: Case, link: Link) -> Iterator[Diagnostic]:
         help = "a body has three moments above zero; check the signs and that no product is too large"
         yield case.problem("inertia-not-positive-definite", message, (*path, "inertia"), help, within=True)
     elif low + middle < high * (1 - ROUNDING):
-        message = (
-            f'no body has the inertia of link "{link.name}": of its principal moments {moments}'
-            " the largest is more than the sum of the others"
-        )
+        message = f'no body has the inertia of link "{link.name}": of its principal moments {moments}'
+        message += " the largest is more than the sum of the others"
         help = "check the order ixx, iyy, izz and the units (triangle inequality)"
         yield case.problem("inertia-triangle", message, (*path, "inertia"), help, within=True)
 
 
 class _Body(NamedTuple):
-    """A link with a mass, and the box around its shapes if the sizes of all are known, which ``complete`` tells."""
+    """A link with a mass, and the box around its shapes if any has a known size; ``complete`` if all have."""
 
     link: Link
     inertial: Inertial
@@ -113,43 +91,18 @@ class _Body(NamedTuple):
 
 
 @rule(
-    "density-looks-like-grams",
-    "A warning: a bare density is that of foam or less, as those in g/cm^3 are.",
-    "Write `2.7 g/cm^3`, or `2.7 kg/m^3` if that is meant.",
-    NUMBERS,
-    accept="link",
-    imported="always",
+    "density-looks-like-grams", "A warning: a density is in g/cm^3.", "Write `2.7 g/cm^3`.", NUMBERS, "link", "always"
+)
+@rule("mass-implausible", "A warning: no body of this size has this mass.", "Check units.", NUMBERS, "link", "always")
+@rule(
+    "inertia-implausible", "A warning: no body has this mass and inertia.", "Calculate it.", NUMBERS, "link", "always"
 )
 @rule(
-    "mass-implausible",
-    "A warning: a mass that no body of this size has: denser than osmium, or lighter than air.",
-    "A mass is in kg, a size in metres.",
-    NUMBERS,
-    accept="link",
-    imported="always",
+    "centre-outside", "A warning: a centre of mass is far outside its link.", "Check `xyz`.", NUMBERS, "link", "always"
 )
-@rule(
-    "inertia-implausible",
-    "A warning: an inertia that no body of this mass has, or none of this mass and size.",
-    "`of: collision` calculates it.",
-    NUMBERS,
-    accept="link",
-    imported="always",
-)
-@rule(
-    "centre-outside",
-    "A warning: a centre of mass lies far outside of the shapes of its link.",
-    "`xyz` of `inertial` is the centre of mass in the frame of the link, in metres.",
-    NUMBERS,
-    accept="link",
-    imported="always",
-)
-def plausible(case: Case) -> Iterator[Diagnostic]:
+@per_link
+def plausible(case: Case, link: Link) -> Iterator[Diagnostic]:
     """Masses against the space of the shapes, inertias against both, and centres of mass."""
-    return links_by_value(case.robot).problems(partial(_plausible, case))
-
-
-def _plausible(case: Case, link: Link) -> Iterator[Diagnostic]:
     inertial = link.inertial
     if inertial is None or not inertial.mass > 0:
         return
@@ -158,65 +111,37 @@ def _plausible(case: Case, link: Link) -> Iterator[Diagnostic]:
     if density and not has_unit(density) and 0 < density < FOAM:
         message = f'the density of link "{link.name}" is {number(density)} kg/m^3, that of foam or less: water has 1000'
         help = f'write "{number(density)} g/cm^3" if that is meant, "{number(density)} kg/m^3" if not'
-        yield case.problem("density-looks-like-grams", message, (*path, "density"), help, severity=WARNING)
+        yield case.problem("density-looks-like-grams", message, (*path, "density"), help)
     if inertial.mass <= NO_MASS:
         return
     moments = None if exists(case.tree, (*path, "of")) else inertial.principal_moments
-    if _is_usual(link, inertial, moments):
-        return
     visual, collision = bounds_of(link.visual), bounds_of(link.collision)
     complete = (visual is None) == (not link.visual) and (collision is None) == (not link.collision)
     bounds = visual.join(collision) if visual and collision else visual or collision
     body = _Body(link, inertial, path, bounds, complete and bounds is not None)
-    problems = list(_mass(case, body)) or (list(_inertia(case, body, moments)) if moments else [])
-    yield from problems
+    yield from list(_mass(case, body)) or (_inertia(case, body, moments) if moments else ())
     yield from _centre(case, body)
 
 
-def _is_usual(link: Link, inertial: Inertial, moments: Vector | None) -> bool:
-    """Return True, quickly, for a link that is plausible by its largest shape alone."""
-    balls = [ball_of(shape) for shape in (*link.visual, *link.collision)]
-    known = [ball for ball in balls if ball is not None]
-    if not known or len(known) < len(balls):
-        return False
-    mass, centre = inertial.mass, inertial.pose.xyz
-    largest = max(known, key=lambda ball: ball.volume)
-    most = min(HUGE, max(math.dist(largest.middle, ball.middle) + ball.radius for ball in known))
-    if not LIGHTEST * 8 * most**3 <= mass <= DENSEST * largest.volume:
-        return False
-    if math.dist(centre, largest.middle) > OUTSIDE * 2 * largest.radius:
-        return False
-    if moments is None:
-        return True
-    return moments[2] <= mass * (BEYOND * min(HUGE, largest.radius)) ** 2 and _density(mass, *moments) <= DENSEST
-
-
 def _mass(case: Case, body: _Body) -> Iterator[Diagnostic]:
-    """Yield a warning where a mass does not go with the space that the shapes take."""
+    """Yield a warning where a mass does not match the space that the shapes take."""
     link, bounds, mass = body.link, body.bounds, body.inertial.mass
-    if bounds is None or (not body.complete and max(bounds.size) <= NO_SHAPE):
-        return
-    volume = math.prod(bounds.size)
-    if not volume > 0:
+    volume = math.prod(bounds.size) if bounds else 0.0
+    if bounds is None or not volume > 0 or (not body.complete and max(bounds.size) <= NO_SHAPE):
         return
     density = mass / volume
     heavy = density > DENSEST * ROUGHLY * (1.0 if body.complete else LESS_THAN_SEEN)
     if not heavy and (density >= LIGHTEST or mass >= LIGHTEST * _volume(link)):  # a plate that is tilted fills little
         return
-    place = (*body.path, "density" if exists(case.tree, (*body.path, "density")) else "mass")
-    shape = _shape(case, link)
-    message = (
-        f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in a space of {_sizes(bounds)}'
-        f"{case.stands_in(shape)}: {_dense(density)}, and "
-    )
-    if heavy:
-        message += f"nothing is denser than {DENSEST:,.0f} (osmium)"
-        help = "correct the mass, in kg (850 g is 0.85), or the sizes, in metres"
-    else:
-        message += "air has 1.2"
-        help = "correct the sizes, in metres (120 mm is 0.12), or the mass, in kg"
-    related = [case.related("the shape", shape)]
-    yield case.problem("mass-implausible", message, place, help, related=related, severity=WARNING)
+    place, shape = case.value(body.path, "density"), _shape(case, link)
+    place = (*place, "mass") if place == body.path else place
+    space = " x ".join(number(side) for side in bounds.size)
+    message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in a space of {space} m'
+    message += f"{case.stands_in(shape)}: {_dense(density)}, and "
+    message += f"nothing is denser than {DENSEST:,.0f} (osmium)" if heavy else "air has 1.2"
+    help = "correct the sizes, in metres (120 mm is 0.12), or the mass, in kg"
+    help = "correct the mass, in kg (850 g is 0.85), or the sizes, in metres" if heavy else help
+    yield case.problem("mass-implausible", message, place, help, related=[("the shape", shape)])
 
 
 def _volume(link: Link) -> float:
@@ -234,36 +159,24 @@ def _inertia(case: Case, body: _Body, principal: Vector) -> Iterator[Diagnostic]
     moments = {"ixx": body.inertial.ixx, "iyy": body.inertial.iyy, "izz": body.inertial.izz}
     place: Path = (*body.path, "inertia", max(moments, key=lambda key: moments[key]))
     radius, density = math.sqrt(high / mass), _density(mass, low, middle, high)
-    subject = f'the inertia of link "{link.name}"{case.stands_in(place)} is too'
-    help = "correct the mass, in kg, or the inertia, in kg*m^2"
-    related = [case.related("the mass", (*body.path, "mass"))]
+    message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too '
+    help, related = "correct the mass, in kg, or the inertia, in kg*m^2", [("the mass", (*body.path, "mass"))]
     limit = body.bounds.reach(body.inertial.pose.xyz) if body.bounds and body.complete else diagonal(case.robot)
     if density > DENSEST * ROUGH_INERTIA:
-        message = (
-            f"{subject} small for its {number(mass)} kg{case.stands_in((*body.path, 'mass'))}: a body with both has a"
-            f" density of at least {_dense(density)}, and nothing is denser than {DENSEST:,.0f} (osmium)"
-        )
+        message += f"small for its {number(mass)} kg{case.stands_in((*body.path, 'mass'))}: a body with both has a"
+        message += f" density of at least {_dense(density)}, and nothing is denser than {DENSEST:,.0f} (osmium)"
     elif limit > 0 and radius > BEYOND * limit:
-        rest = "its shapes reach" if body.complete else "the whole robot measures"
-        message = (
-            f"{subject} large for its size: {number(mass)} kg with {number(high)} kg*m^2 lie {number(radius)} m from"
-            f" their centre on the average, and {rest} {number(limit)} m"
-        )
-        if body.complete:
-            help, related = (
-                "of: collision calculates it from the shapes",
-                [case.related("the shape", _shape(case, link))],
-            )
-        else:
-            help, related = "the inertia is in kg*m^2", []
+        message += f"large for its size: {number(mass)} kg with {number(high)} kg*m^2 are {number(radius)} m from their"
+        message += f" centre on average, and {'its shapes reach' if body.complete else 'the robot measures'} "
+        message += f"{number(limit)} m"
+        help = "of: collision calculates it from the shapes" if body.complete else "the inertia is in kg*m^2"
+        related = [("the shape", _shape(case, link))] if body.complete else []
     elif not body.complete and density < LIGHTEST_INERTIA:
-        message = (
-            f"{subject} large for its {number(mass)} kg: a body with both has a density of about {_dense(density)},"
-            " and air has 1.2"
-        )
+        message += f"large for its {number(mass)} kg: a body with both has a density of about {_dense(density)},"
+        message += " and air has 1.2"
     else:
         return
-    yield case.problem("inertia-implausible", message, place, help, related=related, severity=WARNING)
+    yield case.problem("inertia-implausible", message, place, help, related=related)
 
 
 def _density(mass: float, low: float, middle: float, high: float) -> float:
@@ -283,21 +196,21 @@ def _centre(case: Case, body: _Body) -> Iterator[Diagnostic]:
     """Yield a warning where the centre of mass is far outside the link, or the robot if its size is not known."""
     centre, related = body.inertial.pose.xyz, []
     place: Path = (*body.path, "xyz", max(range(3), key=lambda index: abs(centre[index])))
+    message = f'the centre of mass of link "{body.link.name}"{case.stands_in(place)} is '
     if body.bounds is not None and body.complete:
-        away = body.bounds.gap(Bounds(centre, centre))
+        away, shape = body.bounds.gap(Bounds(centre, centre)), _shape(case, body.link)
         if away <= OUTSIDE * body.bounds.diagonal:
             return
-        shape = _shape(case, body.link)
-        where = f"{number(away)} m outside of its shapes{case.stands_in(shape)}, which take {_sizes(body.bounds)}"
-        related = [case.related("the shape", shape)]
+        message += f"{number(away)} m outside of its shapes{case.stands_in(shape)}, which take "
+        message += f"{' x '.join(number(side) for side in body.bounds.size)} m"
+        related = [("the shape", shape)]
     else:
         away, size = math.hypot(*centre), diagonal(case.robot)
         if not 0 < size * BEYOND < away:
             return
-        where = f"{number(away)} m from its frame, and the whole robot measures {number(size)} m"
-    message = f'the centre of mass of link "{body.link.name}"{case.stands_in(place)} is {where}'
+        message += f"{number(away)} m from its frame, and the whole robot measures {number(size)} m"
     help = "xyz of inertial is relative to the frame of the link, in metres"
-    yield case.problem("centre-outside", message, place, help, related=related, severity=WARNING)
+    yield case.problem("centre-outside", message, place, help, related=related)
 
 
 def _shape(case: Case, link: Link) -> Path:
@@ -313,5 +226,64 @@ def _dense(density: float) -> str:
     return f"{density:,.0f} kg/m^3" if 1000 <= density < 1e12 else f"{number(density)} kg/m^3"
 
 
-def _sizes(bounds: Bounds) -> str:
-    return " x ".join(number(side) for side in bounds.size) + " m"
+# --- links that lack a mass or a collision ---
+
+
+@rule("inertial-missing", "A warning: a moving link has no mass, unlike most.", "Give it an `inertial`.", JOINTS)
+@rule("collision-missing", "A note: a moving link collides with nothing, unlike most.", "Add a `collision`.", JOINTS)
+def lacking(case: Case) -> Iterator[Diagnostic]:
+    """Find parts of links that move together without mass or without collision, where others have one."""
+    pieces = _rigid_parts(case)
+    shaped = [links for links, moves in pieces if moves and any(link.visual or link.collision for link in links)]
+    light = [links for links in shaped if not any(link.inertial for link in links)]
+    heavy = sum(any(link.inertial for link in links) for links, _ in pieces)
+    if heavy and (len(light) <= FEW_WITHOUT_MASS * len(shaped) or len(shaped) == 1):
+        have = "another part of the robot has" if heavy == 1 else f"{heavy} other parts of the robot have"
+        for links in light:
+            name = next(link.name for link in links if link.visual or link.collision)
+            message, help = f'link "{name}" moves and has no mass, and {have}', "give it an inertial: engines drop it"
+            yield case.problem("inertial-missing", message, case.link(name), help, key=True)
+    seen = [links for links in shaped if any(link.visual for link in links)]
+    through = [links for links in seen if not any(link.collision for link in links)]
+    others = len(seen) - len(through)
+    if others > 1 and len(through) <= max(1, FEW_WITHOUT_COLLISION * len(seen)):
+        for links in through:
+            name = next(link.name for link in links if link.visual)
+            message = f'link "{name}" moves and collides with nothing, unlike {others} other parts of the robot'
+            yield case.problem("collision-missing", message, case.link(name), key=True)
+
+
+def _rigid_parts(case: Case) -> list[tuple[list[Link], bool]]:
+    """Return the links that fixed joints hold together, and whether a joint moves them; also of broken trees."""
+    above = {link.name: link.name for link in case.robot.links}
+
+    def first(name: str) -> str:
+        while above[name] != name:
+            above[name] = above[above[name]]
+            name = above[name]
+        return name
+
+    for joint in case.robot.joints:
+        if joint.is_fixed and joint.parent in above and joint.child in above:
+            above[first(joint.child)] = first(joint.parent)
+    moved = {first(joint.child) for joint in case.robot.joints if not joint.is_fixed and joint.child in above}
+    parts: dict[str, list[Link]] = {}
+    for link in case.robot.links:
+        parts.setdefault(first(link.name), []).append(link)
+    return [(links, name in moved) for name, links in parts.items()]
+
+
+@rule("root-inertial", help="Begin the robot at a link without mass, with a fixed joint to this one.", topic=JOINTS)
+def root_inertial(case: Case) -> Iterator[Diagnostic]:
+    """A note: the root link of the URDF has a mass, which kdl_parser drops with a warning.
+
+    ros/kdl_parser@humble:src/kdl_parser.cpp: "The root link ... has an inertia specified in the URDF, but KDL does not
+    support a root link with an inertia."
+    """
+    joints = case.robot.in_urdf() if case.feeding(ROBOT_STATE_PUBLISHER) else ()
+    roots = {joint.parent for joint in joints} - {joint.child for joint in joints}
+    link = case.robot.link.get(next(iter(roots))) if len(roots) == 1 else None
+    if link is not None and link.inertial is not None:
+        message = f'link "{link.name}" is the root of the URDF and has a mass: kdl_parser drops it, with a warning'
+        help = f'begin the robot at a link without mass, with a fixed joint to "{link.name}"'
+        yield case.problem("root-inertial", message, case.link(link.name, "inertial"), help, severity=NOTE, key=True)

@@ -9,102 +9,79 @@ from itertools import product
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Edge, Robot
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, UnknownName, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, UnknownName, did_you_mean
 from rosorin_compile.source.rule_registry import FRAMES, rule
-from rosorin_compile.source.tree import Path, Text, at
+from rosorin_compile.source.tree import Text, at
 
 from .case import Case
 
 MAX_MODES = 10
-
 _NAME = re.compile(r"[^\W\d]\w*")
 
 Combination = Mapping[str, bool]
 
 
 @rule("unknown-mode", "`when` names a mode that is not in `modes`.", "Correct it, or add the mode.", FRAMES)
-@rule(
-    "bad-condition",
-    "`when` cannot be read, is not true or false, or is never true.",
-    "Write modes with `and`, `or`, `not`.",
-    FRAMES,
-)
-@rule(
-    "too-many-modes",
-    "The conditions of one frame depend on too many modes to check them all.",
-    "Use fewer for one frame.",
-    FRAMES,
-)
+@rule("bad-condition", "`when` is invalid or never true.", 'Combine modes: "slam and not replay".', FRAMES)
+@rule("too-many-modes", "Conditions depend on too many modes.", "Use at most 10 modes for one frame.", FRAMES)
 def legal(case: Case) -> Iterator[Diagnostic]:
-    """Conditions that cannot be read, name an unknown mode, or are never true."""
+    """Conditions that are invalid, name an unknown mode, or are never true."""
     for index, edge in enumerate(case.robot.edges):
-        wrong = problem(case, index, edge) if edge.when else None
-        if wrong:
-            yield wrong
+        yield from _problems(case, index, edge)
 
 
 def is_legal(case: Case, edge: Edge) -> bool:
-    """Say whether the condition of an edge means something."""
-    return not edge.when or problem(case, 0, edge) is None
+    """Return True if the condition of an edge is valid."""
+    return not any(_problems(case, 0, edge))
 
 
-def problem(case: Case, index: int, edge: Edge) -> Diagnostic | None:
-    """Return what is wrong with the condition of an edge, the ``index``-th of the description."""
-    path = case.edge(index, "when")
+def _problems(case: Case, index: int, edge: Edge) -> Iterator[Diagnostic]:
+    if not edge.when:
+        return
+    path, way = case.edge(index, "when"), f"{edge.parent} -> {edge.child}"
     names = modes_in(case.robot, [edge.when])
     if len(names) > MAX_MODES:
-        message = f"the condition of {edge.parent} -> {edge.child} depends on {len(names)} modes: too many to check"
-        return case.problem("too-many-modes", message, path, f"at most {MAX_MODES} modes in one condition")
-    results = []
-    for combination in combinations(names):
-        try:
-            results.append(_value(edge.when, combination))
-        except ExpressionError as wrong:
-            return _not_readable(case, path, edge, wrong)
+        message = f"the condition of {way} depends on {len(names)} modes: too many to check"
+        yield case.problem("too-many-modes", message, path)
+        return
+    try:
+        results = [evaluate(edge.when, combination.__getitem__) for combination in combinations(names)]
+    except ExpressionError as problem:
+        yield _invalid(case, index, edge, problem)
+        return
     if not all(isinstance(result, bool) for result in results):
         message = f'the condition "{edge.when}" is not true or false'
-        return case.problem("bad-condition", message, path, 'write modes with and, or, not: "slam and not replay"')
-    if not any(results):
-        message = f'the condition "{edge.when}" is never true: {edge.parent} -> {edge.child} would not be published'
-        return case.problem("bad-condition", message, path, "correct the condition, or remove the edge")
-    return None
+        yield case.problem("bad-condition", message, path)
+    elif not any(results):
+        message = f'the condition "{edge.when}" is never true: {way} would not be published'
+        yield case.problem("bad-condition", message, path, "correct the condition, or remove the edge")
 
 
-def _not_readable(case: Case, path: Path, edge: Edge, wrong: ExpressionError) -> Diagnostic:
-    modes = case.robot.modes
-    name = wrong.unknown
+def _invalid(case: Case, index: int, edge: Edge, problem: ExpressionError) -> Diagnostic:
+    """Return the diagnostic of a condition that cannot be evaluated, at the column of the mistake."""
+    name, column = problem.unknown, problem.column
     if name and not name.endswith("()"):
-        help = did_you_mean(name, modes, f'add "{name}" to modes')
-        rule, message = "unknown-mode", f'there is no mode "{name}"'
+        help = did_you_mean(name, case.robot.modes, f'add "{name}" to modes')
+        found = case.problem("unknown-mode", f'there is no mode "{name}"', case.edge(index, "when"), help)
     else:
-        reason = wrong.message.removeprefix("not an expression: ")
-        rule, message = "bad-condition", f'the condition "{edge.when}" cannot be read: {reason}'
-        help = 'write modes with and, or, not: "slam and not replay"'
-    diagnostic = case.problem(rule, message, path, help)
-    text = at(case.tree, path)
-    if diagnostic.span is None or diagnostic.span.length < len(edge.when):
-        return diagnostic
+        name, reason = " ", problem.message.removeprefix("not an expression: ")
+        message = f'the condition "{edge.when}" cannot be read: {reason}'
+        found = case.problem("bad-condition", message, case.edge(index, "when"))
+    if found.span is None or found.span.length < len(edge.when):
+        return found
     # The expression is read without the blanks around it; quotes are part of the value's place in the file.
-    start = len(edge.when) - len(edge.when.lstrip()) + wrong.column + (1 if isinstance(text, Text) else 0)
-    length = len(name) if rule == "unknown-mode" else 1
-    span = diagnostic.span
-    return replace(diagnostic, span=span._replace(column=span.column + start, length=max(1, length)))
-
-
-def _value(text: str, combination: Combination) -> object:
-    def lookup(name: str) -> object:
-        return combination[name]
-
-    return evaluate(text, lookup)
+    is_quoted = isinstance(at(case.tree, case.edge(index, "when")), Text)
+    start = len(edge.when) - len(edge.when.lstrip()) + column + is_quoted
+    return replace(found, span=found.span._replace(column=found.span.column + start, length=max(1, len(name))))
 
 
 def holds(when: str, combination: Combination) -> bool:
-    """Say whether a legal condition is true in a combination of modes."""
-    return not when or bool(_value(when, combination))
+    """Return True if a legal condition is true in a combination of modes."""
+    return not when or bool(evaluate(when, combination.__getitem__))
 
 
 def modes_in(robot: Robot, whens: Iterable[str]) -> list[str]:
-    """Return the modes that conditions name, sorted."""
+    """Return the modes that conditions name, in the order of the description."""
     named = {name for when in whens for name in _NAME.findall(when)}
     return [mode for mode in robot.modes if mode in named]
 
@@ -115,15 +92,8 @@ def combinations(modes: list[str]) -> Iterator[Combination]:
         yield dict(zip(modes, states, strict=True))
 
 
-def too_many(case: Case, child: str, path: Path, count: int) -> Diagnostic:
-    """Return a warning that the publishers of a frame could not be compared."""
-    message = f'the publishers of "{child}" depend on {count} modes together: too many to check for gaps and doubles'
-    help = f"use at most {MAX_MODES} modes for one frame"
-    return case.problem("too-many-modes", message, path, help, severity=WARNING)
-
-
 def in_words(combination: Combination) -> str:
-    """Return a combination as the end of a sentence: ' when "slam" is off'; empty if there is none to name."""
+    """Return a combination as the end of a sentence: ' when "slam" is off'; empty without modes."""
     states = [f'"{mode}" is {"on" if on else "off"}' for mode, on in combination.items()]
     return f" when {' and '.join(states)}" if states else ""
 

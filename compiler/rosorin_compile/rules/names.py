@@ -1,10 +1,10 @@
-"""Names: letters that nobody sees, names that only look alike, and the slash that tf2 takes for none of the name."""
+"""Names: invisible letters, names that look alike, swapped letters, and the slash that tf2 drops."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 from rosorin_compile.language.schema import sections
@@ -12,7 +12,7 @@ from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
 from rosorin_compile.source.messages import Offer, placed
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
-from rosorin_compile.source.tree import Map, Path, exists
+from rosorin_compile.source.tree import Path, exists
 from rosorin_compile.source.wording import difference, foreign, in_words, look, unseen
 
 from .case import Case
@@ -52,7 +52,7 @@ def named_sections() -> Iterator[tuple[str, str]]:
 
 def names(case: Case) -> Iterator[Name]:
     """Yield every name that the description gives; what follows from another name is none."""
-    for link in dict.fromkeys((*(case.tree.get("links") or ()), *case.robot.link)):
+    for link in dict.fromkeys((*case.section("links"), *case.robot.link)):
         path = case.link(link)
         yield Name(link, "link" if path[0] == "links" else "frame", path, path[0] == "links")
     taken = set(case.robot.link)
@@ -66,48 +66,19 @@ def names(case: Case) -> Iterator[Name]:
         if path[0] == "joints" or exists(case.tree, (*path, "joint")):
             yield Name(joint.name, "joint", path if path[0] == "joints" else (*path, "joint"), path[0] == "joints")
     for section, called in named_sections():
-        for name in case.tree.get(section) or ():
+        for name in case.section(section):
             yield Name(name, called, (section, name), True)
-    for name, entry in (case.tree.get("publishers") or {}).items():
+    for name, entry in case.section("publishers").items():
         if entry and "node" in entry:
             yield Name(entry["node"], "node", ("publishers", name, "node"), False)
     yield Name(case.robot.name, "robot", ("robot",), False)
 
 
+@rule("invisible-letter", "A name has an invisible letter.", "Type it again.", ARGUMENTS, "link or joint", "lenient")
+@rule("names-look-alike", "A warning: two names look alike.", "Rename one.", ARGUMENTS, "link or joint", "always")
+@rule("letters-swapped", "A warning: a word has two letters swapped.", "Fix it.", ARGUMENTS, "link or joint", "always")
 @rule(
-    "invisible-letter",
-    "A name has a letter that nobody sees: a control character, a mark of writing direction, a letter without width.",
-    "Remove it: type the name anew.",
-    ARGUMENTS,
-    accept="link or joint",
-    imported="lenient",
-)
-@rule(
-    "names-look-alike",
-    "A warning: two names differ in upper and lower case alone, in the Unicode form of a letter, or in a letter of "
-    "another script; or such a letter stands in a Latin word.",
-    "Rename one; type the name anew.",
-    ARGUMENTS,
-    accept="link or joint",
-    imported="always",
-)
-@rule(
-    "letters-swapped",
-    "A warning: a word of a name, or the ending of a file, is a usual one with two letters swapped, or one of several "
-    "other names here.",
-    "Correct it; every other program takes a name as it is written.",
-    ARGUMENTS,
-    accept="link or joint",
-    imported="always",
-)
-@rule(
-    "leading-slash",
-    "A warning: a name begins with `/`. tf2 drops the slash of a frame that is published, and refuses to look one up "
-    "that has it.",
-    "Write it without.",
-    FRAMES,
-    accept="link or joint",
-    imported="always",
+    "leading-slash", "A warning: a name begins with `/`; tf2 drops it.", "Drop it.", FRAMES, "link or joint", "always"
 )
 def letters(case: Case) -> Iterator[Diagnostic]:
     """Names that are not what they look like."""
@@ -118,20 +89,24 @@ def letters(case: Case) -> Iterator[Diagnostic]:
         kinds.setdefault("link" if name.kind == "frame" else name.kind, []).append(name)
     for kind, group in kinds.items():
         text = "".join(one.name for one in group)
-        plain = text.isascii() and text.isprintable()
-        if not plain:
+        is_plain = text.isascii() and text.isprintable()
+        if not is_plain:
             yield from _unseen(case, group)
-        if not plain or len({look(one.name) for one in group}) < len(group):
+        if not is_plain or len({look(one.name) for one in group}) < len(group):
             yield from _alike(case, group, by_case=kind not in _BY_CASE)
         if kind in ("link", "joint") and "/" in text:
             yield from _slashes(case, group)
 
 
 def _further(case: Case) -> Iterator[Name]:
-    """Yield names that nothing else of the description has to know: of files, plugins, packages, topics, groups."""
-    for name, entry in (case.tree.get("outputs") or {}).items():
-        if isinstance(entry, Map):
-            yield from _texts(entry, ("outputs", name))
+    """Yield names of files, topics, plugins, packages and nodes: nothing else of the description refers to them."""
+    for output in case.robot.outputs:
+        path: Path = ("outputs", output.name)
+        yield Name(output.file, "file", (*path, "file"), False)
+        for key, value in output.options.items():
+            for word, name in value.items() if isinstance(value, Mapping) else ():
+                if key == "rename" or word == "topic":
+                    yield Name(name, "frame" if key == "rename" else "topic", (*path, key, word), False)
     yield from (Name(name, called, path, is_key) for called, name, path, is_key in case.symbols.spelt())
     for joint in case.robot.joints:
         if joint.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
@@ -140,85 +115,73 @@ def _further(case: Case) -> Iterator[Name]:
                 yield Name(joint.publisher.name, "node", path, False)
 
 
-def _texts(entry: Map, path: Path) -> Iterator[Name]:
-    """Yield the file of an output, the topics that it names, and what it calls frames."""
-    for key, value in entry.items():
-        if isinstance(value, Map):
-            yield from _texts(value, (*path, key))
-        elif isinstance(value, str) and (key in ("file", "topic") or path[-1] == "rename"):
-            yield Name(value, "frame" if path[-1] == "rename" else key, (*path, key), False)
-
-
 def _misspelt(case: Case, named: list[Name]) -> Iterator[Diagnostic]:
-    """Yield a warning for each word that stands once, and is another one with two letters swapped."""
+    """Yield a warning for each word that occurs once, and is another word with two letters swapped."""
     counts = Counter(_WORDS.findall("\n".join(one.name for one in named)))
-    usual = _USUAL.union(word for word, count in counts.items() if count > 1)
-    slips = {}
-    for word, count in counts.items():
-        if len(word) > 3 and word not in _USUAL:
-            # A word that stands several times, and is no slip of a usual one, was chosen.
-            meant = next((one for one in swaps(word) if one in (usual if count == 1 else _USUAL)), None)
-            if meant is not None:
-                slips[word] = meant
-    told: set[Span | None] = set()
+    usual = _USUAL.union(word for word, number in counts.items() if number > 1)
+    slips: dict[str, str] = {}
+    for word, number in counts.items():
+        if len(word) > 3 and word not in _USUAL:  # a word that occurs several times was chosen
+            right = next((one for one in swaps(word) if one in (usual if number == 1 else _USUAL)), None)
+            slips |= {word: right} if right else {}
+    reported: set[Span | None] = set()
     for one in named:
         words = _WORDS.findall(one.name) if slips else ()
         slip = next(((word, slips[word]) for word in words if word in slips), None) or _ending(case, one)
         if slip is not None:
             message = f'{one.kind} "{one.name}" has "{slip[0]}", which looks like "{slip[1]}" with two letters swapped'
-            help = f'did you mean "{one.name.replace(*slip)}"?'
-            found = case.problem("letters-swapped", message, one.path, help, severity=WARNING, key=one.key)
-            found = placed(found, Offer(one.name, one.name.replace(*slip)))
-            if found.span not in told:  # of one use of a part come several names
-                told.add(found.span)
+            fixed = one.name.replace(*slip)
+            found = case.problem("letters-swapped", message, one.path, f'did you mean "{fixed}"?', key=one.key)
+            found = placed(found, Offer(one.name, fixed))
+            if found.span not in reported:  # a use of a part makes several names
+                reported.add(found.span)
                 yield found
 
 
 def _ending(case: Case, one: Name) -> tuple[str, str] | None:
     """Return the ending of the file of an output, and the one that it should have, if two letters are swapped."""
-    if one.kind != "file":
-        return None
-    output = next((output for output in case.robot.outputs if output.name == one.path[1]), None)
+    output = (
+        next((output for output in case.robot.outputs if output.name == one.path[1]), None)
+        if one.kind == "file"
+        else None
+    )
     format = case.formats.get(output.backend) if output else None
     ending = one.name.rpartition(".")[2]
-    endings = (
-        [] if format is None else [format.file.rpartition(".")[2], *(known.lstrip(".") for known in format.endings)]
-    )
-    meant = next((known for known in swaps(ending) if known in endings), None)
-    return (f".{ending}", f".{meant}") if meant and ending not in endings else None
+    endings = [format.file.rpartition(".")[2], *(known.lstrip(".") for known in format.endings)] if format else []
+    right = next((known for known in swaps(ending) if known in endings), None)
+    return (f".{ending}", f".{right}") if right and ending not in endings else None
 
 
 def _unseen(case: Case, group: Iterable[Name]) -> Iterator[Diagnostic]:
-    imported = case.robot.source.status == "imported"
     for one in group:
         letter = unseen(one.name)
-        if letter and not NOT_XML.search(one.name):  # else no file can carry it, which is said
-            message = f'{one.kind} "{one.name}" has a letter that nobody sees: {in_words(letter)}'
-            # What no entry of accept can name does not keep the robot of somebody else out.
-            lets_in = imported and one.kind in ("material", "robot")
-            severity, help = WARNING if lets_in else ERROR, "type the name anew, without it"
-            yield case.problem("invisible-letter", message, one.path, help, severity=severity, key=one.key)
+        if letter and not NOT_XML.search(one.name):  # else no file can carry it, which is reported
+            # ``accept`` can name no material or robot: these do not prevent the import of somebody else's robot.
+            is_mild = case.robot.source.status == "imported" and one.kind in ("material", "robot")
+            message = f'{one.kind} "{one.name}" has an invisible letter: {in_words(letter)}'
+            severity = WARNING if is_mild else ERROR
+            yield case.problem("invisible-letter", message, one.path, severity=severity, key=one.key)
 
 
 def _alike(case: Case, group: list[Name], by_case: bool) -> Iterator[Diagnostic]:
-    """Yield a warning for each name that looks like one before it, and for a letter that only seems to belong there."""
+    """Yield a warning for each name that looks like one before it, and for a letter of another script."""
     first: dict[str, Name] = {}
     for one in group:
-        twin = first.setdefault(look(one.name, by_case), one)
+        other = first.setdefault(look(one.name, by_case), one)
         strange = foreign(one.name)
-        if unseen(one.name) or unseen(twin.name):  # which is said, and the cause
+        if unseen(one.name) or unseen(other.name):  # which is reported, and the cause
             continue
-        if twin.name != one.name:
-            message = f'{one.kind} "{one.name}" differs from {twin.kind} "{twin.name}" in '
-            message += f"{difference(one.name, twin.name)} alone"
-            related = [case.related("the other one", twin.path, key=twin.key)]
+        if other.name != one.name:
+            message = f'{one.kind} "{one.name}" differs from {other.kind} "{other.name}" only in '
+            message += difference(one.name, other.name)
+            related = [case.related("the other one", other.path, key=other.key)]
             help = "give one of them another name"
         elif strange:
             message = f'{one.kind} "{one.name}" has a letter of another script in a Latin word: {in_words(strange)}'
-            related, help = [], "type the name anew: other programs look for it in Latin letters"
+            related, help = [], "type the name again: other programs look for it in Latin letters"
         else:
             continue
-        yield case.problem("names-look-alike", message, one.path, help, related=related, severity=WARNING, key=one.key)
+        yield case.problem("names-look-alike", message, one.path, help, related=related, key=one.key)
 
 
 def _slashes(case: Case, group: list[Name]) -> Iterator[Diagnostic]:
@@ -227,11 +190,10 @@ def _slashes(case: Case, group: list[Name]) -> Iterator[Diagnostic]:
         bare = one.name.lstrip("/")
         if bare == one.name:
             continue
-        if one.kind == "joint":
-            message = f'joint "{one.name}" begins with "/", by which controllers part a joint from its interface'
-        else:
-            also = ", a frame that there is already" if bare in taken else ""
+        message = f'joint "{one.name}" begins with "/", by which controllers separate a joint from its interface'
+        if one.kind != "joint":
+            also = ", an existing frame" if bare in taken else ""
             message = f'the frame "{one.name}" begins with "/": tf2 publishes it as "{bare}"{also}, and refuses to look'
             message += f' up "{one.name}"'
         help = f'write "{bare}"' if bare else "give it a name"
-        yield case.problem("leading-slash", message, one.path, help, severity=WARNING, key=one.key)
+        yield case.problem("leading-slash", message, one.path, help, key=one.key)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal
 
@@ -73,55 +74,40 @@ def joint_pulses(robot: Robot, values: Mapping[str, object], pose: str = "", uni
         positions = pose_of(robot, pose)
         pulses = next(one.pulses for one in robot.poses if one.name == pose)
         for name in (name for group in servos(robot) for name in group.joints if name in positions):
-            if name in pulses:
-                made[name] = _of_pulse(robot, name, pulses[name])
-            else:
-                made[name] = _of_position(robot, name, positions[name])
+            requested = None if name in pulses else positions[name]
+            made[name] = _joint_pulse(robot, name, pulses.get(name), requested)
         if not made:
             raise RequestError(f'no joint of the pose "{pose}" has a servo')
     for name, value in values.items():
-        made[name] = _of_value(robot, name, str(value), unit)
+        servo_of(robot, name)
+        text, is_number = str(value), False
+        with suppress(ValueError):
+            is_number = math.isnan(float(text)) or True
+        joint = robot.joint[name]
+        if is_number and not unit:
+            made[name] = _joint_pulse(robot, name, whole(text), None)
+        else:
+            text += " deg" if is_number and unit == "deg" and joint.type != "prismatic" else ""
+            made[name] = _joint_pulse(robot, name, None, position(joint, text))
     return list(made.values())
 
 
-def _of_value(robot: Robot, name: str, text: str, unit: str) -> JointPulse:
-    servo_of(robot, name)
-    joint = robot.joint[name]
-    if not _is_number(text):
-        return _of_position(robot, name, position(joint, text))
-    if unit == "deg" and joint.type != "prismatic":
-        return _of_position(robot, name, position(joint, f"{text} deg"))
-    return _of_position(robot, name, position(joint, text)) if unit else _of_pulse(robot, name, whole(text))
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _of_pulse(robot: Robot, name: str, pulse: int) -> JointPulse:
-    return _row(robot, name, pulse, position_of(servo_of(robot, name), pulse, name))
-
-
-def _of_position(robot: Robot, name: str, asked: float) -> JointPulse:
-    found = nearest(servo_of(robot, name), asked, name)
-    return _row(robot, name, found.pulse, found.position, asked)
-
-
-def _row(robot: Robot, name: str, pulse: int, position: float, asked: float | None = None) -> JointPulse:
+def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float | None) -> JointPulse:
+    """Return the row of a pulse, or of the pulse nearest to a position."""
     joint, group = robot.joint[name], servo_of(robot, name)
-    slides = joint.type == "prismatic"
+    if pulse is None:
+        found = nearest(group, requested or 0.0, name)
+        pulse, reached = found.pulse, found.position
+    else:
+        reached = position_of(group, pulse, name)
     return JointPulse(
-        name,
-        group.name,
-        pulse,
-        position,
-        "m" if slides else "rad",
-        None if slides else math.degrees(position),
-        asked,
-        None if asked is None else position - asked,
-        within(group, joint.limit),
+        joint=name,
+        servos=group.name,
+        pulse=pulse,
+        position=reached,
+        unit="m" if joint.type == "prismatic" else "rad",
+        degrees=None if joint.type == "prismatic" else math.degrees(reached),
+        asked=requested,
+        off=None if requested is None else reached - requested,
+        pulses_within_limits=within(group, joint.limit),
     )

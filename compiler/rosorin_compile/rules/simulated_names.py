@@ -1,227 +1,189 @@
-"""Names in what only a simulation has: what each section mentions is there, and no two things of a kind share a name.
+"""Names and elements that only MuJoCo reads: references resolve, names are unique by kind, elements are in place.
 
-MuJoCo keeps names by kind: a site of a link and the frame of another one are both sites, an actuator beside a joint and
-one of the section are both actuators. What elements of MJCF bring counts as well.
+MuJoCo keeps names by kind: a site of a link and the frame of another one are both sites, an actuator beside joints and
+one of the section are both actuators. Names that elements of MJCF bring count as well.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import NamedTuple
 
 from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION
 from rosorin_compile.language.schema import of_topic
-from rosorin_compile.language.symbols import ENDS, KINDS, Reference, SymbolTable
+from rosorin_compile.language.symbols import ENDS, KINDS, Reference
 from rosorin_compile.model import Robot
 from rosorin_compile.model.simulation import AT_ORIGIN, BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.xml import mujoco
-from rosorin_compile.source.xml.elements import found_in
+from rosorin_compile.source.xml.elements import Found, found_in
 from rosorin_compile.source.xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON
 
 from .case import Case
+from .urdf_elements import at_name, mjcf_texts
 
 BALL = "ball"  # a joint of several positions, as those of ENDS
-# How a kind is called here, and what MuJoCo calls what is called otherwise here.
-WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
+# The words of messages for the kinds of MuJoCo.
+_WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
 _KINDS = {word: kind for kind, word in KINDS.items()}
-# What gets its name in a section for a simulation, by the word of the schema.
-_GIVEN = {"actuator": ACTUATOR, "tendon": TENDON, "constraint": EQUALITY}
-_GIVEN |= {"sensor of MuJoCo": SENSOR, "contact pair": "pair"}
+# The kinds of what gets its name in a section for a simulation, by the word of the schema.
+_DEFINED = {"actuator": ACTUATOR, "tendon": TENDON, "constraint": EQUALITY, "sensor of MuJoCo": SENSOR}
+_DEFINED |= {"contact pair": "pair"}
 _MAX_RELATED = 3
 
 
 class Named(NamedTuple):
-    """A name of a kind, and where it is given; ``key`` where that is a key of the description."""
+    """A name of a kind, and where it is given; ``key`` where that is a key of the description.
+
+    ``derived``: the MJCF derives it from the name of a link or a joint.
+    """
 
     kind: str
     name: str
     path: Path
     key: bool = True
+    derived: bool = False
 
 
-def simulates(robot: Robot) -> bool:
-    """Say whether a robot has anything that names something for a simulation alone."""
-    if robot.root_in_world != AT_ORIGIN or any(pose.controls for pose in robot.poses):
-        return True
-    if any(getattr(robot, section) for section in of_topic("simulation") if hasattr(robot, section)):
-        return True
-    return any(link.marked or link.mjcf_elements for link in robot.links)
+def _simulates(robot: Robot) -> bool:
+    """Return True if a robot has anything that names something for a simulation alone."""
+    return (
+        robot.root_in_world != AT_ORIGIN
+        or any(pose.controls for pose in robot.poses)
+        or any(getattr(robot, section) for section in of_topic("simulation") if hasattr(robot, section))
+        or any(link.marked or link.mjcf_elements for link in robot.links)
+    )
 
 
 def several(case: Case) -> Mapping[str, str]:
     """Return the joints of the MJCF that have several positions, and what each is: a ball, or free."""
     found = {joint.name: BALL for joint in case.robot.joints if joint.type == BALL}
     found |= {f"{joint.name}_R": BALL for joint in case.robot.joints if joint.type == "floating"}
-    return found | {free_joint(case.robot): "free"}
+    return found | {_free_joint(case.robot): "free"}
 
 
-def free_joint(robot: Robot) -> str:
-    """Return the name of the joint of a base that moves."""
+def _free_joint(robot: Robot) -> str:
     root = next((link.name for link in robot.links if link.name not in robot.joint_to), "")
     return robot.root_in_world.joint or f"{root}_free"
 
 
-class Names:
+class _Names:
     """All names that the MJCF of a robot has, by kind. ``open``: templates of sensors may bring others."""
 
     def __init__(self, case: Case) -> None:
-        self.case = case
-        self.robot = case.robot
-        parts = [part for sensor in self.robot.sensors for part in sensor.simulated]
-        self.open = any(part.kind == TEMPLATE_ELEMENT for part in parts)
+        self.case, self.robot = case, case.robot
+        self.open = any(part.kind == TEMPLATE_ELEMENT for sensor in case.robot.sensors for part in sensor.simulated)
+        self.all = [*self._derived(), *self._of_sensors(), *self._of_sections()]
+        for path, text, top in mjcf_texts(case):
+            references = (one for found in found_in(text) for one in mujoco.given(found, top))
+            self.all += [Named(one.kind, one.name, path, key=False) for one in references]
 
-    @cached_property
-    def given(self) -> list[Named]:
-        """The names of all kinds but links, joints and shapes, which have rules of their own; in their order."""
-        return [*self._of_links(), *self._of_sensors(), *self._of_sections(), *self._of_elements()]
-
-    @cached_property
-    def by_kind(self) -> Mapping[str, set[str]]:
-        """The names by kind, without those of shapes."""
-        robot = self.robot
-        frames = {*robot.link, *(edge.child for edge in robot.edges)}
-        known: dict[str, set[str]] = {BODY: {*frames, "world"}, SITE: set(frames), JOINT: self._joints()}
-        for named in self.given:
-            known.setdefault(named.kind, set()).add(named.name)
-        known.setdefault(MATERIAL, set()).update(robot.material)
-        known.setdefault(EQUALITY, set()).update(
-            joint.mimic.name or joint.name for joint in robot.joints if joint.mimic
-        )
-        known.setdefault(ACTUATOR, set()).update(
-            joint.actuator.name or joint.name for joint in robot.joints if joint.actuator and joint.moves
-        )
-        return known
-
-    @cached_property
-    def shapes(self) -> Mapping[str, int]:
-        """The names of the geoms of shapes, and how many have each: their own, and LINK_collision_1 and so on.
-
-        What collides goes before what is seen under the same name.
-        """
-        counts: dict[str, int] = {}
-        plain: dict[str, int] = {}
-        for purpose in ("collision", "visual"):
-            before = frozenset(counts)
-            for link in self.robot.links:
-                solids = (solid for shape in getattr(link, purpose) for solid in shape.solids())
-                for index, solid in enumerate(solids, start=1):
-                    made = f"{link.name}_{purpose}_{index}"
-                    plain[made] = 1
-                    if solid.name and solid.name not in before:
-                        counts[solid.name] = counts.get(solid.name, 0) + 1
-        for named in self.given:
-            if named.kind == GEOM:
-                counts[named.name] = 1
-        return plain | counts
-
-    def has(self, kind: str, name: str) -> bool:
-        """Say whether there is something of a kind under a name, or may be."""
-        if kind == GEOM:
-            return name in self.shapes or self.open
-        return name in self.by_kind.get(kind, ()) or (self.open and kind not in (BODY, JOINT))
-
-    def of(self, kind: str) -> Iterable[str]:
-        """Return the names of a kind."""
-        return self.shapes if kind == GEOM else self.by_kind.get(kind, ())
-
-    def _joints(self) -> set[str]:
-        robot = self.robot
-        names = {joint.name for joint in robot.joints if joint.moves or joint.type == BALL}
-        names |= {joint.name + end for joint in robot.joints for end in ENDS.get(joint.type, ())}
-        if any(robot.has_free_base(output) for output in robot.outputs):
-            names.add(free_joint(robot))
-        return names
-
-    def _of_links(self) -> Iterator[Named]:
-        for link in self.robot.links:
+    def _derived(self) -> Iterator[Named]:
+        robot, case = self.robot, self.case
+        for link in robot.links:
+            yield Named(SITE, link.name, case.link(link.name), derived=True)
+        for index, edge in enumerate(robot.edges):
+            yield Named(SITE, edge.child, case.edge(index, "child"), derived=True)
+        for joint in robot.joints:
+            if joint.mimic:
+                yield Named(EQUALITY, joint.mimic.name or joint.name, case.joint(joint, "mimic"), derived=True)
+            if joint.actuator and joint.moves:
+                yield Named(ACTUATOR, joint.actuator.name or joint.name, case.joint(joint, "actuator"), derived=True)
+        for link in robot.links:
             for mark in link.marked:
-                yield Named(mark.tag, mark.name, self.case.link(link.name, f"{mark.tag}s", mark.name))
+                yield Named(mark.tag, mark.name, case.link(link.name, f"{mark.tag}s", mark.name))
 
     def _of_sensors(self) -> Iterator[Named]:
         for sensor in self.robot.sensors:
+            path: Path = ("sensors", sensor.name)
             for part in sensor.simulated:
-                path: Path = ("sensors", sensor.name)
                 count = part.replicas.count if part.replicas else 0
                 for end in [f"_{number:0{len(str(count))}}" for number in range(count)] if part.replicas else [""]:
                     if part.kind == SENSOR_ELEMENT:
                         yield Named(SENSOR, part.name + end, path)
-                        if part.pose is not None:
-                            yield Named(SITE, part.site + end, path)
+                        yield from [Named(SITE, part.site + end, path)] if part.pose is not None else []
                     elif part.kind == BODY_ELEMENT:
                         yield Named(part.element, part.name + end, path)
 
     def _of_sections(self) -> Iterator[Named]:
         for section in of_topic("simulation"):
             for one in self.case.symbols.definitions(section):
-                if one.kind in _GIVEN:
-                    yield Named(_GIVEN[one.kind], one.name, one.path, key=len(one.path) == 2)
+                if one.kind in _DEFINED:
+                    yield Named(_DEFINED[one.kind], one.name, one.path, key=len(one.path) == 2)
         for pose in self.robot.poses:
             yield Named(KEY, pose.name, ("poses", pose.name))
 
-    def _of_elements(self) -> Iterator[Named]:
-        for path, text, top in kept(self.case):
-            for found in found_in(text):
-                for one in mujoco.given(found, top):
-                    yield Named(one.kind, one.name, path, key=False)
+    @cached_property
+    def by_kind(self) -> Mapping[str, Iterable[str]]:
+        """The names by kind."""
+        robot = self.robot
+        joints = {joint.name for joint in robot.joints if joint.moves or joint.type == BALL}
+        joints |= {joint.name + end for joint in robot.joints for end in ENDS.get(joint.type, ())}
+        joints |= {_free_joint(robot)} if any(robot.has_free_base(output) for output in robot.outputs) else set()
+        bodies = {*robot.link, *(edge.child for edge in robot.edges), "world"}
+        known: dict[str, set[str]] = {BODY: bodies, JOINT: joints, MATERIAL: set(robot.material)}
+        for named in self.all:
+            known.setdefault(named.kind, set()).add(named.name)
+        return {**known, GEOM: {*self.shapes, *known.get(GEOM, ())}}
+
+    @cached_property
+    def shapes(self) -> Mapping[str, list[Path]]:
+        """The paths of the shapes of each geom: their own names, and LINK_collision_1 and so on.
+
+        A collision shape goes before a visual one of the same name.
+        """
+        found: dict[str, list[Path]] = {}
+        for purpose in ("collision", "visual"):
+            before = frozenset(found)
+            for link in self.robot.links:
+                shapes = enumerate(getattr(link, purpose))
+                solids = [(self.case.link(link.name, purpose, i), one) for i, shape in shapes for one in shape.solids()]
+                for index, (path, solid) in enumerate(solids, start=1):
+                    found[f"{link.name}_{purpose}_{index}"] = [path]
+                    if solid.name and solid.name not in before:
+                        found.setdefault(solid.name, []).append(path)
+        return found
+
+    def has(self, kind: str, name: str) -> bool:
+        """Return True if there is something of a kind under a name, or may be."""
+        return name in self.by_kind.get(kind, ()) or (self.open and kind not in (BODY, JOINT))
+
+    def is_ambiguous(self, kind: str, name: str) -> bool:
+        """Return True if several shapes have a name, which none of them has in the MJCF."""
+        is_geom = any(named.kind == GEOM and named.name == name for named in self.all)
+        return kind == GEOM and len(self.shapes.get(name, ())) > 1 and not is_geom
 
 
-def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
-    """Yield the elements of MJCF that a robot keeps, each with its path, and whether it is a section of the file."""
-    texts = case.robot.mjcf_elements
-    for index, text in enumerate(texts):
-        yield ("mjcf_elements", index), text, True
-    for link in case.robot.links:
-        for index, text in enumerate(link.mjcf_elements):
-            yield case.link(link.name, "mjcf_elements", index), text, False
-
-
-@rule(
-    "unknown-name",
-    "What only a simulation has names a site, a shape, a tendon, an actuator or a camera that there is not; "
-    "or an entry names another one that there is not.",
-    "Correct the name.",
-    SIMULATED,
-)
+@rule("unknown-name", help="Correct the name.", topic=SIMULATED)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
-    """Names in the sections for a simulation; each name that there is not once, however often it is used."""
-    said = [one for one in case.symbols.references() if one.among]
-    yield from _unknown(case, [one for one in said if one.among == DESCRIPTION])
-    named = [one for one in said if one.among == SIMULATION]
-    if not named:
-        return
-    names = Names(case)
+    """A key names a site, shape, tendon, actuator, camera or another entry that does not exist; each name once."""
+    references = [one for one in case.symbols.references() if one.among]
+    named = [one for one in references if one.among == SIMULATION]
+    defined = case.symbols.names() if len(named) < len(references) else None
+    for one in references:
+        if defined and one.among == DESCRIPTION and not defined.gives(one.kind, one.name):
+            message = f'there is no {one.kind} "{one.name}", {one.what}'
+            help = case.suggest(one.path, one.name, defined.among((one.kind,)), f"name a {one.kind} of the robot")
+            yield case.problem("unknown-name", message, one.path, help, key=one.key)
+    names = _Names(case) if named else None
     wrong: dict[tuple[str, str], list[Reference]] = {}
     for one in named:
         kind = _KINDS.get(one.kind, one.kind)
-        several = kind == GEOM and names.shapes.get(one.name, 0) > 1
-        if several or not names.has(kind, one.name):
+        if names and (names.is_ambiguous(kind, one.name) or not names.has(kind, one.name)):
             wrong.setdefault((kind, one.name), []).append(one)
     for (kind, name), (first, *others) in wrong.items():
         also, same = case.also(first.path, ((one.path, one.what, one.key) for one in others), first.key)
         for path, what, related in ((first.path, first.what, also[:_MAX_RELATED]), *((*one, []) for one in same)):
-            id, message, help = _said(names, kind, name, what, path)
+            id, message, help = _worded(names or _Names(case), kind, name, what, path)
             yield case.problem(id, message, path, help, related=related, key=first.key)
 
 
-def _unknown(case: Case, named: Sequence[Reference]) -> Iterator[Diagnostic]:
-    """Yield what names no entry of the description, where the schema says that it names one."""
-    if not named:
-        return
-    names = SymbolTable(case.tree).names()
-    for one in named:
-        if not names.gives(one.kind, one.name):
-            message = f'there is no {one.kind} "{one.name}", {one.what}'
-            help = case.suggest(one.path, one.name, names.among((one.kind,)), f"name a {one.kind} of the robot")
-            yield case.problem("unknown-name", message, one.path, help, key=one.key)
-
-
-def _said(names: Names, kind: str, name: str, what: str, path: Path) -> tuple[str, str, str]:
-    """Return the rule, the message and the way out for a name that there is not."""
-    robot, word = names.robot, WORDS.get(kind, kind)
+def _worded(names: _Names, kind: str, name: str, what: str, path: Path) -> tuple[str, str, str]:
+    """Return the rule, the message and the help for an unknown name."""
+    robot, word = names.robot, _WORDS.get(kind, kind)
     if kind == JOINT and name in robot.joint:
         joint = robot.joint[name]
         if joint.is_fixed:
@@ -229,77 +191,132 @@ def _said(names: Names, kind: str, name: str, what: str, path: Path) -> tuple[st
         parts = " or ".join(f'"{name}{end}"' for end in ENDS[joint.type])
         message = f'joint "{name}", {what}, is {joint.type} and has no single position'
         return "joint-has-no-position", message, f"name one of the joints that MuJoCo has for it: {parts}"
-    if kind == GEOM and names.shapes.get(name, 0) > 1:
+    if names.is_ambiguous(kind, name):
         message = f'several shapes are called "{name}", {what}: in the MJCF none of them has that name'
         return "unknown-name", message, "name one as LINK_collision_1 or LINK_visual_1, by its place in its link"
-    if kind == JOINT and name == free_joint(robot):
+    if kind == JOINT and name == _free_joint(robot):
         message = f'there is no joint "{name}", {what}: the base of every output is fixed'
-        return "unknown-joint", message, "say base: free in the output of the MJCF"
+        return "unknown-joint", message, "write base: free in the output of the MJCF"
     id = {JOINT: "unknown-joint", BODY: "unknown-link"}.get(kind, "unknown-name")
-    otherwise = f"name a {word} of the robot" if word[0] not in "aei" else f"name an {word} of the robot"
-    return id, f'there is no {word} "{name}", {what}', names.case.suggest(path, name, names.of(kind), otherwise)
+    otherwise = f"name a{'n' if word[0] in 'aei' else ''} {word} of the robot"
+    known = names.by_kind.get(kind, ())
+    return id, f'there is no {word} "{name}", {what}', names.case.suggest(path, name, known, otherwise)
 
 
-@rule(
-    "name-twice",
-    "Two things of one kind have one name in the MJCF: two sites, two cameras, two sensors, a tendon and one among "
-    "`mjcf_elements`.",
-    "Give one of them another name.",
-    SIMULATED,
-)
-def once(case: Case) -> Iterator[Diagnostic]:
-    """Names that MuJoCo would find twice; two actuators beside joints are a matter of the output (mjcf-actuators)."""
-    if not simulates(case.robot):
+@rule("name-twice", help="Give one of them another name; in a part, names get its prefix.", topic=SIMULATED)
+def unique_names(case: Case) -> Iterator[Diagnostic]:
+    """Two things of one kind have one name in the MJCF: sites, cameras, sensors, tendons, elements."""
+    if not _simulates(case.robot):
         return
-    names = Names(case)
-    taken = _taken(case)
-    if any(named.kind == GEOM for named in names.given):
-        taken |= {(GEOM, name): path for name, path in _own_shapes(case).items()}
-    for named in names.given:
-        first = taken.setdefault((named.kind, named.name), named.path)
-        if first is not named.path and not (named.kind == ACTUATOR and named.key):
-            yield _twice(case, named, first)
+    names = _Names(case)
+    taken: dict[tuple[str, str], Path] = {}
+    if any(named.kind == GEOM for named in names.all):
+        taken |= {(GEOM, name): paths[0] for name, paths in names.shapes.items()}
     root = case.robot.root_in_world.joint
-    if root and root in case.robot.joint:
-        yield _twice(case, Named(JOINT, root, ("root", "joint"), False), case.joint(case.robot.joint[root]))
+    base = [Named(JOINT, root, ("root", "joint"), key=False)] if root and root in case.robot.joint else []
+    taken |= {(JOINT, one.name): case.joint(case.robot.joint[root]) for one in base}
+    for named in (*names.all, *base):
+        first = taken.setdefault((named.kind, named.name), named.path)
+        # Two actuators beside joints are a matter of the output (mjcf-actuators).
+        if first is named.path or named.derived or (named.kind == ACTUATOR and named.key):
+            continue
+        message = f'the {_WORDS.get(named.kind, named.kind)} "{named.name}" occurs twice in the MJCF'
+        if first[0] in ("links", "sensors") and len(first) == 2 and named.kind == SITE:
+            message = f'the site "{named.name}" has the name of a frame, which is a site in the MJCF already'
+        related = [case.related("the other one", first, key=len(first) == 2)]
+        key = named.key and named.path[-1] == named.name
+        yield case.problem("name-twice", message, named.path, related=related, key=key)
 
 
-def _taken(case: Case) -> dict[tuple[str, str], Path]:
-    """Return the names that links and joints bring to other kinds, and where those stand."""
-    taken: dict[tuple[str, str], Path] = {(SITE, link.name): case.link(link.name) for link in case.robot.links}
-    for index, edge in enumerate(case.robot.edges):
-        taken.setdefault((SITE, edge.child), case.edge(index, "child"))
-    for joint in case.robot.joints:
-        if joint.mimic is not None:
-            taken.setdefault((EQUALITY, joint.mimic.name or joint.name), case.joint(joint, "mimic"))
-        if joint.actuator is not None and joint.moves:
-            taken.setdefault((ACTUATOR, joint.actuator.name or joint.name), case.joint(joint, "actuator"))
-    return taken
+# --- elements of MJCF ---
+
+# Elements for which a description has words, wherever they are, and the way out.
+_IN_WORDS = {
+    "body": "make it a link, with a joint of type fixed where it does not move",
+    "joint": "write it under joints of the description",
+    "freejoint": "write base: free in the output of the MJCF",
+    "inertial": "write it under inertial of the link",
+    "composite": "make its bodies links",
+    "attach": "use a part, or include its file",
+    "include": "write its elements here, or include its file",
+}
+_IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp", "plugin")
 
 
-def _own_shapes(case: Case) -> Mapping[str, Path]:
-    """Return where the names of geoms come from that shapes have."""
-    places: dict[str, Path] = {}
-    for link in case.robot.links:
-        for purpose in ("collision", "visual"):
-            number = 0
-            for index, shape in enumerate(getattr(link, purpose)):
-                path = case.link(link.name, purpose, index)
-                for solid in shape.solids():
-                    number += 1
-                    places[f"{link.name}_{purpose}_{number}"] = path
-                    places.setdefault(solid.name, path)
-    return places
+@rule("mjcf-element", help="Write it as the message says.", topic=SIMULATED)
+def placed(case: Case) -> Iterator[Diagnostic]:
+    """`mjcf_elements` have a body, a joint, `<compiler>`, or an element that MuJoCo does not take at that place."""
+    for path, text, top in mjcf_texts(case):
+        for found in found_in(text):
+            wrong = _misplaced(case, found, top)
+            if wrong:
+                made = case.problem("mjcf-element", wrong[0], path, wrong[1])
+                yield at_name(made, found.tags[-1], found.line)
+                break
 
 
-def _twice(case: Case, named: Named, taken: Path) -> Diagnostic:
-    word = WORDS.get(named.kind, named.kind)
-    what = f'the {word} "{named.name}" is there twice in the MJCF'
-    if taken[0] in ("links", "sensors") and len(taken) == 2 and named.kind == SITE:
-        what = f'the site "{named.name}" has the name of a frame, which is a site in the MJCF already'
-    key = named.key and named.path[-1] == named.name
-    related = [case.related("the other one", taken, key=len(taken) == 2)]
-    help = "give one of them another name"
-    if named.path[-2] == "mjcf_elements":
-        help += "; in a part, names of its elements get its prefix"
-    return case.problem("name-twice", what, named.path, help, related=related, key=key)
+def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
+    """Return the problem of where an element is, and the way out; a body of MuJoCo alone would be in no other file."""
+    tag, first = found.tags[-1], found.tags[0]
+    is_other = top and (first == "default" or (tag == "joint" and first in ("tendon", "equality")))
+    if tag in _IN_WORDS and not is_other:
+        return f"<{tag}> is in elements of MJCF: no other artifact would have it", _IN_WORDS[tag]
+    if tag == "flexcomp" and case.robot.poses:
+        message = "<flexcomp> adds joints that no pose places: MuJoCo refuses the keyframes"
+        return message, "leave the poses to a description without it"
+    if len(found.tags) > 1:
+        return None
+    if top and tag == "compiler":
+        return "<compiler> would change what all numbers of the MJCF mean", "leave it out; angles are in radians here"
+    if top and tag not in mujoco.SECTIONS:
+        help = (
+            "write it in a link" if tag in _IN_BODIES else did_you_mean(tag, mujoco.SECTIONS, "write a whole section")
+        )
+        return f"<{tag}> is no section of an MJCF", help
+    if not top and tag in mujoco.SECTIONS:
+        return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf_elements at the top"
+    if not top and tag not in _IN_BODIES:
+        return f"<{tag}> is no element of a body", did_you_mean(tag, _IN_BODIES, "write one of them")
+    return None
+
+
+@rule("unknown-in-mjcf", help="Correct the name.", topic=SIMULATED)
+def unknown_in_elements(case: Case) -> Iterator[Diagnostic]:
+    """An element of `mjcf_elements` names a body, a joint, a site, a geom, a class or the like that does not exist."""
+    texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
+    if not texts:
+        return
+    names, own = _Names(case), f"{case.robot.name}_"
+    # <replicate> and <flexcomp> make names: those of their elements with something behind them.
+    made_of: list[tuple[str, str]] = []
+    has_flexcomp = False
+    for _, elements, top in texts:
+        tags = {tag for found in elements for tag in found.tags}
+        has_flexcomp = has_flexcomp or "flexcomp" in tags
+        if tags & {"replicate", "flexcomp"}:
+            made_of += [(one.kind, one.name) for found in elements for one in mujoco.given(found, top)]
+    materials = {f"{own}{name}" for name in case.robot.material}  # so they are called in the MJCF
+    materials |= {named.name for named in names.all if named.kind == MATERIAL}
+    seen: set[tuple[str, str]] = set()
+    for path, elements, top in texts:
+        is_placed = not any(_misplaced(case, found, top) for found in elements)
+        uses = [(found, one) for found in elements for one in mujoco.used(found, top)] if is_placed else []
+        for found, one in uses:
+            kind, name = one.kind, one.name
+            known = materials if kind == MATERIAL else names.by_kind.get(kind, ())
+            if (
+                (kind, name) in seen
+                or (kind == BODY and has_flexcomp)
+                or (kind in (mujoco.CLASS, mujoco.MESH) and name.startswith(own))
+                or (kind == mujoco.CLASS and name in ("main", case.robot.name))
+                or (name in known if kind == MATERIAL else names.has(kind, name))
+                or any(kind == made and name.startswith(start) for made, start in made_of)
+            ):
+                continue
+            seen.add((kind, name))
+            word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
+            message = f'there is no {word} "{name}", {one.where}'
+            if kind == JOINT and name in case.robot.joint:
+                message = f'joint "{name}", {one.where}, is no joint in the MJCF: it is {case.robot.joint[name].type}'
+            help = case.suggest(path, name, known, f"name a {word} of the robot or of these elements")
+            yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, found.line)

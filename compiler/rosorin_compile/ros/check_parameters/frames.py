@@ -150,5 +150,6 @@ def _odometry(case: Case, node: Node) -> str:
     if said and said[0] in parents:
         return str(said[0])
     children = {step.child for step in steps}
-    lowest = [step.parent for step in steps if step.edge and step.edge.moving and step.child not in parents]
+    moving = [step for step in steps if step.edge is not None and case.robot.edges[step.edge].moving]
+    lowest = [step.parent for step in moving if step.child not in parents]
     return next((p for p in lowest if p in children), next(iter(lowest), ""))

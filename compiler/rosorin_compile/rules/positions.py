@@ -1,0 +1,327 @@
+"""Positions of joints: within their limits, reached by their servos, and followed by other joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from rosorin_compile.language.annotations import Node
+from rosorin_compile.language.schema import sections
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint
+from rosorin_compile.model.servos import ServoGroup
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import JOINTS, POSES, Check, rule
+from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.wording import first_of
+
+from .case import Case, number
+
+# Positions come from pulses and printed limits: a hair beyond is rounding.
+ROUNDING = 1e-6
+# A linkage is no exact ratio: so much of the range of a joint its leader may move it beyond.
+SLACK = 0.05
+SHOWN = 8
+# rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
+COARSE = 0.1
+# A servo reaches more or less than its joint, by a gear that is not described; not by as much.
+OTHER_RANGE = 20.0
+SEVERAL_TURNS = 4 * math.pi
+
+
+@rule("beyond-joint-limit", "A warning: a value is beyond the joint limits.", "Correct it.", JOINTS, "joint", "always")
+@rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
+@rule(
+    "mimic-beyond-limit", "A warning: a follower is driven beyond its limits.", "Correct it.", JOINTS, "joint", "always"
+)
+def within_limits(case: Case) -> Iterator[Diagnostic]:
+    """Compare what the limits of a joint bound with them: the numbers that the schema marks by ``x-within``."""
+    for section, node in sections().items():
+        for id, path, name, value in _bounded(node, case.tree.get(section), (section,), ""):
+            joint = case.robot.joint.get(name)
+            if joint is not None and joint.moves and (id != "pose-beyond-limit" or joint.mimic is None):
+                yield from _compare(case, id, joint, path, value)
+    # A pose leaves the joints at zero that it does not name; one of a planning group is about the joints of that.
+    moveit = case.robot.moveit
+    states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
+    for joint in case.robot.joints:
+        if joint.mimic is None and joint.moves and any(joint.name in pose.positions for pose in case.robot.poses):
+            for pose in case.robot.poses:
+                if joint.name not in pose.positions and pose.name not in states:
+                    yield from _compare(case, "pose-beyond-limit", joint, ("poses", pose.name), 0.0)
+
+
+def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
+    """Yield the values that their joint bounds: the rule that reports them, the path, the joint, and the value."""
+    if node is None:
+        return
+    if node.within and isinstance(value, (int, float, Map)):
+        yield node.within, path, joint, value
+    names = node.keys is not None and "joint" in (node.keys.gives, node.keys.names)
+    for key, inner in value.items() if isinstance(value, dict) else ():
+        yield from _bounded(node.at(key), inner, (*path, key), key if names else joint)
+
+
+def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:
+    """Yield a warning if a value of a joint is beyond its limits."""
+    interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
+    lower, upper = joint.limits_of(interface)
+    if (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
+        return
+    lower, upper = -math.inf if lower is None else lower, math.inf if upper is None else upper
+    driven = _driven(case, joint) if id == "mimic-beyond-limit" else None
+    if lower > upper or (id == "mimic-beyond-limit" and driven is None):
+        return
+    called, bounds, slack = f'joint "{joint.name}"', f"{number(lower)} to {number(upper)}", ROUNDING
+    low = high = float(value) if not isinstance(value, Map) else 0.0
+    related, help = [("its limits", case.joint(joint, "limit"))], ""
+    if driven is not None:
+        leader, low, high = driven
+        slack = SLACK * (upper - lower)
+        message = f'{called} follows "{leader.name}" to {_span((low, high), joint)}'
+        message += f", beyond its own limits of {_span((lower, upper), joint)}"
+        message += case.stands_in(case.joint(joint, "limit"))
+        related.append(("those of the leader", case.joint(leader, "limit")))
+        offset = joint.mimic.offset if joint.mimic else 0.0
+        path = (*path, "offset" if abs(offset) > max(abs(lower), abs(upper)) + slack else "multiplier")
+    elif id == "pose-beyond-limit":
+        pose, named = str(path[1]), len(path) > 2
+        low = high = dict(case.robot.positions(pose)).get(joint.name, 0.0)
+        bound, side, end = ("lower", "below", lower) if low < lower else ("upper", "above", upper)
+        message = f'pose "{pose}" {"places" if named else "leaves"} {called} at {number(low)} {joint.unit}'
+        message += f", {side} its {bound} limit of {number(end)} {joint.unit}"
+        related = [("the limit", case.joint(joint, "limit", bound))]
+    else:
+        help = (
+            "correct one of the two; left out, it is the limit" if id == "control-limit" else "correct it, or the limit"
+        )
+        what = f"{'calibration ' if path[-2] == 'calibration' else ''}{path[-1]}".replace("_", " ")
+        what = f"{what} {interface}" if id == "control-limit" else what
+        message = f"the {what} of {called} is {number(low)}, beyond its limits of {bounds}"
+    if low < lower - slack or high > upper + slack:
+        yield case.problem(id, message, path, help, related=related, severity=WARNING, key=len(path) == 2)
+
+
+def _driven(case: Case, joint: Joint) -> tuple[Joint, float, float] | None:
+    """Return the leader of a joint with limits, and the positions to which it drives the joint within its own."""
+    leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
+    if joint.mimic is None or leader is None or leader.mimic is not None or range_of(joint) is None:
+        return None
+    ends = range_of(leader)
+    low, high = sorted(joint.mimic.multiplier * end + joint.mimic.offset for end in ends) if ends else (0.0, 0.0)
+    return (leader, low, high) if ends else None
+
+
+@Check
+def room_to_move(case: Case) -> Iterator[Diagnostic]:
+    """Soft limits must leave a joint room to move."""
+    for joint in case.robot.joints:
+        safety = joint.safety if joint.moves else None
+        if safety is None or safety.soft_lower_limit is None or safety.soft_upper_limit is None:
+            continue
+        ends = (safety.soft_lower_limit, safety.soft_upper_limit)
+        if ends[0] >= ends[1]:
+            message = f'the soft limits of joint "{joint.name}", {_span(ends, joint)}, leave it no room to move'
+            path, help = case.joint(joint, "safety_controller"), "widen them, or leave them out"
+            yield case.problem("beyond-joint-limit", message, path, help, within=True)
+
+
+def range_of(joint: Joint) -> tuple[float, float] | None:
+    """Return the limits of a joint that has some; None if they mean nothing."""
+    limit = joint.limit
+    if joint.type not in ("revolute", "prismatic") or limit is None or limit.lower is None or limit.upper is None:
+        return None
+    return (limit.lower, limit.upper) if limit.lower < limit.upper else None
+
+
+def _span(ends: tuple[float, float], joint: Joint) -> str:
+    return f"{number(ends[0])} to {number(ends[1])} {joint.unit}"
+
+
+@rule("zero-beyond-limit", help="Add a pose that places it.", topic=POSES)
+def zeros(case: Case) -> Iterator[Diagnostic]:
+    """A note: zero, where simulations begin, is not within the limits of a joint, and no pose places it."""
+    placed = {name for pose in case.robot.poses for name in pose.positions}
+    away = []
+    for joint in case.robot.joints:
+        ends = range_of(joint) if joint.mimic is None and joint.name not in placed else None
+        if ends and not ends[0] - ROUNDING <= 0 <= ends[1] + ROUNDING:
+            away.append((joint, ends))
+    if away:
+        names = first_of([f'"{joint.name}" ({_span(ends, joint)})' for joint, ends in away], SHOWN)
+        joint, ends = away[0]
+        message = f"zero, where simulations begin, is not within the limits of {names}"
+        yield case.problem(
+            "zero-beyond-limit", message, case.joint(joint, "limit", "lower" if ends[0] > 0 else "upper")
+        )
+
+
+# --- poses and servos ---
+
+
+@rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Leave it out.", POSES)
+@rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
+def placed_joints(case: Case) -> Iterator[Diagnostic]:
+    """Poses of joints that are fixed, have no single position, or follow another; a pose of a base that is fixed."""
+    for pose in case.robot.poses:
+        for name in pose.positions:
+            joint = case.robot.joint.get(name)
+            path: Path = ("poses", pose.name, "pulses" if name in pose.pulses else "positions", name)
+            if joint is not None and not joint.moves and name not in pose.pulses:
+                yield _motionless(case, joint, path, f'pose "{pose.name}" moves', key=True)
+            elif joint is not None and joint.moves and joint.mimic is not None:
+                message = f'pose "{pose.name}" places joint "{name}", which follows "{joint.mimic.joint}": no effect'
+                help = f'place "{joint.mimic.joint}" instead'
+                yield case.problem("ignored-key", message, path, help, key=True)
+    options = [case.formats[one.backend].options for one in case.robot.outputs if one.backend in case.formats]
+    bases = [one.options.get("base", "fixed") for one in case.robot.outputs]
+    if not any("base" in one for one in options) or "free" in bases or case.robot.moveit is not None:
+        return  # moveit places the virtual joint of its own
+    for pose in case.robot.poses:
+        if pose.base is not None:
+            message = f'pose "{pose.name}" places the base, which is fixed in every output: no effect'
+            path, help = ("poses", pose.name, "base"), "write base: free in the output"
+            yield case.problem("ignored-key", message, path, help, severity=NOTE, key=True)
+
+
+def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
+    """Return the problem of a joint that is moved and does not move, or has no single position."""
+    id, why = "joint-is-fixed", "is fixed"
+    if not joint.is_fixed:
+        id, why = "joint-has-no-position", f"is {joint.type} and has no single position"
+    related = [("the joint", case.joint(joint))]
+    return case.problem(id, f'{what} joint "{joint.name}", which {why}', path, related=related, key=key)
+
+
+@rule("two-servos", "A joint is in two servo groups.", "Name it in one place.", POSES)
+def groups(case: Case) -> Iterator[Diagnostic]:
+    """Servos of fixed joints, and joints with two servos."""
+    taken: dict[str, Path] = {}
+    order = list(case.section("servos"))
+    for group in sorted(case.robot.servos, key=lambda group: order.index(group.name)):
+        for index, name in enumerate(group.joints):
+            path: Path = ("servos", group.name, "joints", index)
+            joint = case.robot.joint.get(name)
+            if joint is not None and not joint.moves:
+                yield _motionless(case, joint, path, f'servo group "{group.name}" turns')
+            if name in taken and joint is not None:
+                related = [("its first servo", taken[name])]
+                yield case.problem("two-servos", f'joint "{name}" has two servos', path, related=related)
+            taken.setdefault(name, path)
+
+
+@rule("servo-range", help="`rad_per_pulse` is the angle of one pulse, in radians: `${240*deg / 1000}`.", topic=POSES)
+def scales(case: Case) -> Iterator[Diagnostic]:
+    """A warning: a pulse turns a servo by many degrees, or all pulses reach much more or less than the joint."""
+    for group in case.robot.servos:
+        joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
+        yield from list(_scale(case, group, joints))[:1]
+
+
+def _scale(case: Case, group: ServoGroup, joints: list[Joint]) -> Iterator[Diagnostic]:
+    path: Path = ("servos", group.name, "rad_per_pulse")
+    step, reach = abs(group.rad_per_pulse), abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
+    if step >= COARSE and reach >= SEVERAL_TURNS and any(joint.type != "prismatic" for joint in joints):
+        message = (
+            f'a pulse turns the servos "{group.name}" by {number(group.rad_per_pulse)} rad{case.stands_in(path)}, and'
+            f" all of them by {number(round(reach / (2 * math.pi), 1))} turns: this looks like degrees"
+        )
+        yield case.problem("servo-range", message, path)
+    for joint in joints:
+        ends = range_of(joint)
+        if ends and not 1 / OTHER_RANGE <= reach / (ends[1] - ends[0]) <= OTHER_RANGE:
+            limit = case.joint(joint, "limit")
+            message = (
+                f'all pulses of the servos "{group.name}" are {number(reach)} {joint.unit}{case.stands_in(path)}, and'
+                f' joint "{joint.name}" goes from {_span(ends, joint)}{case.stands_in(limit)}'
+            )
+            help = "rad_per_pulse is the way of one pulse, in radians or metres"
+            yield case.problem("servo-range", message, path, help, related=[("its limits", limit)])
+
+
+# --- followers ---
+
+
+@rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)
+@rule("mimic-fixed", "A joint without a position follows or leads.", "Name one that moves.", JOINTS, "joint", "always")
+@rule("mimic-cycle", "Joints follow each other in a circle.", "Let one of them lead: remove its `mimic`.", JOINTS)
+def leaders(case: Case) -> Iterator[Diagnostic]:
+    """Leaders that are missing or cannot lead, and followers that follow themselves."""
+    robot = case.robot
+    for joint in robot.joints:
+        if joint.mimic is None:
+            continue
+        path, called = case.joint(joint, "mimic", "joint"), f'joint "{joint.name}"'
+        leader = robot.joint.get(joint.mimic.joint)
+        if not joint.moves:
+            message = f'{called} is {joint.type} and cannot follow "{joint.mimic.joint}"'
+            help = "remove mimic, or correct the type of the joint"
+            yield case.problem("mimic-fixed", message, path[:-1], help, key=True)
+        elif leader is None:
+            message = f'{called} follows "{joint.mimic.joint}", but there is no such joint'
+            moving = [other.name for other in robot.joints if other.moves and other is not joint]
+            help = case.suggest(path, joint.mimic.joint, moving, "name a joint that moves")
+            yield case.problem("mimic-unknown", message, path, help)
+        elif not leader.moves:
+            what = "fixed and never moves" if leader.is_fixed else f"{leader.type} and has no single position"
+            message, related = (
+                f'{called} follows "{leader.name}", which is {what}',
+                [("the leader", case.joint(leader))],
+            )
+            yield case.problem("mimic-fixed", message, path, "name a joint that moves", related=related)
+    for first, *others in circles(case):
+        message = f'joint "{first.name}" follows itself'
+        if others:
+            names = [joint.name for joint in (first, *others, first)]
+            message = f"joints follow each other in a circle: {' -> '.join(names)}"
+        related = [(f'"{joint.name}" follows here', case.joint(joint, "mimic", "joint")) for joint in others]
+        yield case.problem("mimic-cycle", message, case.joint(first, "mimic", "joint"), related=related)
+
+
+def circles(case: Case) -> Iterator[list[Joint]]:
+    """Yield each circle of followers once, beginning with the joint that the description names first."""
+    done: set[str] = set()
+    for start in case.robot.joints:
+        chain: list[Joint] = []
+        joint: Joint | None = start if start.mimic else None
+        while joint is not None and joint.name not in done:
+            done.add(joint.name)
+            chain.append(joint)
+            joint = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
+        if joint is not None and joint in chain:
+            yield chain[chain.index(joint) :]
+
+
+@rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both the same publisher.", JOINTS)
+@rule("mimic-chain", "A warning: a follower of a follower.", "Follow the first leader.", JOINTS, "joint", "always")
+def order(case: Case) -> Iterator[Diagnostic]:
+    """Find followers that robot_state_publisher cannot resolve.
+
+    It goes once through the followers by name (ros/robot_state_publisher@humble:src/robot_state_publisher.cpp), so a
+    follower of a follower is lost unless its leader comes first; and readers of the URDF look for the leader there.
+    """
+    in_circle = {joint.name for circle in circles(case) for joint in circle}
+    for joint in case.robot.joints:
+        mimic = joint.mimic
+        leader = case.robot.joint.get(mimic.joint) if mimic else None
+        if leader is None or mimic is None or joint.publisher.kind != ROBOT_STATE_PUBLISHER or leader is joint:
+            continue
+        if not (joint.moves and leader.moves):
+            continue
+        path = case.joint(joint, "mimic", "joint")
+        if leader.publisher.kind != ROBOT_STATE_PUBLISHER:
+            message = f'joint "{joint.name}" follows "{leader.name}", which is not in the URDF: another publishes it'
+            related = [("the publisher of the leader", case.publisher(leader))]
+            yield case.problem("mimic-not-published", message, path, related=related)
+        elif (
+            leader.mimic
+            and joint.name.encode() < leader.name.encode()
+            and in_circle.isdisjoint((joint.name, leader.name))
+        ):
+            first, offset = leader.mimic, mimic.multiplier * leader.mimic.offset + mimic.offset
+            message = f'joint "{joint.name}" follows "{leader.name}", itself a follower that comes later by name:'
+            message += " robot_state_publisher would not move it"
+            direct = f"joint: {first.joint}, multiplier: {number(mimic.multiplier * first.multiplier)}"
+            help = f"follow the leader directly: {{{direct}{f', offset: {number(offset)}' if offset else ''}}}"
+            related = [(f'"{leader.name}" follows "{first.joint}"', case.joint(leader, "mimic", "joint"))]
+            yield case.problem("mimic-chain", message, path, help, related=related)

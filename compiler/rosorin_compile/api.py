@@ -182,8 +182,7 @@ def check(
         present = read_set(folder)
     except OutputError as problem:
         return Checked(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
-    path = request.description.path
-    committed = compare_committed(compiled, present, folder, path, lambda: request.understand().case)
+    committed = compare_committed(compiled, present, folder, lambda: request.understand().case)
     diagnostics = (*diagnostics, *committed.diagnostics)
     return Checked(compiled, folder, committed.differing(), tuple(committed.lines()), diagnostics, committed)
 

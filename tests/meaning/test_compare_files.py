@@ -114,7 +114,7 @@ def test_files_that_are_missing_extra_or_no_text() -> None:
     assert lines(comparison) == [
         "notes\\x1b[31m.txt: no artifact of this robot; remove it, or run rosorin-compile all --prune",
         "rosorin.urdf: missing; rosorin-compile all writes it",
-        "rosorin.xml: the committed file is no UTF-8 text; rosorin-compile all writes it anew",
+        "rosorin.xml: the committed file is no UTF-8 text; rosorin-compile all writes it again",
     ]
     assert [text.kind for text in comparison.texts] == ["extra", "missing", "not-text"]
     assert not comparison.same
@@ -147,13 +147,9 @@ def test_the_diff_is_a_unified_diff_that_shows_what_differs() -> None:
     assert '+    <origin xyz="0.00025563 0.00074282 0.08513" rpy="0 0 0"/>' in said
 
 
-def test_a_long_diff_is_cut_and_a_long_line_shown_where_it_differs() -> None:
+def test_a_long_diff_is_cut() -> None:
     comparison = edited("robot_model.json", "0.00074282, 0.08513", "0.00074282, 0.08613")
     short, full = lines(comparison), lines(comparison, full=True)
-    removed, added = short[-4:-2]
-    assert removed.startswith("-...")
-    assert "0.00074282, 0.08613" in removed
-    assert "0.00074282, 0.08513" in added
     assert max(map(len, short)) < 170
     assert f"+{COMMITTED['robot_model.json'].decode().rstrip()}" in full
     many = edited("rosorin.urdf", "\n", "\n\n", 999)

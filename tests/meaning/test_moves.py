@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from rosorin_compile.compare.moves import moves
+from rosorin_compile.compare.overlay import moves
 from rosorin_compile.compare.precision import EXACT, Printing, Style
 from rosorin_compile.model import Joint, Link, Pose, Robot
 
@@ -53,4 +53,4 @@ def test_a_root_that_hangs_below_another_known_link_is_where_it_was() -> None:
 def test_a_link_moved_farther_than_the_digits_of_one_of_the_two_leave_open(
     printings: tuple[Printing, Printing], how: dict[str, str]
 ) -> None:
-    assert moves(chain("base", "arm"), chain("base", "arm", step=1.004), printings=printings).how == how
+    assert moves(chain("base", "arm"), chain("base", "arm", step=1.004), precisions=printings).how == how

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import random
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -104,20 +104,12 @@ def by_check(robot: Robot, chance: random.Random) -> None:
     own = [change for change in comparison.changes if not FOLLOWS.intersection(change.kind.split())]
     said = [change.line() for change in own]
     assert told(planted, said), (planted_of(planted), said)
-    table = [line for line in document([Section("r", blocks=blocks(own, []))]).splitlines() if line.startswith("| `")]
-    assert told(planted, [row_text(line) for line in table]), (planted_of(planted), table)
+    table = [line for line in document([Section("r", blocks=blocks(own, []))]).splitlines() if line.startswith("| ")][
+        2:
+    ]
+    assert told(planted, [unescape(line).replace("`", "") for line in table]), (planted_of(planted), table)
     page = [change_data(change, [changed, robot]) for change in own]
     assert told(planted, [f"{data.get('frame', '')} {data['text']}" for data in page]), (planted_of(planted), page)
-
-
-def row_text(line: str) -> str:
-    """Return a row of a table as a sentence: each number before with that after."""
-    what, quantity, before, after = (cell.strip().replace("`", "") for cell in line.strip("| ").split(" | ")[:4])
-    numbers = zip(
-        *(re.findall(r"(?<![\w.])[-+]?\d[\d.]*(?:e[-+]?\d+)?", side) for side in (before, after)), strict=True
-    )
-    pairs = "; ".join(f"{old} -> {new}" for old, new in numbers)
-    return f"{what} {quantity}: {before} -> {after}; {pairs}"
 
 
 @given(SEEDS)
@@ -257,16 +249,9 @@ def test_no_change_hides_another_in_any_form(home: Path, capsys: Shown) -> None:
     assert main(["check", "--html", "page.html", "--summary", "summary.md", "--format", "json"]) == 1
     (message,) = [one for one in json.loads(capsys.readouterr().out)["diagnostics"] if one["rule"] == "outputs-differ"]
     page = data_of((home / "page.html").read_text("utf-8"))
-    table = [line for line in (home / "summary.md").read_text("utf-8").splitlines() if line.startswith("| `")]
+    table = [line for line in (home / "summary.md").read_text("utf-8").splitlines() if line.startswith("| ")][2:]
     assert message["message"].splitlines()[: len(TOLD)] == [f"{line}: urdf, mjcf" for line in TOLD]
     assert [change["text"] for change in page["changes"]] == TOLD
-    assert [row_text(line).partition(";")[0] for line in table] == [
-        "base collision cylinder: radius 0.1 m, origin z 0.1 m -> radius 0.11 m, origin z 0.6 m",
-        "arm in base origin: x 1 m, y 0 m -> x 2 m, y 0.001 m",
-        "hip axis: 0 0 1 -> 0 1 0",
-        "hip limit upper: 1 rad -> 1.5 rad",
-        "hip limit effort: 5 N*m -> 6 N*m",
-        "arm mass: 2 kg -> 3 kg",
-    ]
+    assert [unescape(line).strip("| ").split(" | ")[0].replace("`", "") for line in table] == TOLD
     did = "base collision: cylinder radius, arm moved 1.0 m in base, hip axis and 3 more"
     assert page["said"] == f"6 changes against what is committed: {did}"

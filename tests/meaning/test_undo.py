@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.committed import compare, undo_all
-from rosorin_compile.compare.moves import moves
+from rosorin_compile.compare.committed import compare
+from rosorin_compile.compare.overlay import moves
+from rosorin_compile.compare.undo import undo_all
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
 from support.moving import random_state

@@ -7,7 +7,6 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.rule_registry import WRITING, Rule
@@ -83,11 +82,11 @@ class Committed(NamedTuple):
 
 
 def compare_committed(
-    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, path: Path, load: Callable[[], Case | None]
+    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, load: Callable[[], Case | None]
 ) -> Committed:
     """Compare a compiled robot without errors with the files in its outputs folder.
 
-    ``path`` is the main file of the description. ``load`` returns the robot with its positions in files, for errors of
+    ``load`` returns the robot with its positions in files, for errors of
     engines.
     """
     if compiled.robot is None:
@@ -95,7 +94,7 @@ def compare_committed(
     meshes = compiled.mesh_files
     present = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
     files = {name: data for name, data in committed.items() if name not in meshes}
-    comparison = compare(compiled.robot, compiled.artifacts, files, Templates(path.parent, first=path))
+    comparison = compare(compiled.robot, compiled.artifacts, files)
     changed = []
     for name, data in meshes.items():
         if data != committed.get(name):

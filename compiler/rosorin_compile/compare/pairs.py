@@ -1,4 +1,4 @@
-"""Artifacts as they were and as they are: their leaves under the names of the robot.
+"""Artifacts as they were and as they are: their leaves, under the names of the robot.
 
 A new name of a link or a joint hides nothing else that changed: old leaves get the new names. Of the links that only
 one of two artifacts has, those are the same that the joint of one name places, that the same frame is attached to, or
@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rosorin_compile.formats import FORMATS, Artifact, Format
-from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Pose, Robot
 
 from .precision import Precision, printed, rounded
 from .walk import Leaves, leaves
 
 Names = Mapping[str, str]
+_LINKS = ("frame", "link", "height map")
 
 
 @dataclass(frozen=True)
@@ -55,45 +55,30 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
     if format.read is None:
         return None
     try:
-        old = under_names(format, output, leaves(format.read(committed)))
+        old = leaves(format.read(committed))
     except (ValueError, TypeError, OverflowError, RecursionError) as problem:
         raise ValueError(str(problem)) from None
-    before = _at_least(printed(committed), rounded(*format.rounding))
+    before, least = printed(committed), rounded(*format.rounding)
+    known = lambda key, *values: max(least(key, *values), before(key, *values))  # noqa: E731
     if format.view is not None and not format.partial:
-        return Pair(output, old, contents(robot, output), (before, rounded(*format.rounding)))
-    new = under_names(format, output, leaves(format.read(artifact.text)))
-    return Pair(output, old, new, (before, printed(artifact.text)))
-
-
-def _at_least(precision: Precision, least: Precision) -> Precision:
-    return lambda key, *values: max(least(key, *values), precision(key, *values))
-
-
-def contents(robot: Robot, output: Output, templates: Templates | None = None) -> Leaves:
-    """Return the leaves that an output of a robot is meant to contain, under the names of the robot.
-
-    ``templates`` are those of the description. Raises TemplateProblem if one is missing.
-    """
-    format = FORMATS[output.backend]
-    if format.view is not None and not format.partial:
-        value = format.view(robot, output)
+        new, precision = leaves(format.view(robot, output)), least
     else:
-        value = format.read(format.written(robot, output, templates or Templates())[0])  # type: ignore[misc]
-    return under_names(format, output, leaves(value))
+        new, precision = leaves(format.read(artifact.text)), printed(artifact.text)
+    return Pair(output, *(under_names(format, output, side) for side in (old, new)), (known, precision))
 
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
     """Return leaves under the names that the robot has for links, where an artifact has others."""
     names = format.names(output) if format.names is not None else {}
-    return _renamed(found, names, ("frame", "link", "height map"), {}) if names else found
+    return _renamed(found, names, _LINKS, {}) if names else found
 
 
 def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
     """Return artifacts with the new names of links and joints in what was."""
     links: dict[str, str] = {}
     for pair in pairs:
-        links |= new_link_names(pair.old, pair.new)
-    return [_joints_renamed(_links_renamed(pair, links)) for pair in pairs]
+        links |= _new_link_names(pair.old, pair.new)
+    return [_with_new_joints(_with_new_links(pair, links)) for pair in pairs]
 
 
 def links_of(found: Leaves) -> set[str]:
@@ -102,19 +87,16 @@ def links_of(found: Leaves) -> set[str]:
     return names | {str(of["parent"]) for (kind, _), of in found.items() if kind == "frame" and "parent" in of}
 
 
-def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
+def _new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
     """Return the links with new names, from the root on."""
     before, after = links_of(old), links_of(new)
     gone, fresh = before - after, after - before
-    if not gone or not fresh:
-        return {}
-    signs = [sorted(_signs(side, links), key=repr) for side, links in ((old, gone), (new, fresh))]
     found: dict[str, str] = {}
-    again = True
+    again = bool(gone and fresh)
     while again:
         again = False
         for sign in ("joint", "child", "place"):
-            was, now = (_by_sign(some, sign, found) for some in signs)
+            was, now = _signs(old, gone, sign, found), _signs(new, fresh, sign, found)
             made = {link: now[key] for key, link in was.items() if key in now and link not in found}
             made = {link: name for link, name in made.items() if name not in found.values()}
             if made:
@@ -124,46 +106,37 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
     return found
 
 
-Sign = tuple[str, str, tuple[Any, ...]]
-
-
-def _signs(side: Leaves, links: set[str]) -> Iterator[Sign]:
-    """Yield what links are known by: their joint, what is attached to them, and where they are."""
-    for (kind, name), of in side.items():
-        if kind == "joint" and of.get("child") in links:
-            yield "joint", of["child"], (name,)
-        if kind == "frame" and of.get("parent") in links:
-            yield "child", of["parent"], (name,)
-        origin = of.get("origin")
-        if kind == "frame" and name in links and isinstance(origin, Pose):
-            yield "place", name, (of.get("parent", ""), *(round(x, 9) for x in (*origin.xyz, *origin.rpy)))
-
-
-def _by_sign(signs: Sequence[Sign], kind: str, known: Names) -> dict[tuple[Any, ...], str]:
-    """Return links by what they are known by, under the names that are known; what two share is no sign."""
+def _signs(side: Leaves, links: set[str], sign: str, renamed: Names) -> dict[tuple[Any, ...], str]:
+    """Return links by what they are recognised by; what two of them share is left out."""
     found: dict[tuple[Any, ...], str] = {}
-    twice = set()
-    for sign, link, value in signs:
-        if sign == kind:
-            key = (known.get(value[0], value[0]), *value[1:])
-            twice |= {key} if found.setdefault(key, link) != link else set()
-    return {key: link for key, link in found.items() if key not in twice}
+    shared = set()
+    for link, value in _all_signs(side, links, sign):
+        key = (renamed.get(value[0], value[0]), *value[1:])
+        if found.setdefault(key, link) != link:
+            shared.add(key)
+    return {key: link for key, link in found.items() if key not in shared}
 
 
-def _links_renamed(pair: Pair, links: Names) -> Pair:
-    before, after = links_of(pair.old), links_of(pair.new)
-    known = {
-        old: new
-        for old, new in links.items()
-        if old in before and new in after and old not in after and new not in before
-    }
+def _all_signs(side: Leaves, links: set[str], sign: str) -> Iterator[tuple[str, tuple[Any, ...]]]:
+    for (kind, name), of in side.items():
+        origin = of.get("origin")
+        if sign == "joint" and kind == "joint" and of.get("child") in links:
+            yield of["child"], (name,)
+        elif sign == "child" and kind == "frame" and of.get("parent") in links:
+            yield of["parent"], (name,)
+        elif sign == "place" and kind == "frame" and name in links and isinstance(origin, Pose):
+            yield name, (of.get("parent", ""), *(round(x, 9) for x in (*origin.xyz, *origin.rpy)))
+
+
+def _with_new_links(pair: Pair, links: Names) -> Pair:
+    gone, fresh = links_of(pair.old) - links_of(pair.new), links_of(pair.new) - links_of(pair.old)
+    known = {old: new for old, new in links.items() if old in gone and new in fresh}
     if not known:
         return pair
-    old = _renamed(pair.old, known, ("frame", "link", "height map"), pair.new)
-    return replace(pair, old=old, renamed={"link": known})
+    return replace(pair, old=_renamed(pair.old, known, _LINKS, pair.new), renamed={"link": known})
 
 
-def _joints_renamed(pair: Pair) -> Pair:
+def _with_new_joints(pair: Pair) -> Pair:
     before, after = (
         {of["child"]: name for (kind, name), of in side.items() if kind == "joint" and "child" in of}
         for side in (pair.old, pair.new)
@@ -182,27 +155,16 @@ def _renamed(found: Leaves, names: Names, kinds: Sequence[str], new: Leaves) -> 
     """
     made: Leaves = {}
     for (kind, name), entry in found.items():
-        name = _name(name, names) if kind in kinds or (kind, name) not in new else name
+        plain, space, rest = name.partition(" ")  # the row of a publisher that takes turns has more words
+        if kind in kinds or (kind, name) not in new:
+            name = f"{names[plain]}{space}{rest}" if plain in names else names.get(name, name)
         now = new.get((kind, name), {})
-        made[kind, name] = {
-            _quantity(kind, quantity, names, now): _value(kind, quantity, value, names, kinds, now.get(quantity))
-            for quantity, value in entry.items()
-        }
+        own = made[kind, name] = {}
+        for quantity, value in entry.items():
+            words = " ".join(names.get(word, word) for word in quantity.split(" "))
+            is_fixed = kind in ("frame", "joint") or quantity in now or words not in now
+            own[quantity if is_fixed else words] = _value(kind, quantity, value, names, kinds, now.get(quantity))
     return made
-
-
-def _name(name: str, names: Names) -> str:
-    """Return a name, or the row of a publisher that takes turns, under a new name."""
-    plain, space, rest = name.partition(" ")
-    return f"{names[plain]}{space}{rest}" if plain in names else names.get(name, name)
-
-
-def _quantity(kind: str, quantity: str, names: Names, now: Mapping[str, Any]) -> str:
-    if kind in ("frame", "joint") or quantity in now:
-        return quantity
-    words = [names.get(word, word) for word in quantity.split(" ")]
-    other = " ".join(words)
-    return other if other in now else quantity
 
 
 def _value(kind: str, quantity: str, value: Any, names: Names, kinds: Sequence[str], now: Any) -> Any:

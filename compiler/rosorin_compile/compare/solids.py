@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
+from itertools import product
 from typing import NamedTuple
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere, Transform, Vector
@@ -15,6 +16,7 @@ from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plu
 from rosorin_compile.model.shape import ROWS, Rgba
 
 from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Precision, exact, joined
+from .sentences import text_of
 
 # The names of the sizes of a solid: full extents and full lengths in metres, as in URDF; of a mesh a bare factor.
 SIZES = {
@@ -27,7 +29,7 @@ SIZES = {
 }
 ROUND = ("cylinder", "capsule")
 _UPRIGHT = Transform().rows
-_MOST_COLUMNS = 200_000
+_MOST_CELLS = 500_000
 _MANY = 500
 
 
@@ -118,12 +120,8 @@ def _words(shape: Shape) -> tuple[str, ...]:
     contact = shape.contact
     if contact is not None:
         words += [f"{word} {' '.join(value)}" for word in ("layers", "touches") if (value := getattr(contact, word))]
-        words += [f"{word} {_text(value)}" for word, value in contact.values.items()]
-    return tuple(sorted([*words, *(f"{word} {_text(value)}" for word, value in shape.mjcf.items())]))
-
-
-def _text(value: object) -> str:
-    return " ".join(map(str, value)) if isinstance(value, (tuple, list)) else str(value)
+        words += [f"{word} {text_of(value)}" for word, value in contact.values.items()]
+    return tuple(sorted([*words, *(f"{word} {text_of(value)}" for word, value in shape.mjcf.items())]))
 
 
 def shape_of(solid: Solid) -> Shape:
@@ -150,13 +148,6 @@ class Matched(NamedTuple):
     pairs: list[tuple[int, int]]
     old: list[int]
     new: list[int]
-
-
-class Delta(NamedTuple):
-    """How a set of solids differs from another: those that are only in the old one, and those only in the new one."""
-
-    removed: tuple[Solid, ...]
-    added: tuple[Solid, ...]
 
 
 def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Matched:
@@ -186,15 +177,9 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
     return Matched(sorted(pairs), left, sorted(index for index in order if index not in taken))
 
 
-def delta(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Delta:
-    """Return how two sets of solids differ."""
-    rest = match(old, new, noise)
-    return Delta(tuple(old[index] for index in rest.old), tuple(new[index] for index in rest.new))
-
-
 def same_set(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE_NOISE) -> bool:
     """Return True if two sets have the same solids."""
-    return len(one) == len(other) and delta(one, other, noise) == Delta((), ())
+    return len(one) == len(other) and not match(one, other, noise).old
 
 
 def same(one: Solid, other: Solid, noise: float) -> bool:
@@ -266,18 +251,9 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
     if not first or not second or len(first) != len(one) or len(second) != len(other):
         return False
     near = noise + POSE_NOISE + joined(*(max(solid.tolerance for solid in solids) for solids in (one, other)))
-    every = [*first, *second]
-    xs, ys = (_marks((corner[axis] for box in every for corner in (box.lower, box.upper)), near) for axis in (0, 1))
-    if len(xs) * len(ys) > _MOST_COLUMNS:
-        return False
-    columns, others = (_columns(boxes, xs, ys, near) for boxes in (first, second))
-    return columns.keys() == others.keys() and all(
-        len(columns[at]) == len(others[at])
-        and all(
-            abs(a - b) <= near for pair in zip(columns[at], others[at], strict=True) for a, b in zip(*pair, strict=True)
-        )
-        for at in columns
-    )
+    corners = [corner for box in (*first, *second) for corner in (box.lower, box.upper)]
+    marks = [_marks((corner[axis] for corner in corners), near) for axis in range(3)]
+    return math.prod(map(len, marks)) <= _MOST_CELLS and _filled(first, marks, near) == _filled(second, marks, near)
 
 
 def _marks(numbers: Iterable[float], near: float) -> list[float]:
@@ -289,32 +265,23 @@ def _marks(numbers: Iterable[float], near: float) -> list[float]:
     return marks
 
 
-def _columns(
-    boxes: Sequence[Box], xs: Sequence[float], ys: Sequence[float], near: float
-) -> dict[tuple[int, int], list[tuple[float, float]]]:
-    """Return, for each column between the marks along x and y, the ranges of z that boxes fill."""
-    filled: dict[tuple[int, int], list[tuple[float, float]]] = {}
-    for box in sorted(boxes, key=lambda box: box.lower[2]):
-        (a, b, low), (c, d, high) = box.lower, box.upper
-        across = range(bisect_right(ys, b + near) - 1, bisect_right(ys, d + near) - 1)
-        for i in range(bisect_right(xs, a + near) - 1, bisect_right(xs, c + near) - 1):
-            for j in across:
-                column = filled.setdefault((i, j), [])
-                if column and low - column[-1][1] <= near:
-                    column[-1] = (column[-1][0], max(column[-1][1], high))
-                else:
-                    column.append((low, high))
+def _filled(boxes: Sequence[Box], marks: Sequence[Sequence[float]], near: float) -> set[tuple[int, ...]]:
+    """Return the cells between the marks of three axes that boxes fill."""
+    filled: set[tuple[int, ...]] = set()
+    for box in boxes:
+        ends = zip(marks, box.lower, box.upper, strict=True)
+        filled.update(product(*(range(bisect_right(m, a + near), bisect_right(m, b + near)) for m, a, b in ends)))
     return filled
 
 
-def largest_step(difference: Delta) -> float | None:
-    """Return by how much solids changed at most (m), each new one held against the nearest old one.
+def largest_step(removed: Sequence[Solid], added: Sequence[Solid]) -> float | None:
+    """Return by how much solids changed at most (m), each new one compared with the nearest old one.
 
     None if a solid became another kind of solid, or only turned, which no length says.
     """
-    old, largest = list(difference.removed), 0.0
-    many = len(old) > _MANY  # then each is held against the one in its place
-    for solid in difference.added[: len(old)]:
+    old, largest = list(removed), 0.0
+    many = len(old) > _MANY  # then each is compared with the one in its place
+    for solid in added[: len(old)]:
         steps = [_step(solid, other) for other in (old[:1] if many else old)]
         nearest = min(range(len(steps)), key=lambda index: steps[index])
         if steps[nearest] in (0.0, float("inf")):

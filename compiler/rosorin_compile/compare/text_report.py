@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from difflib import unified_diff
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.wording import and_more, counted, printable
 from rosorin_compile.source.xml.elements import values_of
 
-from .change import Change
+from .changes import Change
 
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES = 40
@@ -24,7 +24,6 @@ _MAX_CHANGES = 100
 _MAX_COMPARED = 20_000
 _NO_END = "\\ No newline at end of file"
 _IF_MEANT = "if this is what you meant, run rosorin-compile all and commit what it writes"
-_HEAD = ("what", "quantity", "before", "after", "by", "artifacts")
 _MOST_NAMES = 12  # in one cell
 _MOST_VALUES = 3
 _LARGEST = 200_000  # letters of a text whose values are looked at
@@ -49,10 +48,6 @@ class TextDifference(NamedTuple):
         """Whether the committed file is text at all."""
         return self.kind != NOT_TEXT
 
-    def shortened(self) -> list[str]:
-        """Return the first lines of the diff, as ``narrowed``, and how many there are more."""
-        return shorten(self.lines)
-
 
 def unified(file: str, old: str, new: str) -> tuple[str, ...]:
     """Return the unified diff from a committed to a compiled text, without line ends, control characters visible."""
@@ -67,38 +62,12 @@ def unified(file: str, old: str, new: str) -> tuple[str, ...]:
     return tuple(shown)
 
 
-def narrowed(lines: Sequence[str], most: int) -> list[str]:
-    """Return the first lines of a diff, long ones cut around the place where they begin to differ."""
-    shown = list(lines[:most])
-    for index, line in enumerate(shown):
-        if len(line) > MAX_WIDTH:
-            first = max(1, _beginning(lines, index) - MAX_WIDTH // 3)
-            left, right = "" if first == 1 else "...", "..." if first + MAX_WIDTH < len(line) else ""
-            shown[index] = f"{line[:1]}{left}{line[first : first + MAX_WIDTH]}{right}"
-    return shown
-
-
 def shorten(lines: Sequence[str]) -> list[str]:
-    """Return the first lines of a diff, as ``narrowed``, and how many there are more."""
-    shown = narrowed(lines, MAX_LINES)
+    """Return the first lines of a diff, long ones cut, and how many there are more."""
+    shown = [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]]
     if len(lines) > MAX_LINES:
         shown.append(f"... {len(lines) - MAX_LINES} more lines (--full shows them)")
     return shown
-
-
-def _beginning(lines: Sequence[str], index: int) -> int:
-    """Return where a line of a diff begins to differ from the line that takes its place; 0 if none does."""
-    signs = "".join(line[:1] or " " for line in lines)
-    before = max(signs.rfind(sign, 0, index) for sign in " @")
-    block = re.compile(r"(-+)(\++)").search(signs, before + 1)
-    if lines[index][:1] not in ("-", "+") or block is None or not block.start() <= index < block.end():
-        return 0
-    removed, added = block.start(1), block.start(2)
-    twin = added + index - removed if index < added else removed + index - added
-    if not block.start() <= twin < block.end() or (twin < added) == (index < added):
-        return 0
-    pairs = zip(lines[index][1:], lines[twin][1:], strict=False)
-    return next((at for at, (a, b) in enumerate(pairs, 1) if a != b), 0)
 
 
 def differing_values(old: str, new: str) -> str:
@@ -158,12 +127,12 @@ def _of_json(value: Any, above: Sequence[str]) -> Iterator[tuple[str, str]]:
         yield " ".join(above), str(value)
 
 
-def report_lines(changes: Sequence[Change], texts: Sequence[TextDifference], full: bool = False) -> list[str]:
+def report_lines(changes: Sequence[str], texts: Sequence[TextDifference], full: bool = False) -> list[str]:
     """Return differences as lines of plain text: changes of meaning, remarks and what to do, then the text diffs.
 
     Diffs are shortened unless ``full``.
     """
-    lines = [change.line() for change in changes]
+    lines = [*changes]
     if not full and len(lines) > _MAX_CHANGES:
         lines[_MAX_CHANGES:] = [f"... {counted(len(lines) - _MAX_CHANGES, 'more difference')} (--full shows them)"]
     lines += [f"{printable(text.file)}: {text.remark}" for text in texts if text.remark]
@@ -179,31 +148,22 @@ def blocks(
     """Return changes and differences of text as tables; ``others`` are further files, each with a remark."""
     found: list[Block] = []
     if changes:
-        found.append(Table("change", _HEAD, tuple(map(_row, changes))))
+        rows = tuple(((change.words(),), _names(change.artifacts)) for change in changes)
+        found.append(Table("change", ("change", "artifacts"), rows))
     diffs = [text for text in texts if text.kind == CHANGED and text.shown and text.lines]
     explained = any(change.artifacts for change in changes)
     # Where the changes say it, a file whose text is not shown needs no remark.
     files = [(text.file, text.remark or ("" if explained else "different text")) for text in texts if text not in diffs]
-    rows = [((Code(name),), (remark,)) for name, remark in [*files, *others] if remark]
-    if rows:
-        found.append(Table("file", ("file", "what is wrong"), tuple(rows)))
+    remarks = [((Code(name),), (remark,)) for name, remark in [*files, *others] if remark]
+    if remarks:
+        found.append(Table("file", ("file", "what is wrong"), tuple(remarks)))
     for text in diffs:
-        shown = tuple(narrowed(text.lines, MAX_LINES))
-        found.append(Diff(text.file, text.remark, shown, len(text.lines) - len(shown)))
+        shown = shorten(text.lines)[:MAX_LINES]
+        found.append(Diff(text.file, text.remark, tuple(shown), len(text.lines) - len(shown)))
     return found
 
 
-def _row(change: Change) -> tuple[Cell, ...]:
-    row = change.row
-    what = [Code(row.what), *((" in ", Code(row.where)) if row.where else ())]
-    if change.therefore:
-        what += ["\nand therefore the shapes of ", *_names(change.therefore)]
-    return (tuple(what), (row.quantity,), (row.before,), (row.after,), (row.by,), tuple(_names(change.artifacts)))
-
-
-def _names(names: Sequence[str]) -> Iterable[str]:
-    """Yield names as code, commas between them; of many the first ones and the number of the others."""
-    for at, name in enumerate(names[:_MOST_NAMES]):
-        yield from ([", "] if at else [])
-        yield Code(name)
-    yield and_more(len(names) - _MOST_NAMES)
+def _names(names: Sequence[str]) -> Cell:
+    """Return names as code, commas between them; of many the first ones and the number of the others."""
+    shown = [part for name in names[:_MOST_NAMES] for part in (", ", Code(name))][1:]
+    return (*shown, and_more(len(names) - _MOST_NAMES))

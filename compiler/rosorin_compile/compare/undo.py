@@ -15,28 +15,28 @@ from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_
 from rosorin_compile.model.link import Inertial
 from rosorin_compile.model.shape import MERGED, ROWS
 
-from .pairs import links_of
-from .shape_sentences import likened
-from .solids import Solid, delta, match, shape_of, solid_of
-from .walk import Address, Difference, Leaves, Shapes
+from .describe import likened
+from .pairs import Pair, links_of
+from .solids import Solid, match, shape_of, solid_of
+from .walk import Address, Difference, Leaves, Shapes, compare_leaves
 
 _GRID = frozenset(field.name for field in fields(HeightMap))
 # More solids than these are not held against each other one by one.
 _MANY = 50
 
 
-def undo(robot: Robot, differences: Sequence[tuple[Difference, Leaves]]) -> Robot:
-    """Return a robot with old values put back; each difference comes with the old leaves of its artifact.
-
-    Of several differences at one address the first counts. What no model has at its address is passed over. Where no
-    tree is left, the robot is returned as it is.
-    """
-    work = _Undo(robot, [old for _, old in differences])
+def undo_all(robot: Robot, pairs: Sequence[Pair]) -> Robot:
+    """Return the robot of the artifacts as they were; what is new in one, and was in another before, is not new."""
+    known = {name for pair in pairs for name in links_of(pair.old)}
+    work = _Undo(robot, [pair.old for pair in pairs])
     done: set[Address] = set()
-    for one, old in differences:
-        if one.address not in done:
-            done.add(one.address)
-            work.apply(one, old)
+    for pair in sorted(pairs, key=lambda pair: -len(pair.old)):
+        for one in compare_leaves(pair.old, pair.new, pair.precisions):
+            kind, name, quantity = one.address
+            is_fresh = one.old is None and not quantity and kind in ("frame", "link")
+            if one.address not in done and not (is_fresh and name in known):
+                done.add(one.address)
+                work.apply(one, pair.old)
     return work.robot()
 
 
@@ -141,10 +141,10 @@ def _link(link: Link, one: Difference, entry: Mapping[str, Any]) -> Link:
 
 def _shapes(now: Sequence[Shape], old: Sequence[Solid], new: Sequence[Solid]) -> tuple[Shape, ...]:
     """Return the shapes of a link as they were; those of other frames, which an artifact may have there, are not."""
-    change = delta([one.bare for one in old], [one.bare for one in new])
-    if not change.removed and not change.added:
+    rest = match([one.bare for one in old], [one.bare for one in new])
+    removed, added = [old[at].bare for at in rest.old], [new[at].bare for at in rest.new]
+    if not removed and not added:
         return _repainted(now, old, new)
-    removed, added = change
     pieces, own = max((_own(now, added, form) for form in (ROWS, MERGED)), key=lambda found: len(found[1]))
     if removed and added and not own:
         return tuple(now)  # they are of another frame, which tells of itself
@@ -222,8 +222,3 @@ def _largest_tree(robot: Robot) -> Robot | None:
     links = tuple(link for link in robot.links if link.name in kept)
     inner = tuple(joint for child, joint in joints.items() if child in kept and joint.parent in kept)
     return replace(robot, links=links, joints=inner) if best else None
-
-
-def known_links(sides: Sequence[Leaves]) -> set[str]:
-    """Return the links and frames that any of several leaves have."""
-    return {name for side in sides for name in links_of(side)}

@@ -113,7 +113,7 @@ class _Comparison:
             first, second = (shapes.solids(p) for shapes, p in zip((old, new), self.precisions, strict=True))
             rest = match(first, second, self.tolerance)
             return not rest.old and not rest.new
-        key = "position" if kind == "pose" else quantity.rpartition(" ")[2]
+        key = "position" if kind == "pose" else "xyz" if quantity == "centre of mass" else quantity.rpartition(" ")[2]
         if _is_number(old) and _is_number(new):
             return self._near(key, (old,), (new,))
         if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
@@ -159,7 +159,8 @@ def known_inertia(
     numbers, turns = (
         joined(*values)
         for values in zip(
-            *((p("ixx", *six), p("rpy", 1.0)) for p, six in zip(precisions, (old, new), strict=True)), strict=True
+            *((p("ixx", *six), TURNS * p("rpy", 1.0)) for p, six in zip(precisions, (old, new), strict=True)),
+            strict=True,
         )
     )
     return TURNS * numbers + largest * (turns + tolerance)
@@ -224,7 +225,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
         found["contacts", "disabled contacts"] = {"": pairs}
     if robot.modes:
         _own["modes"] = robot.modes
-    for name, word in _sections().items():
+    for name, word in section_words().items():
         section = getattr(robot, name, None) if name not in robot.sections.said else robot.sections.said[name]
         if isinstance(section, Mapping) and _is_by_name(name):
             for key, entry in section.items():
@@ -236,7 +237,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
 
 
 @cache
-def _sections() -> Mapping[str, str]:
+def section_words() -> Mapping[str, str]:
     """Return the sections of a robot that are compared entry by entry, and what an entry of each is called."""
     from rosorin_compile.language.schema import sections
 
@@ -272,8 +273,7 @@ def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
 
 def _link(link: Link, found: Leaves) -> None:
     entry = found.setdefault(("link", link.name), {})
-    if link.inertial is not None:
-        _inertial(link.inertial, entry)
+    entry |= inertial_leaves(link.inertial)
     for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
         solid = tuple(shape for shape in shapes if not isinstance(shape.geometry, HeightMap))
         if solid:
@@ -293,12 +293,15 @@ def _link(link: Link, found: Leaves) -> None:
     _elements(link.mjcf_elements, entry, "mjcf element")
 
 
-def _inertial(inertial: Inertial, entry: dict[str, Any]) -> None:
+def inertial_leaves(inertial: Inertial | None) -> dict[str, Any]:
+    """Return the leaves of a mass, along the axes of its link; none for one of zeros."""
+    if inertial is None:
+        return {}
     six = tuple(getattr(inertial, name) for name in _INERTIA)
-    if any((inertial.mass, *six)):
-        entry["mass"] = inertial.mass
-        entry["centre of mass"] = inertial.pose.xyz
-        entry["inertia"] = along_link(six, inertial.pose.transform())
+    if not any((inertial.mass, *six)):
+        return {}
+    inertia = along_link(six, inertial.pose.transform())
+    return {"mass": inertial.mass, "centre of mass": inertial.pose.xyz, "inertia": inertia}
 
 
 def _joint(joint: Joint, found: Leaves) -> None:
@@ -378,7 +381,10 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
                 _flatten(inner, path if whole else _below(path, name.replace("_", " ")), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
-            _flatten(inner, _below(path, getattr(inner, "name", "") or number), entry)
+            count, place = len(entry), _below(path, getattr(inner, "name", "") or number)
+            _flatten(inner, place, entry)
+            if len(entry) == count:  # it has nothing but a name
+                entry[place] = True
     else:
         entry[path] = float(value) if _is_number(value) else value
 

@@ -23,7 +23,7 @@ from .page.data import Data, before_data
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.change import Change
+    from rosorin_compile.compare.changes import Change
     from rosorin_compile.compare.committed import Comparison
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.formats.compiled import Compiled
@@ -174,7 +174,8 @@ def _unchanged(notes: Sequence[str]) -> str:
 
 def change_data(change: Change, robots: Iterable[Robot]) -> Data:
     """Return a change as the page has it, with the frame where it is to be seen."""
-    colours = _colours(change.row.before, change.row.after) if change.row.quantity.endswith("colour") else None
+    _, is_colour, values = change.text.rpartition(" colour ")
+    colours = _colours(*values.split(" -> ")) if is_colour and " -> " in values else None
     return _said(change.words(), _frame(change.kind, change.name, robots), change.artifacts, colours)
 
 

@@ -32,7 +32,7 @@ from .starting import LAUNCH, STATICS
 from .starting import PUBLISHER as STARTS_URDF
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.change import Change
+    from rosorin_compile.compare.changes import Change
 
 RULES = (
     Rule(

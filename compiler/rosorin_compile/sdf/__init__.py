@@ -47,19 +47,19 @@ def _syntax(text: str) -> object:
 
 
 def _view(robot: Robot, output: Output) -> Robot:
-    from .robot import view
+    from .content import view
 
     return view(robot, output)
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .words import check
+    from .content import check
 
     return check(case, output)
 
 
 def _read(opened: Opened) -> Imported:
-    from .robot import read_sdf
+    from .read import read_sdf
 
     return read_sdf(opened)
 
@@ -71,7 +71,7 @@ def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, lis
 
 
 def _read_back(text: str) -> Robot:
-    from .robot import read
+    from .read import read
 
     return read(text)
 

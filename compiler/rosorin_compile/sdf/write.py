@@ -35,12 +35,12 @@ from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, first_of, quoted
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.escaping import escape
 from rosorin_compile.source.xml.imu import with_noise
 
-from .bodies import LEAST, bodies_of
-from .kept import at, kept, of_collision, own
-from .words import WORLD, world_of
+from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, content_of, joint_names, version_of, world_of
+from .elements import WORLD, collision_elements, kept, own_elements
 
 RULES = (
     Rule(
@@ -60,8 +60,6 @@ RULES = (
 )
 
 MODEL = "__model__"
-FOLLOWERS = "1.11"  # the first version with a word for mimic
-OLDEST, NEWEST = "1.9", "1.12"
 _FRAME_ID = "frame_id"  # the word of 1.12 for what each Gazebo before it has one of its own
 _SHAPES = ("visual", "collision")
 _LOOPS = ("connect", "weld")
@@ -89,14 +87,6 @@ class _Form(NamedTuple):
         return f"<pose{seen}>{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}</pose>"
 
 
-def version_of(robot: Robot, output: Output) -> str:
-    """Return the version of an output; 1.9 is a number in YAML, and a name all the same."""
-    asked = output.options.get("version")
-    if asked is not None:
-        return "1.10" if asked == 1.1 else str(asked)
-    return FOLLOWERS if any(joint.mimic for joint in robot.joints) else OLDEST
-
-
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the SDF of a robot.
 
@@ -113,6 +103,10 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     return "".join(f"{line}\n" for line in writer.lines()), [*writer.diagnostics()]
 
 
+def _indented(texts: Sequence[str], indent: str) -> list[str]:
+    return [indented(text, indent) for text in texts]
+
+
 def _filled(start: str, lines: Sequence[str], end: str, indent: str) -> list[str]:
     """Return an element with lines in it, without those that are empty."""
     return [f"{indent}{start}", *filter(None, lines), f"{indent}{end}"]
@@ -123,9 +117,9 @@ class _Writer:
 
     def __init__(self, robot: Robot, form: _Form, gazebo: object) -> None:
         self.robot, self.form, self.gazebo = robot, form, gazebo
-        self.bodies, self.world, self.names = bodies_of(robot), world_of(robot), joint_names(robot)
+        self.bodies, self.world, self.names = content_of(robot), world_of(robot), joint_names(robot)
         self.shapes = {purpose: self._named(purpose) for purpose in _SHAPES}
-        self.kept = kept(robot, self.bodies.carrier, [j.name for j in robot.joints if self.bodies.says(j)])
+        self.kept = kept(robot, self.bodies.carrier, [j.name for j in robot.joints if self.bodies.has_joint(j)])
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []
         self.unseen: dict[str, list[str]] = {}
@@ -171,10 +165,10 @@ class _Writer:
         for name in self.bodies.in_order(robot.link):
             yield from self._place(name)
         for joint in robot.joints:
-            if self.bodies.says(joint):
+            if self.bodies.has_joint(joint):
                 yield from self._joint(joint)
         yield from self._closed()
-        yield from at(self.kept.model, "    ")
+        yield from _indented(self.kept.model, "    ")
         yield "  </model>"
         yield "</sdf>"
 
@@ -183,7 +177,7 @@ class _Writer:
         above, attached = self.robot.joint_to.get(name), self.bodies.attached.get(name, "")
         if above is None:
             pose = self.form.pose(IDENTITY, MODEL) if attached else ""
-        elif self.bodies.says(above):
+        elif self.bodies.has_joint(above):
             pose = self.form.pose(IDENTITY, self.names[above.name])
         else:
             seen = MODEL if above.parent == self.world else above.parent
@@ -202,26 +196,26 @@ class _Writer:
             for link in self.carried[name]:
                 for called, solid in self.shapes[purpose].get(link, ()):
                     lines += self._shape(link, called, solid, purpose)
-        lines += [*self.sensors.get(name, ()), *at(self.kept.links.get(name, ()), "      ")]
+        lines += [*self.sensors.get(name, ()), *_indented(self.kept.links.get(name, ()), "      ")]
         return _filled(f"<link{attributes(name=name)}>", lines, "</link>", "    ")
 
     def _shape(self, link: str, name: str, solid: Shape, purpose: str) -> list[str]:
         """Return a visual or a collision of a link."""
-        mine = own(solid.urdf_elements, "material", "mesh")
+        mine, inner = own_elements(solid.urdf_elements, "material", "mesh")
         pose = self.form.pose(solid.origin(), "" if self.bodies.carrier[link] == link else link)
-        geometry = f"<geometry>{_geometry(solid, self.form, mine.inner.get('mesh', ()))}</geometry>"
-        texts = [element.verbatim for element in mine.elements]
+        geometry = f"<geometry>{_geometry(solid, self.form, inner.get('mesh', ()))}</geometry>"
+        texts = [element.verbatim for element in mine]
         start = f"<{purpose}{attributes(name=name)}>"
         if purpose == "visual":
-            look = self._look(solid, mine.inner.get("material", ()))
+            look = self._look(solid, inner.get("material", ()))
             lines = [pose and f"        {pose}", f"        {geometry}", look and f"        <material>{look}</material>"]
-            return _filled(start, [*lines, *at(texts, "        ")], "</visual>", "      ")
+            return _filled(start, [*lines, *_indented(texts, "        ")], "</visual>", "      ")
         friction = solid.contact.sliding_friction if solid.contact else None
         said = {} if friction is None else dict.fromkeys(("mu1", "mu2"), self.form.number(friction))
-        texts += of_collision(said | self.kept.collisions.get(link, {}), {element.tag for element in mine.elements})
+        texts += collision_elements(said | self.kept.collisions.get(link, {}), {element.tag for element in mine})
         if not texts:
             return [f"      {start}{pose}{geometry}</collision>"]
-        return _filled(start, [f"        {pose}{geometry}", *at(texts, "        ")], "</collision>", "      ")
+        return _filled(start, [f"        {pose}{geometry}", *_indented(texts, "        ")], "</collision>", "      ")
 
     def _look(self, visual: Shape, more: Sequence[str]) -> str:
         """Return the contents of a material; ``more`` are those that the description has for SDF alone."""
@@ -238,13 +232,13 @@ class _Writer:
     def _joint(self, joint: Joint) -> list[str]:
         """Return a joint with its axis and what the description keeps for it."""
         parent = WORLD if joint.parent == self.world else joint.parent
-        mine = own(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
+        mine, inner = own_elements(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
         lines = [f"      {self.form.pose(joint.origin, MODEL if parent == WORLD and self.world else parent)}"]
         lines.append(f"      <parent>{escape(parent)}</parent><child>{escape(joint.child)}</child>")
         if not (joint.is_fixed or joint.is_axleless):
-            lines += _filled("<axis>", self._axis(joint, mine.inner), "</axis>", "      ")
-        texts = [*self.kept.joints.get(joint.name, ()), *(element.verbatim for element in mine.elements)]
-        lines += [*self.sensors.get(f"joint {joint.name}", ()), *at(texts, "      ")]
+            lines += _filled("<axis>", self._axis(joint, inner), "</axis>", "      ")
+        texts = [*self.kept.joints.get(joint.name, ()), *(element.verbatim for element in mine)]
+        lines += [*self.sensors.get(f"joint {joint.name}", ()), *_indented(texts, "      ")]
         return _filled(f"<joint{attributes(name=self.names[joint.name], type=joint.type)}>", lines, "</joint>", "    ")
 
     def _axis(self, joint: Joint, more: Mapping[str, Sequence[str]]) -> list[str]:
@@ -265,7 +259,7 @@ class _Writer:
             text = f"<multiplier>{number(mimic.multiplier)}</multiplier><offset>{number(mimic.offset)}</offset>"
             leader = attributes(joint=self.names[mimic.joint])
             lines.append(f"        <mimic{leader}>{text}<reference>0</reference></mimic>")
-        return [*lines, *at(more.get("axis", ()), "        ")]
+        return [*lines, *_indented(more.get("axis", ()), "        ")]
 
     def _closed(self) -> Iterator[str]:
         """Yield what closes each kinematic loop: a ball or fixed joint for Gazebo, or constraints for Drake.
@@ -343,7 +337,7 @@ class _Writer:
     def _where(self, sensor: Sensor, one: GazeboSensor) -> str:
         """Return the link, or "joint NAME", that a sensor is in; empty where it cannot be, which is reported."""
         if one.at_joint:
-            if self.bodies.says(self.robot.joint[one.link]):
+            if self.bodies.has_joint(self.robot.joint[one.link]):
                 return f"joint {one.link}"
             why = f'joint "{one.link}" holds nothing that has mass'
         elif one.feels and not self.shapes["collision"].get(one.feels):
@@ -383,7 +377,7 @@ class _Writer:
             message = f"SDF has no dynamics of joints that move in several directions: {quoted(names, 3)}"
             yield lost(message, "make each of them several joints, one for each axis")
         for name, other in self.names.items():
-            if name != other and self.bodies.says(robot.joint[name]):
+            if name != other and self.bodies.has_joint(robot.joint[name]):
                 message = f'joint "{name}" is called "{other}" in the SDF, where a link or a frame has that name'
                 yield lost(message, "give it another name in the description")
         followers = [joint.name for joint in robot.joints if joint.mimic]
@@ -411,20 +405,6 @@ class _Writer:
         if self.kept.left_out:
             message = f"SDF cannot express {first_of(list(self.kept.left_out), 3)}: only readers of URDF know it"
             yield Diagnostic("not-in-format", NOTE, message)
-
-
-def joint_names(robot: Robot) -> Mapping[str, str]:
-    """Return what each joint is called: links, frames and joints of an SDF share their names."""
-    taken = {link.name for link in robot.links} | {joint.name for joint in robot.joints}
-    links = {link.name for link in robot.links}
-    names = {}
-    for joint in robot.joints:
-        name = joint.name
-        while name in links or (name != joint.name and name in taken):
-            name += "_joint"
-        taken.add(name)
-        names[joint.name] = name
-    return names
 
 
 def _geometry(solid: Shape, form: _Form, kept: Sequence[str] = ()) -> str:

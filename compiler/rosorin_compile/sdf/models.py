@@ -1,4 +1,4 @@
-"""Scopes: the models of an SDF, those within it and those that it includes, and what each name in them stands for.
+"""Models of an SDF: those within a model, those that it includes, and what each name in them refers to.
 
 A model is a scope: its links, frames, joints and models share their names; ``other::name`` leads into a model within.
 A pose is relative to another of these, in the end to the frame of the outermost model (``__model__``).
@@ -12,15 +12,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rosorin_compile.formats.urdf.reading import NAME, Reading, named
+from rosorin_compile.formats.urdf.reading import NAME, kept, named
 from rosorin_compile.model import Transform
 from rosorin_compile.source.diagnostics import Related, Span, counted, did_you_mean, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.markup import Element
+from rosorin_compile.source.xml.markup import Attribute, Element
 
-from .included import Included
-from .reading import Numbers, Said
-from .words import RESERVED, WORLD
+from .elements import RESERVED, WORLD
+from .reading import SdfReading, WrittenPose, is_true
 
 RULES = (
     Rule(
@@ -51,6 +50,7 @@ RULES = (
 
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
 OWN = "__model__"
+_NAMING = ("relative_to", "frame", "attached_to", "expressed_in")
 _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
 _DEEPEST = 20  # models within models: more is a circle of includes
 
@@ -66,21 +66,26 @@ class Node:
     name: str
     element: Element
     scope: Scope
-    said: Said
+    written: WrittenPose
     called: str = ""
     inner: Scope | None = None
+
+    @property
+    def child(self) -> Element | None:
+        """The <child> of a joint."""
+        return next((one for one in self.element.children if one.tag == "child"), None) if self.kind == JOINT else None
 
 
 @dataclass(eq=False)
 class Scope:
-    """A model: its element, file and version, and what its names stand for; ``overriding`` is the <include> of it."""
+    """A model: its element, file and version, and what its names refer to; ``including`` is the <include> of it."""
 
     element: Element
     file: Path
     version: tuple[int, ...]
     outer: Scope | None
     name: str
-    overriding: Element | None = None
+    including: Element | None = None
     nodes: dict[str, Node] = field(default_factory=dict)
     node: Node | None = None
     merged: list[Scope] = field(default_factory=list)
@@ -93,12 +98,6 @@ class Scope:
             return ""
         return self.outer.prefix if self.is_merged else f"{self.outer.prefix}{self.name}_"
 
-    def own(self, name: str) -> Node | None:
-        """Return the node of a name; where a joint and another have the same, as in old files, the other."""
-        keys = (name, *(f"{name} ({kind})" for kind in (LINK, FRAME, JOINT)))
-        found = [self.nodes[key] for key in keys if key in self.nodes]
-        return next((node for node in found if node.kind != JOINT), found[0] if found else None)
-
     def all_nodes(self) -> Iterator[Node]:
         """Yield its nodes and those of the models within, in the order of the file."""
         for node in self.nodes.values():
@@ -107,35 +106,39 @@ class Scope:
                 yield from node.inner.all_nodes()
 
 
-class Models:
-    """Finds the models of a file, and where everything in them sits."""
+def relative_to(pose: Element | None) -> Attribute | None:
+    """Return the attribute of a <pose> that names another frame."""
+    found = None if pose is None else pose.attributes.get("relative_to") or pose.attributes.get("frame")
+    return found if found is not None and found.value else None
 
-    def __init__(self, reading: Reading, file: Path) -> None:
+
+class Models:
+    """The models of a file, and the places of everything in them."""
+
+    def __init__(self, reading: SdfReading) -> None:
         self.reading = reading
-        self.numbers = Numbers(reading)
-        self.included = Included(reading, file)
         self._poses: dict[int, Transform] = {}
 
     def top(self, root: Element, file: Path) -> Scope | None:
-        """Return the one model of a document; None after an error."""
+        """Return the only model of a document, or None after an error."""
         version = self._version(root)
         models = [child for child in root.children if child.tag == MODEL]
         if version is None:
-            return None
-        model = models[0] if models else self._no_model(root)
-        if model is None:
             return None
         if len(models) > 1:
             message = f"the file holds {len(models)} models; a description is of one robot"
             related = [Related("the first", models[0].span)]
             self.reading.error("sdf-models", message, models[1].span, "give each a file of its own", related)
             return None
+        model = models[0] if models else self._model_of_world(root)
+        if model is None:
+            return None
         if models:
             self.reading.check(root, (MODEL,), ("version",), None)
-        return self._scope(Scope(model, file, version, None, self._name(model)))
+        return self._fill(Scope(model, file, version, None, self._name(model)))
 
-    def _no_model(self, root: Element) -> Element | None:
-        """Report that a file has no model; leniently return the one model of a world."""
+    def _model_of_world(self, root: Element) -> Element | None:
+        """Report that a file has no model; leniently return the only model of a world."""
         other = next((child for child in root.children if child.tag in ("world", "actor", "light")), None)
         if other is None:
             self.reading.error("sdf-models", "<sdf> holds no <model>", root.span, 'add <model name="...">')
@@ -168,57 +171,55 @@ class Models:
         return tuple(map(int, version.split(".")))
 
     def _name(self, element: Element) -> str:
-        """Return the name of an element; empty after an error."""
+        """Return the name of an element, empty after an error."""
         attribute = element.attributes.get("name")
         name, span = ("", element.span) if attribute is None else (attribute.value, attribute.span)
         if not name.strip():
             self.reading.error("missing-attribute", f"a <{element.tag}> has no name", span, 'add name="..."')
             return ""
-        if name == WORLD or RESERVED.match(name):
-            message = f'no {element.tag} can be called "{name}": SDF keeps that name for itself'
-        elif not NAME.match(name):
-            message = f'the name of the {element.tag} "{name}" has a space at an end, or one of < > & " \''
-        else:
+        if name != WORLD and not RESERVED.match(name) and NAME.match(name):
             return name
+        message = f'no {element.tag} can be called "{name}": SDF keeps that name for itself'
+        if not NAME.match(name):
+            message = f'the name of the {element.tag} "{name}" has a space at an end, or one of < > & " \''
         self.reading.error("bad-name", message, span, "rename it")
         return ""
 
-    def _scope(self, scope: Scope) -> Scope:
+    def _fill(self, scope: Scope) -> Scope:
         """Fill a scope with the contents of its model."""
         for child in scope.element.children:
             if child.tag in (LINK, FRAME, JOINT):
                 self._add(scope, child.tag, self._name(child), child, child)
             elif child.tag == MODEL and (name := self._name(child)):
-                self._within(Scope(child, scope.file, scope.version, scope, name))
+                self._add_model(scope, Scope(child, scope.file, scope.version, scope, name))
             elif child.tag == "include":
                 self._include(scope, child)
         return scope
 
-    def _within(self, inner: Scope) -> None:
+    def _add_model(self, outer: Scope, inner: Scope) -> None:
         """Add a model within a model."""
-        depth, above, by = 0, inner.outer, inner.overriding
-        while above is not None and above.outer is not None:
+        depth, above, by = 0, outer, inner.including
+        while above.outer is not None:
             depth, above = depth + 1, above.outer
         if depth >= _DEEPEST:
             message = f"models are nested {_DEEPEST} levels deep"
             self.reading.error("sdf-include", message, (by or inner.element).span, "do they include each other?")
             return
-        self._scope(inner)
+        self._fill(inner)
         posed = by if by is not None and any(child.tag == "pose" for child in by.children) else inner.element
-        outer = inner.outer
-        node = self._add(outer, MODEL, inner.name, inner.element, posed) if outer is not None else None
-        if node is None or outer is None:
+        node = self._add(outer, MODEL, inner.name, inner.element, posed)
+        if node is None:
             return
         node.inner, inner.node = inner, node
-        inner.is_merged = by is not None and by.get("merge").lower() in ("1", "true")
+        inner.is_merged = by is not None and is_true(by.get("merge"))
         if inner.is_merged:
             outer.merged.append(inner)
 
     def _add(self, scope: Scope, kind: str, name: str, element: Element, posed: Element) -> Node | None:
-        """Add a named element, unless the scope has the name; before 1.7 another kind may have it."""
+        """Add a named element, unless the scope has the name; before 1.7, a node of another kind may have it."""
         if not name:
             return None
-        node = Node(kind, name, element, scope, self.numbers.pose(self.reading.single(posed, "pose")))
+        node = Node(kind, name, element, scope, self.reading.pose(self.reading.single(posed, "pose")))
         first = scope.nodes.get(name)
         if first is not None and first.kind != kind and scope.version < (1, 7):
             name = f"{name} ({kind})"
@@ -233,138 +234,156 @@ class Models:
 
     def _include(self, scope: Scope, element: Element) -> None:
         """Add the model of another file."""
-        uri = self.numbers.text(element, "uri")
+        reading = self.reading
+        uri = reading.text(element, "uri")
         if uri is None:
-            self.reading.error("missing-element", f"{named(element)} has no <uri>", element.span, "add <uri>")
+            reading.error("missing-element", f"{named(element)} has no <uri>", element.span, "add <uri>")
             return
-        file, outside, help = self.included.find(str(uri.value), scope.file)
+        file, outside, help = reading.find_file(str(uri.value), scope.file)
         if outside:
-            self.reading.error("include-outside", outside, uri.span, help)
+            reading.error("include-outside", outside, uri.span, help)
             return
         if file is None:
             what = f'"{uri.value}" is not found'
-            if self.reading.lenient("sdf-include", what, uri.span, help, "leaves the model out"):
-                self.reading.cannot_carry(f"the included model {uri.value}", element.span)
+            if reading.lenient("sdf-include", what, uri.span, help, "leaves the model out"):
+                reading.cannot_carry(f"the included model {uri.value}", element.span)
             return
-        document = self.included.document(file, uri.span)
+        document = reading.included(file, uri.span)
         if document is None:
             return
         root = document.root
         model = next((child for child in root.children if child.tag == MODEL), None)
         if root.tag != "sdf" or model is None:
             message = f"{file.name} holds no model of SDF: its root is <{root.tag}>"
-            self.reading.error("sdf-include", message, uri.span, "include the SDF of a model")
+            reading.error("sdf-include", message, uri.span, "include the SDF of a model")
             return
-        version, given = self._version(root), self.numbers.text(element, "name")
-        name = str(given.value) if given is not None else self._name(model)
+        version, renamed = self._version(root), reading.text(element, "name")
+        name = str(renamed.value) if renamed is not None else self._name(model)
         if version is not None and name:
-            self._within(Scope(model, file, version, scope, name, element))
+            self._add_model(scope, Scope(model, file, version, scope, name, element))
 
-    # What names stand for, and where things sit.
+    # Names and places
 
     def find(self, scope: Scope, name: str) -> Node | None:
-        """Return the node that a name stands for in a scope; None for the frame of the scope itself."""
+        """Return the node that a name refers to in a scope, or None.
+
+        Where a joint and another node have the same name, as in old files, that is the other node.
+        """
         for one in (scope, *scope.merged):
-            node = one.own(name)
-            if node is not None:
-                return node
+            keys = (name, *(f"{name} ({kind})" for kind in (LINK, FRAME, JOINT)))
+            nodes = [one.nodes[key] for key in keys if key in one.nodes]
+            if nodes:
+                return next((node for node in nodes if node.kind != JOINT), nodes[0])
             first, colon, rest = name.partition("::")
             inner = one.nodes.get(first) if colon else None
             if inner is not None and inner.inner is not None:
                 return self.find(inner.inner, rest)
         return None
 
-    def asked(self, scope: Scope, name: str, span: Span, what: str) -> Node | None:
-        """Return the node that a name stands for, which has to exist; None after an error."""
+    def require(self, scope: Scope, name: str, span: Span, what: str) -> Node | None:
+        """Return the node that a name refers to, or None after an error."""
         node = self.canonical(scope) if name == OWN else self.find(scope, name)
         if node is None:
             help = did_you_mean(name, [*scope.nodes]) or "the model has nothing with a name"
             self.reading.error("sdf-name-unknown", f'{what} is "{name}", which is not there', span, help)
         return node
 
-    def seen_from(self, node: Node) -> tuple[Scope, str, Span]:
-        """Return the scope and the name of the frame that a pose is relative to, and the place of that name."""
-        pose, element = node.said.element, node.element
-        attribute = None if pose is None else pose.attributes.get("relative_to") or pose.attributes.get("frame")
-        if node.kind == FRAME and (attribute is None or not attribute.value):
-            attribute = element.attributes.get("attached_to")
+    def base(self, node: Node) -> tuple[str, Span]:
+        """Return the name of the frame that a pose is relative to, and the place of that name."""
+        attribute = relative_to(node.written.element)
+        if attribute is None and node.kind == FRAME:
+            attribute = node.element.attributes.get("attached_to")
         if attribute is not None and attribute.value:
-            return node.scope, attribute.value, attribute.span
-        child = next((one for one in element.children if one.tag == "child"), None) if node.kind == JOINT else None
-        return (node.scope, OWN, element.span) if child is None else (node.scope, child.text, child.span)
+            return attribute.value, attribute.span
+        return (OWN, node.element.span) if node.child is None else (node.child.text, node.child.span)
 
-    def pose(self, node: Node | None, scope: Scope, passed: tuple[Node, ...] = ()) -> Transform:
-        """Return where something sits in the outermost model; None is the frame of ``scope``."""
+    def pose(self, node: Node | None, scope: Scope, visited: tuple[Node, ...] = ()) -> Transform:
+        """Return the pose of a node in the outermost model; None is the frame of ``scope``."""
         if node is None:
-            return Transform() if scope.node is None else self.pose(scope.node, scope, passed)
-        key = id(node)
-        if key in self._poses:
-            return self._poses[key]
-        _, name, span = self.seen_from(node)
-        if node in passed:
-            message = f"the pose of {named(node.element)} is relative to itself"
-            way = " -> ".join(one.name for one in (*passed[passed.index(node) :], node))
-            self.reading.error("sdf-name-unknown", f"{message}: {way}", span, "let one be relative to __model__")
-            return self._poses.setdefault(key, Transform())
-        made = self.frame(node.scope, name, span, node, (*passed, node)).then(node.said.transform)
+            return Transform() if scope.node is None else self.pose(scope.node, scope, visited)
+        if id(node) in self._poses:
+            return self._poses[id(node)]
+        if node in visited:
+            way = " -> ".join(one.name for one in (*visited[visited.index(node) :], node))
+            message = f"the pose of {named(node.element)} is relative to itself: {way}"
+            self.reading.error("sdf-name-unknown", message, self.base(node)[1], "let one be relative to __model__")
+            return self._poses.setdefault(id(node), Transform())
+        made = self.base_pose(node, (*visited, node)).then(node.written.transform)
         if node.kind == MODEL and node.inner is not None:
             made = made.then(self.placement(node.inner).inverse())
-        return self._poses.setdefault(key, made)
+        return self._poses.setdefault(id(node), made)
 
-    def frame(self, scope: Scope, name: str, span: Span, node: Node, passed: tuple[Node, ...] = ()) -> Transform:
-        """Return where the frame that ``node`` is relative to sits in the outermost model."""
+    def base_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
+        """Return the pose in the outermost model of the frame that a node is relative to."""
+        name, span = self.base(node)
         if name in (OWN, ""):
-            return self.pose(None, scope, passed or (node,))
-        found = self.asked(scope, name.removesuffix(f"::{OWN}"), span, f"relative_to of {named(node.element)}")
-        return Transform() if found is None else self.pose(found, found.scope, passed or (node,))
+            return self.pose(None, node.scope, visited or (node,))
+        what = f"relative_to of {named(node.element)}"
+        found = self.require(node.scope, name.removesuffix(f"::{OWN}"), span, what)
+        return Transform() if found is None else self.pose(found, found.scope, visited or (node,))
 
     def placement(self, inner: Scope) -> Transform:
-        """Return where the frame by which a model is placed sits in it."""
+        """Return the pose in a model of the frame that it is placed by."""
         attribute = inner.element.attributes.get("placement_frame")
         name, span = ("", inner.element.span) if attribute is None else (attribute.value, attribute.span)
-        for child in inner.overriding.children if inner.overriding is not None else ():
+        for child in inner.including.children if inner.including is not None else ():
             name, span = (child.text, child.span) if child.tag == "placement_frame" else (name, span)
-        node = self.asked(inner, name, span, f"placement_frame of {named(inner.element)}") if name else None
+        node = self.require(inner, name, span, f"placement_frame of {named(inner.element)}") if name else None
         made = Transform()  # relative to the model itself, whose own place is not known yet
-        for _ in range(len(inner.nodes)):  # poses in a circle are reported where they are requested
+        for _ in range(len(inner.nodes)):  # poses in a circle are reported by ``pose``
             if node is None:
                 break
-            made = node.said.transform.then(made)
-            _, above, span = self.seen_from(node)
+            made = node.written.transform.then(made)
+            above, span = self.base(node)
             if above in (OWN, ""):
                 break
-            node = self.asked(inner, above, span, f"relative_to of {named(node.element)}")
+            node = self.require(inner, above, span, f"relative_to of {named(node.element)}")
         return made
 
-    def link_of(self, node: Node | None, scope: Scope, seen: tuple[int, ...] = ()) -> Node | None:
-        """Return the link that something moves with; None after an error, or where there is none."""
-        if node is None or node.kind == LINK:
-            return self.canonical(scope) if node is None else node
-        if id(node) in seen or len(seen) > 1000:
+    def link_of(self, node: Node, visited: tuple[Node, ...] = ()) -> Node | None:
+        """Return the link that a node moves with, or None after an error, or if there is none."""
+        if node.kind == LINK:
+            return node
+        if node in visited or len(visited) > 1000:
             message = f"{named(node.element)} is attached to itself"
             self.reading.error("sdf-name-unknown", message, node.element.span, "attach it to a link")
             return None
-        seen = (*seen, id(node))
+        visited = (*visited, node)
         if node.kind == MODEL and node.inner is not None:
-            return self.canonical(node.inner, seen)
+            return self.canonical(node.inner, visited)
         if node.kind == JOINT:
-            child = next((one for one in node.element.children if one.tag == "child"), None)
-            found = self.find(node.scope, child.text) if child is not None else None
+            found = None if node.child is None else self.find(node.scope, node.child.text)
         else:
             attribute = node.element.attributes.get("attached_to")
             if attribute is None or attribute.value in ("", OWN):
-                return self.canonical(node.scope, seen)
+                return self.canonical(node.scope, visited)
             what = f"attached_to of {named(node.element)}"
-            found = self.asked(node.scope, attribute.value, attribute.span, what)
-        return None if found is None else self.link_of(found, node.scope, seen)
+            found = self.require(node.scope, attribute.value, attribute.span, what)
+        return None if found is None else self.link_of(found, visited)
 
-    def canonical(self, scope: Scope, seen: tuple[int, ...] = ()) -> Node | None:
+    def canonical(self, scope: Scope, visited: tuple[Node, ...] = ()) -> Node | None:
         """Return the link that stands for a model: the one that it names, or the first."""
-        name = scope.element.get("canonical_link")
-        if name:
-            span = scope.element.attributes["canonical_link"].span
-            found = self.asked(scope, name, span, f"canonical_link of {named(scope.element)}")
-            return None if found is None else self.link_of(found, scope, seen)
+        attribute = scope.element.attributes.get("canonical_link")
+        if attribute is not None and attribute.value:
+            what = f"canonical_link of {named(scope.element)}"
+            found = self.require(scope, attribute.value, attribute.span, what)
+            return None if found is None else self.link_of(found, visited)
         links = (node for node in scope.nodes.values() if node.kind == LINK)
-        inner = (self.canonical(n.inner, seen) for n in scope.nodes.values() if n.inner is not None)
+        inner = (self.canonical(node.inner, visited) for node in scope.nodes.values() if node.inner is not None)
         return next(links, None) or next((one for one in inner if one is not None), None)
+
+    def text_of(self, element: Element, scope: Scope) -> str:
+        """Return an element as it is, with the names that the description gives to the frames in it."""
+        made = element.verbatim
+        for inner in reversed(list(element.iter())):
+            for name in reversed(_NAMING):
+                attribute = inner.attributes.get(name)
+                if attribute is None:
+                    continue
+                node = self.find(scope, attribute.value)
+                at, where = attribute.start - element.start, attribute.name_start - element.start
+                if node is not None and node.called:
+                    made = f"{made[:at]}{node.called}{made[at + len(attribute.raw) :]}"
+                if name == "frame" and inner.tag == "pose":
+                    made = f"{made[:where]}relative_to{made[where + len(name) :]}"
+        return kept(element, made)

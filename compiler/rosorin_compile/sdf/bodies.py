@@ -18,14 +18,7 @@ from .elements import WORLD
 from .models import FRAME, JOINT, LINK, Models, Node, Scope, relative_to
 from .reading import SdfReading, WrittenPose, place
 
-RULES = (
-    Rule(
-        "sdf-joint",
-        "A joint of an SDF that no description can have, or that joins nothing.",
-        "The message says what it is; `--lenient` may take another in its place.",
-        Heading.READING,
-    ),
-)
+RULES = (Rule("sdf-joint", "A joint of an SDF that no description can have.", "See the message.", Heading.READING),)
 
 NEAR = 1e-10  # m, and entries of rotations: what rounding leaves of nothing
 SINGLE = ("revolute", "continuous", "prismatic", "fixed", "ball")
@@ -108,26 +101,23 @@ class Bodies:
 
     def _kind(self, element: Element) -> str:
         """Return the type of a joint; empty after an error, and for one that is left out."""
-        attribute = element.attributes.get("type")
-        if attribute is None or not attribute.value:
-            message = f"{named(element)} has no type"
-            self.reading.error("missing-attribute", message, element.span, 'add type="..."')
-            return ""
-        kind = attribute.value
-        if kind in _NOT_CARRIED:
-            why, instead = _NOT_CARRIED[kind]
-            message = f'{named(element)} is of type "{kind}", which {why}: no description has that'
-            help = "make it one that is read"
-            if not self.reading.lenient("sdf-joint", message, attribute.span, help, instead):
-                return ""
-            self.reading.cannot_carry(f"the type {kind} of {named(element)}", attribute.span)
-            return "continuous" if kind == "screw" else ""
+        kind, reading = element.get("type"), self.reading
         if kind in (*SINGLE, *PAIRS):
             return kind
-        message = f'{named(element)} is of type "{kind}", which SDF does not have'
-        help = did_you_mean(kind, (*SINGLE, *PAIRS, *_NOT_CARRIED))
-        self.reading.error("joint-type", message, attribute.span, help)
-        return ""
+        if not kind:
+            reading.error("missing-attribute", f"{named(element)} has no type", element.span, 'add type="..."')
+            return ""
+        span, message = element.attributes["type"].span, f'{named(element)} is of type "{kind}", which'
+        if kind not in _NOT_CARRIED:
+            help = did_you_mean(kind, (*SINGLE, *PAIRS, *_NOT_CARRIED))
+            reading.error("joint-type", f"{message} SDF does not have", span, help)
+            return ""
+        why, instead = _NOT_CARRIED[kind]
+        message += f" {why}: no description has that"
+        if not reading.lenient("sdf-joint", message, span, "make it one that is read", instead):
+            return ""
+        reading.cannot_carry(f"the type {kind} of {named(element)}", span)
+        return "continuous" if kind == "screw" else ""
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
         """Return the link or frame at an end of a joint, None for the world, with its place; None after an error."""
@@ -137,17 +127,14 @@ class Bodies:
             message = f"{named(node.element)} has no <{end}>"
             self.reading.error("missing-element", message, span, f"add <{end}>LINK</{end}>")
             return None
-        span = place(element)
-        if element.text == WORLD and self.models.find(node.scope, WORLD) is None:
+        name, span = element.text, place(element)
+        if name == WORLD and self.models.find(node.scope, WORLD) is None:
             return None, span
-        found = self.models.require(node.scope, element.text, span, f"the {end} of {named(node.element)}")
-        if found is None:
-            return None
-        member = found if found.kind in (LINK, FRAME) else self.models.link_of(found)
-        if member is None:
-            self.reading.error("sdf-name-unknown", f'"{element.text}" has no link', span, "name a link or a frame")
-            return None
-        return member, span
+        found = self.models.require(node.scope, name, span, f"the {end} of {named(node.element)}")
+        member = found if found is None or found.kind in (LINK, FRAME) else self.models.link_of(found)
+        if member is None and found is not None:
+            self.reading.error("sdf-name-unknown", f'"{name}" has no link', span, "name a link or a frame")
+        return None if member is None else (member, span)
 
     def _find_tops(self) -> dict[int, Node]:
         """Return for each link the topmost member of its body."""

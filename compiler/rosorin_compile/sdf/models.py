@@ -21,31 +21,12 @@ from rosorin_compile.source.xml.markup import Attribute, Element
 from .elements import RESERVED, WORLD
 from .reading import SdfReading, WrittenPose, is_true
 
+_READING = Heading.READING
 RULES = (
-    Rule(
-        "sdf-version",
-        "An SDF of a version that is not read.",
-        "1.4 to 1.12 are; `gz sdf -p FILE` converts older ones.",
-        Heading.READING,
-    ),
-    Rule(
-        "sdf-models",
-        "A file holds no model, or more than one, or a world.",
-        "Name a file of one model.",
-        Heading.READING,
-    ),
-    Rule(
-        "sdf-include",
-        "What an SDF includes is not found, or is not read.",
-        "Put the model beside the file, or say where it is: `--package NAME=FOLDER`.",
-        Heading.READING,
-    ),
-    Rule(
-        "sdf-name-unknown",
-        "A name of an SDF stands for nothing, or for itself in a circle.",
-        "Correct it.",
-        Heading.READING,
-    ),
+    Rule("sdf-version", "An SDF of a version that is not read.", "`gz sdf -p FILE` converts old files.", _READING),
+    Rule("sdf-models", "A file has no model, several, or a world.", "Name a file of one model.", _READING),
+    Rule("sdf-include", "An included file is not found.", "Say where it is: `--package NAME=FOLDER`.", _READING),
+    Rule("sdf-name-unknown", "A name refers to nothing, or to itself in a circle.", "Correct it.", _READING),
 )
 
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
@@ -120,69 +101,52 @@ class Models:
         self._poses: dict[int, Transform] = {}
 
     def top(self, root: Element, file: Path) -> Scope | None:
-        """Return the only model of a document, or None after an error."""
-        version = self._version(root)
-        models = [child for child in root.children if child.tag == MODEL]
+        """Return the only model of a document, or leniently the only one of a world; None after an error."""
+        reading, version = self.reading, self._version(root)
         if version is None:
             return None
-        if len(models) > 1:
-            message = f"the file holds {len(models)} models; a description is of one robot"
-            related = [Related("the first", models[0].span)]
-            self.reading.error("sdf-models", message, models[1].span, "give each a file of its own", related)
-            return None
-        model = models[0] if models else self._model_of_world(root)
-        if model is None:
-            return None
-        if models:
-            self.reading.check(root, (MODEL,), ("version",), None)
-        return self._fill(Scope(model, file, version, None, self._name(model)))
-
-    def _model_of_world(self, root: Element) -> Element | None:
-        """Report that a file has no model; leniently return the only model of a world."""
-        other = next((child for child in root.children if child.tag in ("world", "actor", "light")), None)
-        if other is None:
-            self.reading.error("sdf-models", "<sdf> holds no <model>", root.span, 'add <model name="...">')
-            return None
-        message = f"the file holds <{other.tag}>, not a model"
-        models = [child for child in other.children if child.tag == MODEL]
-        if models:
-            names = quoted([one.get("name") for one in models], 3)
-            message = f"the file holds a world, with {counted(len(models), 'model')}: {names}"
+        found = [child for child in root.children if child.tag in (MODEL, "world", "actor", "light")]
+        models = [child for child in found if child.tag == MODEL]
+        if len(models) == 1:
+            reading.check(root, (MODEL,), ("version",), None)
+            return self._fill(Scope(models[0], file, version, None, self._name(models[0])))
+        holder = root if models or not found else found[0]
+        models = models or [child for child in holder.children if child.tag == MODEL]
+        span = models[1].span if len(models) > 1 and holder is root else holder.span
+        names = ": " + quoted([one.get("name") for one in models], 3) if models else ""
+        message = f"<{holder.tag}> holds {counted(len(models), 'model')}{names}; a description is of one robot"
         help = "put the <model> of the robot into a file of its own, in <sdf>"
         if len(models) != 1:
-            self.reading.error("sdf-models", message, other.span, help)
-        elif self.reading.lenient("sdf-models", message, other.span, help, "takes the model alone"):
-            self.reading.cannot_carry("the world around the model", other.span)
-            return models[0]
+            reading.error("sdf-models", message, span, help)
+        elif reading.lenient("sdf-models", message, span, help, "takes the model alone"):
+            reading.cannot_carry("the world around the model", span)
+            return self._fill(Scope(models[0], file, version, None, self._name(models[0])))
         return None
 
     def _version(self, root: Element) -> tuple[int, ...] | None:
-        attribute = root.attributes.get("version")
+        attribute, help = root.attributes.get("version"), f"versions {_VERSIONS[0]} to {_VERSIONS[-1]} are"
+        version = None if attribute is None else attribute.value.strip()
         if attribute is None:
-            message, help = '<sdf> lacks the attribute "version"', 'add version="1.9"'
-            taken = self.reading.lenient("missing-attribute", message, root.span, help, "takes it for 1.9")
-            return (1, 9) if taken else None
-        version = attribute.value.strip()
-        if version not in _VERSIONS:
-            message, help = f'SDF of version "{version}" is not read', f"versions {_VERSIONS[0]} to {_VERSIONS[-1]} are"
-            if not self.reading.lenient("sdf-version", message, attribute.span, help, f"takes it for {_VERSIONS[-1]}"):
+            message, version = '<sdf> lacks the attribute "version"', "1.9"
+            if not self.reading.lenient("missing-attribute", message, root.span, help, "takes it for 1.9"):
                 return None
-            version = _VERSIONS[-1]
+        elif version not in _VERSIONS:
+            message, version = f'SDF of version "{version}" is not read', _VERSIONS[-1]
+            if not self.reading.lenient("sdf-version", message, attribute.span, help, f"takes it for {version}"):
+                return None
         return tuple(map(int, version.split(".")))
 
     def _name(self, element: Element) -> str:
         """Return the name of an element, empty after an error."""
-        attribute = element.attributes.get("name")
-        name, span = ("", element.span) if attribute is None else (attribute.value, attribute.span)
+        attribute, name = element.attributes.get("name"), element.get("name")
+        span = element.span if attribute is None else attribute.span
+        if name != WORLD and not RESERVED.match(name) and NAME.match(name):
+            return name
         if not name.strip():
             self.reading.error("missing-attribute", f"a <{element.tag}> has no name", span, 'add name="..."')
             return ""
-        if name != WORLD and not RESERVED.match(name) and NAME.match(name):
-            return name
-        message = f'no {element.tag} can be called "{name}": SDF keeps that name for itself'
-        if not NAME.match(name):
-            message = f'the name of the {element.tag} "{name}" has a space at an end, or one of < > & " \''
-        self.reading.error("bad-name", message, span, "rename it")
+        why = "SDF keeps that name for itself" if NAME.match(name) else "it has a space at an end, or one of < > & \" '"
+        self.reading.error("bad-name", f'no {element.tag} can be called "{name}": {why}', span, "rename it")
         return ""
 
     def _fill(self, scope: Scope) -> Scope:
@@ -234,18 +198,16 @@ class Models:
 
     def _include(self, scope: Scope, element: Element) -> None:
         """Add the model of another file."""
-        reading = self.reading
-        uri = reading.text(element, "uri")
+        reading, uri = self.reading, self.reading.text(element, "uri")
         if uri is None:
             reading.error("missing-element", f"{named(element)} has no <uri>", element.span, "add <uri>")
             return
         file, outside, help = reading.find_file(str(uri.value), scope.file)
-        if outside:
-            reading.error("include-outside", outside, uri.span, help)
-            return
         if file is None:
             what = f'"{uri.value}" is not found'
-            if reading.lenient("sdf-include", what, uri.span, help, "leaves the model out"):
+            if outside:
+                reading.error("include-outside", outside, uri.span, help)
+            elif reading.lenient("sdf-include", what, uri.span, help, "leaves the model out"):
                 reading.cannot_carry(f"the included model {uri.value}", element.span)
             return
         document = reading.included(file, uri.span)
@@ -328,16 +290,15 @@ class Models:
         name, span = ("", inner.element.span) if attribute is None else (attribute.value, attribute.span)
         for child in inner.including.children if inner.including is not None else ():
             name, span = (child.text, child.span) if child.tag == "placement_frame" else (name, span)
-        node = self.require(inner, name, span, f"placement_frame of {named(inner.element)}") if name else None
-        made = Transform()  # relative to the model itself, whose own place is not known yet
+        made, what = Transform(), f"placement_frame of {named(inner.element)}"
         for _ in range(len(inner.nodes)):  # poses in a circle are reported by ``pose``
+            if name in (OWN, ""):
+                break
+            node = self.require(inner, name, span, what)
             if node is None:
                 break
-            made = node.written.transform.then(made)
-            above, span = self.base(node)
-            if above in (OWN, ""):
-                break
-            node = self.require(inner, above, span, f"relative_to of {named(node.element)}")
+            made, what = node.written.transform.then(made), f"relative_to of {named(node.element)}"
+            name, span = self.base(node)
         return made
 
     def link_of(self, node: Node, visited: tuple[Node, ...] = ()) -> Node | None:

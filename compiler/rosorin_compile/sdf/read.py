@@ -31,7 +31,7 @@ from .read_joints import Joints
 from .read_links import Entries, Links
 from .reading import SdfReading, WrittenPose, is_true
 
-_IN_MODEL = ("link", "frame", "joint", "model", "include", "pose")
+_READ = ("link", "frame", "joint", "model", "include", "pose")
 _IN_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")
 _NAMING = ("relative_to", "frame", "attached_to", "expressed_in")
 _NEWER = ("1.10", "1.11", "1.12")
@@ -142,15 +142,15 @@ class _Robot:
                     why = "no name leads into a model here" if "::" in first else "something else has its name"
                     message = f'the {node.kind} "{first}" is called "{node.called}": {why}'
                     note("import-changed", message, node.element.span)
-        inner = [node for node in self.top.nodes.values() if node.inner is not None and not node.inner.is_merged]
-        for number, node in enumerate(inner):
-            span = ((node.inner.including if node.inner else None) or node.element).span
-            if number == 0:
-                message = f'the names of the model "{node.name}" within begin with "{node.name}_" here'
+        inner = [node.inner for node in self.top.nodes.values() if node.inner is not None and not node.inner.is_merged]
+        for scope in inner:
+            span = (scope.including or scope.element).span
+            if scope is inner[0]:
+                message = f'the names of the model "{scope.name}" within begin with "{scope.name}_" here'
                 message += f", and so on for {len(inner) - 1} more" if len(inner) > 1 else ""
                 note("import-converted", message, span)
-            if any(child.tag == "plugin" for child in node.element.children):
-                what = f'a plugin of the model "{node.name}" becomes one of the robot: names in it stay as they are'
+            if any(child.tag == "plugin" for child in scope.element.children):
+                what = f'a plugin of the model "{scope.name}" becomes one of the robot: names in it stay as they are'
                 note("import-changed", what, span)
 
     def _is_static(self) -> bool:
@@ -203,9 +203,9 @@ class _Robot:
         """Keep what the models contain besides links, frames and joints."""
         element = scope.element
         self.reading.paths[id(element)] = ("robot",)
-        attributes = ("name", "canonical_link", "placement_frame")
-        rest = self.reading.unknown(element, (*_IN_MODEL, *OF_MODEL), attributes)
-        gazebo = [child for child in element.children if child.tag in OF_MODEL]
+        rest = self.reading.rest(element, _READ, ("name", "canonical_link", "placement_frame"))
+        gazebo = [child for child in rest if child.tag in OF_MODEL]
+        rest = [child for child in rest if child.tag not in OF_MODEL]
         if scope is not self.top:  # what a model within has is for that alone, but plugins
             for child in gazebo:
                 if child.tag != "plugin":

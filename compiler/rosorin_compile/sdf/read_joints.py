@@ -19,17 +19,14 @@ from .models import JOINT, OWN, Node
 from .read_links import Entries
 from .reading import WrittenPose, cleaned, is_true, place, words
 
-_OF_JOINT = ("pose", "parent", "child", "axis", "axis2")
-_OF_AXIS = ("xyz", "limit", "dynamics", "use_parent_model_frame", "mimic", "drake:mimic", "initial_position")
 _LIMIT = ("lower", "upper", "effort", "velocity")
-# The numbers of an axis with the keys of the language, and what is kept beside them.
+# The numbers of an axis with the keys of the language.
 _DYNAMICS = {
     "damping": "damping",
     "friction": "friction",
     "spring_stiffness": "stiffness",
     "spring_reference": "spring_reference",
 }
-_KEPT_OF_LIMIT = ("stiffness", "dissipation")
 _UNUSED = ("thread_pitch", "screw_thread_pitch", "gearbox_ratio", "gearbox_reference_body")
 _Z: Vector = (0.0, 0.0, 1.0)
 _STAND_INS = {"lower": -1000, "upper": 1000, "effort": 1000, "velocity": 10}  # N*m or N, rad/s or m/s, m or rad
@@ -106,15 +103,17 @@ class Joints:
         entry |= pose.entry(element.span)
         span = element.attributes["name"].span if "name" in element.attributes else element.span
         self.entries.joints[node.called] = Placed(entry, span)
-        found = self.reading.unknown(element, (*_OF_JOINT, *OF_JOINT, *_UNUSED), ("name", "type"))
-        for one in element.children:
+        kept = []
+        for one in self.reading.rest(element, ("pose", "parent", "child", "axis", "axis2"), ("name", "type")):
             if one.tag in OF_JOINT:
                 text = self.models.text_of(one, node.scope)
                 self.entries.gazebo.setdefault(node.called, []).append((one, text))
             elif one.tag in _UNUSED:
                 self.reading.ignored(f"<{one.tag}> has no effect on a joint of its type", one.span)
-        if found:
-            keep(entry, element, wrapped("sdf", [self.models.text_of(one, node.scope) for one in found]))
+            else:
+                kept.append(self.models.text_of(one, node.scope))
+        if kept:
+            keep(entry, element, wrapped("sdf", kept))
         return entry
 
     def _ignore_axes(self, element: Element, kind: str) -> None:
@@ -227,17 +226,15 @@ class Joints:
         }
         if dynamics is not None and made:
             entry["dynamics"] = Placed(made, dynamics.span)
-        more = reading.unknown(axis, _OF_AXIS, ())
         rest: list[str] = []
-        for child in axis.children:
+        for child in reading.rest(axis, ("xyz", "use_parent_model_frame")):
             if child.tag in ("limit", "dynamics"):
-                known = _LIMIT if child.tag == "limit" else tuple(_DYNAMICS)
-                reading.unknown(child, (*known, *(_KEPT_OF_LIMIT if child.tag == "limit" else ())), ())
-                inner = [self.models.text_of(one, node.scope) for one in child.children if one.tag not in known]
-                rest += [wrapped(child.tag, inner)] if inner else []
-            elif child.tag.endswith("mimic"):
+                inner = reading.rest(child, _LIMIT if child.tag == "limit" else _DYNAMICS)
+                texts = [self.models.text_of(one, node.scope) for one in inner]
+                rest += [wrapped(child.tag, texts)] if texts else []
+            elif child.tag in ("mimic", "drake:mimic"):
                 self._mimic(child, node, entry)
-            elif child.tag == "initial_position" or child in more:
+            else:
                 rest.append(self.models.text_of(child, node.scope))
         if rest:
             keep(entry, axis, wrapped("sdf", [wrapped("axis", rest)]))

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.formats.urdf.reading import NAME, correction, named
 from rosorin_compile.model import Transform
+from rosorin_compile.rules.misplaced_elements import sdf_elements
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_of, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
@@ -20,7 +21,7 @@ from .reading import WrittenPose, is_true
 RULES = (
     Rule(
         "sdf-inertia",
-        "An inertial of an SDF is to be computed, and of what it is not done here: meshes, several densities.",
+        "An inertial of an SDF is to be computed from meshes, or with several densities.",
         "Say mass and inertia; `--lenient` takes 1 kg.",
         Heading.READING,
     ),
@@ -37,15 +38,6 @@ _SOLIDS = {
     "mesh": {"scale": 3},
 }
 _OUTLINE = "polyline"  # a geometry may have several: one within another is a hole in it
-_OTHER_SHAPES = ("plane", _OUTLINE, "heightmap", "image", "empty", "cone")
-_PARTS = ("pose", "inertial", "visual", "collision")
-_COLOURS = ("ambient", "diffuse", "specular", "emissive")
-_READ_OF_SHAPE = ("pose", "geometry", "material")
-_KEPT_OF_SHAPE = (
-    *("surface", "laser_retro", "max_contacts", "cast_shadows", "transparency", "meta", "plugin"),
-    *("visibility_flags", "density", "auto_inertia_params"),
-)
-_KEPT_OF_MATERIAL = ("script", "shader", "render_order", "lighting", "double_sided", "shininess", "pbr")
 _WATER = 1000  # kg/m^3, the density of an inertial that is to be computed and has none
 
 
@@ -73,11 +65,12 @@ class Links:
             for child in element.children:
                 if child.tag in ("visual", "collision"):
                     self._shape(child, link)
-                elif child.tag in OF_LINK:
+            for child in self.reading.rest(element, ("pose", "inertial", "visual", "collision"), ("name",)):
+                if child.tag in OF_LINK:
                     text = self.models.text_of(child, link.scope)
                     self.entries.gazebo.setdefault(link.called, []).append((child, text))
-            for child in self.reading.unknown(element, (*_PARTS, *OF_LINK), ("name",)):
-                self._keep(child, link)
+                else:
+                    self._keep(child, link)
         names = [node.called for node in self.without_mass]
         if names:
             which = f'link "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'link')} have"
@@ -191,8 +184,9 @@ class Links:
             return self.models.text_of(child, link.scope)
 
         rest: list[str] = []
-        known = ("uri", "scale") if solid.tag == "mesh" else _SOLIDS[solid.tag]
-        inner = reading.unknown(solid, known, ("optimization",))
+        inner = reading.rest(
+            solid, (*_SOLIDS[solid.tag], *(("uri",) if solid.tag == "mesh" else ())), ("optimization",)
+        )
         if inner:
             rest.append(wrapped(solid.tag, [text(child) for child in inner]))
             if any(child.tag == "submesh" for child in inner):
@@ -204,12 +198,11 @@ class Links:
         elif material is not None:
             looks = [text(child) for child in self._look(material, made, link)]
             rest += [wrapped("material", looks)] if looks else []
-        more = reading.unknown(element, (*_READ_OF_SHAPE, *_KEPT_OF_SHAPE), ("name",))
-        for child in element.children:
+        for child in reading.rest(element, ("pose", "geometry", "material"), ("name",)):
             friction = self._friction(child) if child.tag == "surface" else None
             if friction is not None:
                 made["contact"] = Placed({"friction": Placed([friction], friction.span)}, child.span)
-            elif child.tag in _KEPT_OF_SHAPE or child in more:
+            else:
                 rest.append(text(child))
         if rest:
             keep(made, element, wrapped("sdf", rest))
@@ -226,20 +219,16 @@ class Links:
 
     def _look(self, material: Element, made: dict[str, Any], link: Node) -> list[Element]:
         """Set the colour and the image of a visual; return what else its material has."""
-        colours = {tag: self._colour(material, tag) for tag in _COLOURS}
-        diffuse = colours["diffuse"]
+        diffuse, ambient = (self._colour(material, tag) for tag in ("diffuse", "ambient"))
         if diffuse is not None:
             made["rgba"] = diffuse
-        self.reading.unknown(material, (*_COLOURS, *_KEPT_OF_MATERIAL), ())
+        same = diffuse is not None and ambient is not None and _values(ambient) == _values(diffuse)
         rest = []
-        for child in material.children:
-            colour = colours.get(child.tag)
+        for child in self.reading.rest(material, ("diffuse", "ambient") if same else ("diffuse",)):
             image = _only_descendant(child, "metal", "albedo_map") if child.tag == "pbr" else None
             if image is not None and image.text:
                 made["texture"] = Placed(self._address(image.text, link), image.span)
-            elif child.tag != "diffuse" and not (
-                child.tag == "ambient" and colour and diffuse and _values(colour) == _values(diffuse)
-            ):
+            else:
                 rest.append(child)
         return rest
 
@@ -266,11 +255,11 @@ class Links:
             return None
         solid, before = (children or geometry.children)[0], len(reading.diagnostics)
         if solid.tag not in _SOLIDS:
-            near = correction(solid.tag, (*_SOLIDS, *_OTHER_SHAPES)) if solid.tag not in _OTHER_SHAPES else None
-            if near is None or reading.options.lenient:
-                return solid
-            reading.misspelt(f"<{solid.tag}>", f"<{near}>", geometry, solid.span)
-            return None
+            known = sdf_elements()["geometry"]
+            near = None if solid.tag in known or reading.options.lenient else correction(solid.tag, known)
+            if near is not None:
+                reading.misspelt(f"<{solid.tag}>", f"<{near}>", geometry, solid.span)
+            return solid if near is None else None
         sizes: dict[str, Any] = {}
         uri = reading.text(solid, "uri") if solid.tag == "mesh" else None
         if uri is not None and uri.value != "__default__":

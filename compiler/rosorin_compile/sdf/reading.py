@@ -13,6 +13,7 @@ from rosorin_compile.formats.format import Placed
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, UNITS, Reading, correction, named
 from rosorin_compile.model import Pose, Transform
+from rosorin_compile.rules.misplaced_elements import sdf_elements
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.files import exists, is_file, is_folder, resolve
 from rosorin_compile.source.packages import OF_GAZEBO, Packages
@@ -30,7 +31,6 @@ _ROUNDING = 1e-15
 MAX_MODELS = 1_000
 MAX_ELEMENTS = 200_000
 _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
-_FILES_OF_MODELS = ("model.config", "package.xml", "model.sdf")
 
 
 class WrittenPose(NamedTuple):
@@ -147,12 +147,13 @@ class SdfReading(Reading):
         x, y, z, a, b, c = (float(one.value) for one in (*xyz, *rpy))
         return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
 
-    def unknown(self, element: Element, known: Collection[str], attributes: Collection[str]) -> list[Element]:
-        """Return the elements within one that are not among the known words; misspelt ones are reported."""
-        strange = [child for child in element.children if child.tag not in known and not child.tag.startswith("xacro:")]
-        found = [child for child in strange if correction(child.tag, known) is None]
-        self.check(element, [*known, *(child.tag for child in found)], attributes, None)
-        return found
+    def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
+        """Return the children whose tags are not among those that are read; misspelt ones are reported."""
+        known = {*read, *sdf_elements().get("axis" if element.tag == "axis2" else element.tag, ())}
+        tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
+        self.check(element, {*known, *tags}, attributes, None)
+        found = [child for child in element.children if child.tag in tags and child.tag not in read]
+        return [child for child in found if not child.tag.startswith("xacro:")]
 
     # Included files
 
@@ -186,50 +187,29 @@ class SdfReading(Reading):
         """
         if re.match(r"https?://", uri):
             return None, "", "download the model, and name the file: nothing is fetched from the net"
-        scheme, _, rest = uri.partition("://")
-        name = (rest or scheme).partition("/")[0]
-        refused = False
-        for path in self._candidates(uri, including):
-            found = _model_in(path) if is_folder(path) else path
-            if found is None or not exists(found):
-                continue
-            plain, resolved = Path(os.path.abspath(found)), resolve(found)
-            if any(map(plain.is_relative_to, self._allowed)) or any(
-                map(resolved.is_relative_to, self._resolved_allowed)
-            ):
-                return found, "", ""
-            refused = True
-        if refused:
+        scheme, colon, rest = uri.partition("://")
+        folder, rest = Path(os.path.abspath(including)).parent, rest or uri
+        name, _, inside = rest.partition("/")
+        candidates = [folder / rest]
+        if colon and scheme != "file":
+            candidates += [above / rest for above in folder.parents]
+            package = self.packages.find(name)
+            if package is not None:
+                candidates.insert(0, package / inside)
+                if any(is_file(package / name) for name in ("model.config", "package.xml", "model.sdf")):
+                    self._resolved_allowed.append(resolve(package))
+        candidates += [Path(entry, rest) for entry in self._entries(OF_GAZEBO)]
+        files = [_model_in(path) if is_folder(path) else path for path in candidates]
+        files = [file for file in files if file is not None and exists(file)]
+        for file in files:
+            if any(map(Path(os.path.abspath(file)).is_relative_to, self._allowed)):
+                return file, "", ""
+            if any(map(resolve(file).is_relative_to, self._resolved_allowed)):
+                return file, "", ""
+        if files:
             what = f"{uri} lies outside the folder of the robot, and is not read"
             return None, what, "move it there, or allow its folder: --package NAME=FOLDER"
         return None, "", f"put it beside the file, or say where it is: --package {name}=FOLDER"
-
-    def _candidates(self, uri: str, including: Path) -> Iterator[Path]:
-        """Yield where the file of an address may be, for the file that names it."""
-        scheme, colon, rest = uri.partition("://")
-        folder = Path(os.path.abspath(including)).parent
-        if not colon or scheme == "file":
-            yield folder / (rest or uri)
-        else:
-            name, _, inside = rest.partition("/")
-            package = self.packages.find(name)
-            if package is not None:
-                self._allow_model(package)
-                yield package / inside
-            yield from (above / rest for above in (folder, *folder.parents))
-        for entry in self._entries(OF_GAZEBO):
-            yield Path(entry, rest or uri)
-
-    def _allow_model(self, folder: Path) -> None:
-        """Allow files of a folder that is found by its name: a model, a package, or a folder around the robot.
-
-        A folder such as /home, /tmp or ~ may hold anything and is no model.
-        """
-        resolved, home = resolve(folder), resolve(os.environ.get("HOME", "") or os.path.expanduser("~"))
-        is_personal = len(resolved.parts) <= 2 or home.is_relative_to(resolved)
-        is_around = resolve(self.files[0]).is_relative_to(resolved) and not is_personal
-        if is_around or any(is_file(folder / name) for name in _FILES_OF_MODELS):
-            self._resolved_allowed.append(resolved)
 
 
 def _with_unit(one: Placed, unit: str) -> Placed:

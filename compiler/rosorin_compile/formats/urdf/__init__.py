@@ -48,7 +48,8 @@ def _read_back(text: str) -> Robot:
     return read(text)
 
 
-def _syntax(text: str) -> object:
+def syntax(text: str) -> object:
+    """Return the elements of a text in one spelling."""
     from rosorin_compile.source.xml.elements import canonical, tree_of
 
     return canonical(tree_of(text))
@@ -180,7 +181,7 @@ FORMAT = Format(
     brings=write.brought,
     why="a URDF has only what robot_state_publisher publishes",
     meshes=True,
-    syntax=_syntax,
+    syntax=syntax,
     feeds=(ROBOT_STATE_PUBLISHER,),
     withheld=_for_simulators,
     folder="urdf",

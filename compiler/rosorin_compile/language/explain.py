@@ -20,6 +20,7 @@ from rosorin_compile.model import (
     Pose,
     Publisher,
     Robot,
+    Vector,
 )
 from rosorin_compile.model import Edge as NodeEdge
 from rosorin_compile.model import Transform as Rigid
@@ -34,7 +35,7 @@ from .origins import Meaning, Origin, Origins, Step, Where
 from .schema import fragment_at, joint_unit, sections
 from .symbols import SymbolTable
 
-_AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
+_AXES: Mapping[str | int, Sequence[str]] = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 _KEYS_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
 _USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of ``expand.parts``
 _DIGITS = 9  # printed for quaternions and degrees
@@ -159,30 +160,26 @@ def explain(
     targets = {name: frames.meant_by(name) for name in names}
     shown = dict.fromkeys(target for found in targets.values() for target in found)
     answers: list[Explanation | Answer] = [frames.explanation(target, pose) for target in shown]
-    for name in names:
-        if not targets[name] and name in entries:
-            answers.append(Answer(name, tuple(_inner(frames.numbers(entries[name])))))
-    others = [name for name in names if not targets[name] and name not in entries]
+    unknown = [name for name in names if not targets[name]]
+    answers += [Answer(name, tuple(_inner(frames.numbers(entries[name])))) for name in unknown if name in entries]
     numbers = {number.name for answer in answers for number in _numbers_of(answer)}
+    words: list[str] = []
     values: list[NamedValue] = []
-    for name in list(others):
-        if any(_is_called(number, name) for number in numbers):
-            continue
+    for name in (name for name in unknown if name not in entries):
         meaning = origins.named(name)
-        if meaning is None:
+        if any(_is_called(number, name) for number in numbers):
+            words.append(name)
+        elif meaning is not None:
+            uses = tuple(origins.where(place.span) for place in expanded.values.uses(name))
+            values.append(NamedValue(name, meaning, uses))
+        else:
             known = {*frames.names, *robot.joint, *entries, *expanded.scope.places}
-            known |= {sensor.name for sensor in robot.sensors}
-            known |= {use for frame in frames.names for use in frames.uses(frame)}
+            known.update(sensor.name for sensor in robot.sensors)
+            known.update(use for frame in frames.names for use in frames.uses(frame))
             what = "frame, link, joint, sensor, use, value or number"
             raise NotThere(_missing(what, name, [*sorted(known), *sorted(numbers)]))
-        values.append(
-            NamedValue(name, meaning, tuple(origins.where(place.span) for place in expanded.values.uses(name)))
-        )
-        others.remove(name)
-    if others:
-        added = tuple(f"{section} " for section in robot.sections.said)
-        return [*(_selected(answer, others, added) for answer in answers), *values]
-    return [*answers, *values]
+    added = tuple(f"{section} " for section in robot.sections.said)
+    return [*(_selected(answer, words, added) if words else answer for answer in answers), *values]
 
 
 def _missing(what: str, name: str, known: Sequence[str]) -> str:
@@ -246,9 +243,8 @@ class _Frames:
         """Return everything about a frame."""
         robot, chain = self.robot, self._chain(name)
         joint, link = robot.joint_to.get(name), robot.link.get(name)
-        where, stack = self.origins.at(self.places["link", name]) if link is not None else (None, ())
-        sitting = [joint.child for joint in robot.joints_from.get(name, ())]
-        sitting += [edge.child for edge in robot.edges if edge.parent == name]
+        where, stack = (None, ()) if link is None else self.origins.at(self.places["link", name])
+        edges = [*robot.joints_from.get(name, ()), *(edge for edge in robot.edges if edge.parent == name)]
         return Explanation(
             name=name,
             roles=tuple(self._roles(name)),
@@ -257,7 +253,7 @@ class _Frames:
             chain=chain,
             others=self._edges_to(name) if link is not None else (),
             placed=tuple(self._placed(name, chain, pose) for pose in (["", pose] if pose else [""])),
-            children=tuple(dict.fromkeys(sitting)),
+            children=tuple(dict.fromkeys(edge.child for edge in edges)),
             joint=tuple(self._numbers_of_joint(joint)) if joint is not None else (),
             inertial=tuple(self._numbers_of_mass(link)) if link is not None else (),
             shapes=tuple(self._shapes(link)) if link is not None else (),
@@ -314,7 +310,7 @@ class _Frames:
         if path[0] in self.robot.sections.said:  # a section of a plug-in may calculate them from anything
             numbers = [number._replace(origin=None, note=f"of {path[0]}") for number in numbers]
         if joint.moves or joint.type == "planar":
-            numbers += self._vector((*path, "axis"), joint.axis, [f"axis {axis}" for axis in "xyz"], "")
+            numbers += self._vector((*path, "axis"), joint.axis, "")
         topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves_on_tf else "/tf_static"
         publisher = "published in turns" if joint.name in self.robot.turns else _in_words(joint.publisher)
         transform = Transform.of(joint.transform())
@@ -337,15 +333,13 @@ class _Frames:
 
     def _pose(self, path: Path, pose: Pose) -> Iterator[Number]:
         optical = "not written: an optical frame is turned like this (REP 103)"
-        yield from self._vector((*path, "xyz"), pose.xyz, _AXES["xyz"], "m")
-        note = optical if path[-1] == "optical" else "not written"
-        yield from self._vector((*path, "rpy"), pose.rpy, _AXES["rpy"], "rad", note)
+        yield from self._vector((*path, "xyz"), pose.xyz, "m")
+        yield from self._vector((*path, "rpy"), pose.rpy, "rad", optical if path[-1] == "optical" else "not written")
 
-    def _vector(
-        self, path: Path, values: Sequence[float], names: Sequence[str], unit: str, note: str = "not written"
-    ) -> Iterator[Number]:
-        for index, (name, value) in enumerate(zip(names, values, strict=True)):
+    def _vector(self, path: Path, values: Vector, unit: str, note: str = "not written") -> Iterator[Number]:
+        for index, value in enumerate(values):
             origin = self.origins.of((*path, index))
+            name = _AXES[path[-1]][index] if path[-1] in _AXES else f"{path[-1]} {'xyz'[index]}"
             yield Number(name, value, unit, origin, "" if origin else note)
 
     def numbers(self, path: Path, joint: Joint | None = None) -> Iterator[Number]:

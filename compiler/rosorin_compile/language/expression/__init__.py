@@ -97,7 +97,7 @@ def parsed(text: str) -> ast.Expression:
             for field, value in ast.iter_fields(node):
                 items = value if isinstance(value, list) else [value]
                 for index, item in enumerate(items):
-                    literal = isinstance(item, ast.Name) and literals.get((item.lineno, item.col_offset))
+                    literal: Any = isinstance(item, ast.Name) and literals.get((item.lineno, item.col_offset))
                     if literal:
                         items[index] = ast.copy_location(ast.Constant(literal), item)
                 if items is not value and items != [value]:

@@ -37,6 +37,7 @@ from .symbols import SymbolTable
 
 _AXES: Mapping[str | int, Sequence[str]] = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 _KEYS_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of ``expand.parts``
 _DIGITS = 9  # printed for quaternions and degrees
 
@@ -349,6 +350,8 @@ class _Frames:
         waiting: list[tuple[Path, object]] = [(path, self.origins.tree.at(path))]
         while waiting:
             here, value = waiting.pop(0)
+            if isinstance(value, list) and any(isinstance(item, list) for item in value):
+                continue  # the cells of a height map are too many to list
             if isinstance(value, (dict, list)):
                 items = value.items() if isinstance(value, dict) else enumerate(value)
                 waiting = [*(((*here, key), item) for key, item in items), *waiting]
@@ -382,12 +385,14 @@ class _Frames:
             written = {number.name: number for number in _inner(self.numbers((*path, "inertial")))}
             yield from written.values()
             if "inertia ixx" not in written:
-                names = ("mass", "xyz x", "xyz y", "xyz z", "rpy roll", "rpy pitch", "rpy yaw")
-                values = [inertial.mass, *inertial.pose.xyz, *inertial.pose.rpy]
-                units = ["kg", "m", "m", "m", "rad", "rad", "rad"]
-                moments = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-                calculated = list(zip(names, values, units, strict=True))
-                calculated += [(f"inertia {name}", getattr(inertial, name), "kg*m^2") for name in moments]
+                calculated = [("mass", inertial.mass, "kg")]
+                calculated += [
+                    (f"xyz {axis}", inertial.pose.xyz[index], "m") for index, axis in enumerate(_AXES["xyz"])
+                ]
+                calculated += [
+                    (f"rpy {axis}", inertial.pose.rpy[index], "rad") for index, axis in enumerate(_AXES["rpy"])
+                ]
+                calculated += [(f"inertia {name}", getattr(inertial, name), "kg*m^2") for name in _MOMENTS]
                 for name, value, unit in calculated:
                     if name not in written:
                         yield Number(name, value, unit, None, "calculated from the shapes")
@@ -403,12 +408,7 @@ class _Frames:
         for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
             for index, shape in enumerate(shapes):
                 here: Path = (*path, purpose, index)
-                if isinstance(shape.geometry, HeightMap):  # whose cells are too many to list
-                    keys = [(*here, "height_map", key) for key in ("origin", "cell", "step", "bottom")]
-                    shown = keys if isinstance(shape.geometry.bottom, (int, float)) else keys[:-1]
-                    numbers = tuple(number for key in shown for number in self.numbers(key))
-                else:
-                    numbers = tuple(_inner(self.numbers(here)))
+                numbers = tuple(_inner(self.numbers(here)))
                 yield Shape(purpose, *_size_in_words(shape.geometry), numbers, self.origins.at(here)[0])
 
 

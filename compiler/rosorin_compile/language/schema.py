@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -110,28 +110,6 @@ def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
     if not entries:
         return root
     return {**root, "properties": {**root["properties"], "outputs": {**section, "properties": entries}}}
-
-
-def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
-    """Return the schema of descriptions with the options of every format, each with the formats that have it."""
-    options: dict[str, dict[str, Any]] = {}
-    meanings: dict[str, dict[str, list[str]]] = {}
-    for format in formats:
-        for key, option in format.options.items():
-            merged = options.setdefault(key, dict(option))
-            if "enum" in merged and "enum" in option:  # each format's own values are checked by ``with_outputs``
-                merged["enum"] = [*merged["enum"], *(one for one in option["enum"] if one not in merged["enum"])]
-            meanings.setdefault(key, {}).setdefault(option.get("description", ""), []).append(format.name)
-    for key, option in options.items():
-        texts = [
-            f"{', '.join(names)}: {text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == ' ' else text}"
-            for text, names in meanings[key].items()
-        ]
-        option["description"] = " ".join(texts)
-    root = schema()
-    output = root["$defs"]["output"]
-    output = {**output, "properties": {**output["properties"], **options}, "additionalProperties": False}
-    return {**root, "$defs": {**root["$defs"], "output": output}}
 
 
 def backend_of(name: str, entry: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.units import UNITS, parse_unit
 
 from .annotations import ANNOTATIONS
-from .schema import of_parts, schema
+from .schema import LAST, of_parts, schema
 from .section_registry import plugged_sections
 
 Schema = dict[str, Any]
@@ -37,15 +37,18 @@ def authoring_schema() -> str:
     if not plugged_sections():
         return text
     committed, plain = json.loads(text), schema()
+    properties = committed["properties"]
+    after = {name: properties.pop(name) for name in list(properties)[list(properties).index(LAST[0]) :]}
     definitions = committed["definitions"]
     rules = definitions["acceptance"]["properties"]["rule"]["anyOf"][0]["enum"]
     for name, section in plugged_sections().items():
         fragment = draft_7(as_written(plain["properties"][name], plain, entry=False))
-        committed["properties"][name] = fragment
+        properties[name] = fragment
         if name in of_parts():
             definitions["part"]["properties"][name] = fragment
             definitions["use"]["properties"]["content"]["properties"][name] = fragment
         rules += [rule.id for check in section.checks for rule in check.rules if rule.accept or rule.mild]
+    properties |= after
     return json.dumps(committed, indent=1, ensure_ascii=False) + "\n"
 
 

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import (
-    ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
     Box,
     Ellipsoid,
@@ -22,7 +21,6 @@ from rosorin_compile.model import (
     Robot,
     Vector,
 )
-from rosorin_compile.model import Edge as NodeEdge
 from rosorin_compile.model import Transform as Rigid
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, nearest
@@ -206,13 +204,13 @@ def _is_called(number: str, word: str) -> bool:
 def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[str, ...]) -> Answer:
     """Return the numbers that words select; an exact match excludes others except ``added``, those of sections."""
     selected: dict[Number, None] = {}
+    numbers = _numbers_of(answer)
     for word in words:
-        numbers = _numbers_of(answer)
-        exact_matches = [number for number in numbers if number.name == word]
-        if exact_matches:
-            exact_matches += [n for n in numbers if n.name.startswith(added) and n.name.endswith(f" {word}")]
-            exact_matches += [number for number in numbers if number.name == f"{word} in all"]
-        selected |= dict.fromkeys(exact_matches or [n for n in numbers if _is_called(n.name, word)])
+        matches = [number for number in numbers if number.name == word]
+        if matches:
+            matches += [n for n in numbers if n.name.startswith(added) and n.name.endswith(f" {word}")]
+            matches += [number for number in numbers if number.name == f"{word} in all"]
+        selected |= dict.fromkeys(matches or [number for number in numbers if _is_called(number.name, word)])
     return Answer(answer.name, tuple(selected))
 
 
@@ -292,17 +290,18 @@ class _Frames:
     def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> Placed:
         """Return the pose of a frame in the root of its chain, with the joints in a named pose."""
         positions = next((known.positions for known in self.robot.poses if known.name == pose), {})
-        found: Rigid | None = Rigid()
-        for parent, child in dict.fromkeys((edge.parent, edge.child) for edge in chain):
-            joint = self.robot.joint_to.get(child)
-            if joint is not None and joint.parent == parent:
-                step: Rigid | None = joint.transform(self.robot.position(joint, positions))
-            else:
-                poses = {edge.pose for edge in self.robot.edges if (edge.parent, edge.child) == (parent, child)}
-                only = poses.pop() if len(poses) == 1 else None
-                step = None if only is None else only.transform()
-            found = None if step is None or found is None else found.then(step)
-        return Placed(pose, chain[0].parent if chain else frame, None if found is None else Transform.of(found))
+        root, found = chain[0].parent if chain else frame, Rigid()
+        for ends in dict.fromkeys((edge.parent, edge.child) for edge in chain):
+            joint = self.robot.joint_to.get(ends[1])
+            if joint is not None and joint.parent == ends[0]:
+                found = found.then(joint.transform(self.robot.position(joint, positions)))
+                continue
+            poses = {edge.pose for edge in self.robot.edges if (edge.parent, edge.child) == ends}
+            step = poses.pop()
+            if step is None or poses:
+                return Placed(pose, root, None)
+            found = found.then(step.transform())
+        return Placed(pose, root, Transform.of(found))
 
     def _edge_of_joint(self, joint: Joint) -> Edge:
         path = self.places["joint", joint.name]
@@ -320,17 +319,16 @@ class _Frames:
 
     def _edges_to(self, frame: str) -> tuple[Edge, ...]:
         """Return the edges of other nodes that place a frame."""
-        edges = enumerate(self.robot.edges)
-        return tuple(self._edge_of_node(index, edge) for index, edge in edges if edge.child == frame)
-
-    def _edge_of_node(self, index: int, edge: NodeEdge) -> Edge:
-        path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
-        where, stack = self.origins.at(path)
-        transform = None if edge.pose is None else Transform.of(edge.pose.transform())
-        numbers = () if edge.pose is None else tuple(self._pose(path, edge.pose))
-        topic = "/tf" if edge.moving else "/tf_static"
-        publisher = _in_words(edge.publisher)
-        return Edge(edge.parent, edge.child, "", "", publisher, topic, edge.when, transform, numbers, where, stack)
+        found = []
+        for index, edge in enumerate(self.robot.edges):
+            if edge.child == frame:
+                path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
+                where, stack = self.origins.at(path)
+                transform = None if edge.pose is None else Transform.of(edge.pose.transform())
+                numbers = () if edge.pose is None else tuple(self._pose(path, edge.pose))
+                ends = (edge.parent, frame, "", "", _in_words(edge.publisher), "/tf" if edge.moving else "/tf_static")
+                found.append(Edge(*ends, edge.when, transform, numbers, where, stack))
+        return tuple(found)
 
     def _pose(self, path: Path, pose: Pose) -> Iterator[Number]:
         optical = "not written: an optical frame is turned like this (REP 103)"
@@ -384,18 +382,13 @@ class _Frames:
         if path[0] == "links" and inertial is not None:
             written = {number.name: number for number in _inner(self.numbers((*path, "inertial")))}
             yield from written.values()
-            if "inertia ixx" not in written:
-                calculated = [("mass", inertial.mass, "kg")]
-                calculated += [
-                    (f"xyz {axis}", inertial.pose.xyz[index], "m") for index, axis in enumerate(_AXES["xyz"])
-                ]
-                calculated += [
-                    (f"rpy {axis}", inertial.pose.rpy[index], "rad") for index, axis in enumerate(_AXES["rpy"])
-                ]
-                calculated += [(f"inertia {name}", getattr(inertial, name), "kg*m^2") for name in _MOMENTS]
-                for name, value, unit in calculated:
-                    if name not in written:
-                        yield Number(name, value, unit, None, "calculated from the shapes")
+            calculated = [("mass", inertial.mass, "kg")]
+            for key, values, unit in (("xyz", inertial.pose.xyz, "m"), ("rpy", inertial.pose.rpy, "rad")):
+                calculated += [(f"{key} {axis}", value, unit) for axis, value in zip(_AXES[key], values, strict=True)]
+            calculated += [(f"inertia {name}", getattr(inertial, name), "kg*m^2") for name in _MOMENTS]
+            for name, value, unit in calculated if "inertia ixx" not in written else ():
+                if name not in written:
+                    yield Number(name, value, unit, None, "calculated from the shapes")
         if link.inertial is not None and link.inertial != inertial:
             for section in self.robot.sections.said:
                 for path in self._entries_naming("link", link.name, section):
@@ -433,12 +426,10 @@ def _in_words(publisher: Publisher) -> str:
     if publisher.simulated:
         return f"of simulations alone: {publisher.about}"
     if publisher.kind == UNPUBLISHED:
-        return f"nobody publishes it: {publisher.about}" if publisher.about else "nobody publishes it"
-    if publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-        return f"published by the static_transform_publisher {publisher.name}"
+        return f"nobody publishes it: {publisher.about}".removesuffix(": ")
+    static = "the static_transform_publisher " if publisher.kind == STATIC_TRANSFORM_PUBLISHER else ""
     about = f" ({publisher.about})" if publisher.kind == NODE and publisher.about else ""
-    name = ROBOT_STATE_PUBLISHER if publisher.kind == ROBOT_STATE_PUBLISHER else publisher.name
-    return f"published by {name}{about}"
+    return f"published by {static}{publisher.name}{about}"
 
 
 def _size_in_words(geometry: Geometry) -> tuple[str, str]:
@@ -487,10 +478,10 @@ def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
         if transform is None:
             yield "  not known: another node alone knows an edge of the chain"
         else:
-            yield f"  xyz                 {_list(transform.xyz)} m"
-            yield f"  rpy                 {_list(transform.rpy)} rad"
-            yield f"                      {_list(transform.rpy_degrees)} deg"
-            yield f"  quaternion x y z w  {_list(transform.quaternion_xyzw)}"
+            yield f"  xyz                 {_row(transform.xyz)} m"
+            yield f"  rpy                 {_row(transform.rpy)} rad"
+            yield f"                      {_row(transform.rpy_degrees)} deg"
+            yield f"  quaternion x y z w  {_row(transform.quaternion_xyzw)}"
         yield ""
     if found.joint:
         yield f"Joint {found.chain[-1].joint}:"
@@ -517,12 +508,8 @@ def _edge(edge: Edge) -> Iterator[str]:
         yield "    the numbers are known to that node alone"
     else:
         yield from _numbers(edge.numbers, edge.stack)
-        yield f"    quaternion x y z w  {_list(edge.transform.quaternion_xyzw)}"
+        yield f"    quaternion x y z w  {_row(edge.transform.quaternion_xyzw)}"
     yield ""
-
-
-def _list(values: Sequence[float]) -> str:
-    return "  ".join(fixed(value, _DIGITS) for value in values)
 
 
 def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
@@ -564,6 +551,10 @@ def _merge_zeros(numbers: Sequence[Number]) -> Iterator[Number]:
         merge = names in ("x y z", "roll pitch yaw") and all(n.origin is None and n.value == 0 for n in three)
         yield three[0]._replace(name=names) if merge else three[0]
         index += 3 if merge else 1
+
+
+def _row(values: Sequence[float]) -> str:
+    return "  ".join(fixed(value, _DIGITS) for value in values)
 
 
 def _value(number: Number) -> str:

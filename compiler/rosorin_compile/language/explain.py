@@ -243,7 +243,8 @@ class _Frames:
         robot, chain = self.robot, self._chain(name)
         joint, link = robot.joint_to.get(name), robot.link.get(name)
         where, stack = (None, ()) if link is None else self.origins.at(self.places["link", name])
-        edges = [*robot.joints_from.get(name, ()), *(edge for edge in robot.edges if edge.parent == name)]
+        children = [joint.child for joint in robot.joints_from.get(name, ())]
+        children += [edge.child for edge in robot.edges if edge.parent == name]
         return Explanation(
             name=name,
             roles=tuple(self._roles(name)),
@@ -252,7 +253,7 @@ class _Frames:
             chain=chain,
             others=self._edges_to(name) if link is not None else (),
             placed=tuple(self._placed(name, chain, pose) for pose in (["", pose] if pose else [""])),
-            children=tuple(dict.fromkeys(edge.child for edge in edges)),
+            children=tuple(dict.fromkeys(children)),
             joint=tuple(self._numbers_of_joint(joint)) if joint is not None else (),
             inertial=tuple(self._numbers_of_mass(link)) if link is not None else (),
             shapes=tuple(self._shapes(link)) if link is not None else (),

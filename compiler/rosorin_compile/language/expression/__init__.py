@@ -108,6 +108,7 @@ class _Literals(ast.NodeTransformer):
         return ast.copy_location(ast.Constant(literal), node) if literal else node
 
 
+@remembered
 def names_in(text: str) -> list[str]:
     """Return the names in an expression, in order, each once; none if it is not an expression."""
     try:

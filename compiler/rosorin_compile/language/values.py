@@ -20,7 +20,7 @@ from rosorin_compile.source.wording import difference, in_words, look, unseen
 
 from .expand.files import Reader
 from .expand.scope import Scope
-from .expression import names_in, pieces
+from .expression import all_names, pieces
 
 RULES = (
     Rule(
@@ -200,7 +200,7 @@ def _loop_names(entry: Any) -> frozenset[str]:
 
 
 def _names_in_text(text: str) -> set[str]:
-    return {name for piece in pieces(text) if piece.is_expression for name in names_in(piece.text)}
+    return {name for piece in pieces(text) if piece.is_expression for name in all_names(piece.text)}
 
 
 def _texts_at(value: Any, keys: tuple[str, ...]) -> set[str]:

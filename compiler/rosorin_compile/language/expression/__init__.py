@@ -109,14 +109,18 @@ class _Literals(ast.NodeTransformer):
 
 
 @remembered
-def names_in(text: str) -> list[str]:
+def all_names(text: str) -> tuple[str, ...]:
     """Return the names in an expression, in order, each once; none if it is not an expression."""
     try:
         tree = parsed(text) if len(text) <= MAX_LENGTH else ast.Module([], [])
     except (ExpressionError, SyntaxError, ValueError):
-        return []
-    names = dict.fromkeys(node.id for node in ast.walk(tree) if isinstance(node, ast.Name))
-    return [name for name in names if name not in functions()]
+        return ()
+    return tuple(dict.fromkeys(node.id for node in ast.walk(tree) if isinstance(node, ast.Name)))
+
+
+def names_in(text: str) -> list[str]:
+    """Return the names in an expression without those of functions."""
+    return [name for name in all_names(text) if name not in functions()]
 
 
 class Piece(NamedTuple):

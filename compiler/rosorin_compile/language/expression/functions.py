@@ -20,15 +20,8 @@ if TYPE_CHECKING:
     from rosorin_compile.source.diagnostics import Span
 
 MAX_ITEMS = 100_000
-_KINDS: tuple[tuple[Any, str], ...] = (
-    *(
-        (type(None), "nothing"),
-        (bool, "true or false"),
-        ((int, float), "a number"),
-        (str, "text"),
-        (Mapping, "a table"),
-    ),
-)
+_KINDS: dict[Any, str] = {type(None): "nothing", bool: "true or false", (int, float): "a number"}
+_KINDS |= {str: "text", Mapping: "a table", object: "a list"}
 
 
 class ExpressionError(Exception):
@@ -84,7 +77,7 @@ def kind_of(value: Any) -> str:
     """Return the kind of a value in words."""
     if isinstance(value, Quantity):
         return describe(value.dimension)
-    return next((kind for types, kind in _KINDS if isinstance(value, types)), "a list")
+    return next(kind for types, kind in _KINDS.items() if isinstance(value, types))
 
 
 def common_dimension(values: Iterable[Any]) -> Dimension | None:

@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from authoring import documented_schema
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.language.authoring import documented_schema
 from rosorin_compile.language.expression.functions import BUILT_IN, CONSTANTS
 from rosorin_compile.language.schema import of_types
 from rosorin_compile.source.units import DIMENSIONS, UNITS, describe

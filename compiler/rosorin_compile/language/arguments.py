@@ -52,12 +52,12 @@ def declared(
     root = reader.whole()
     if root is None or has_errors(reader.diagnostics):
         return [], reader.diagnostics
-    entries = root.get("args")
+    entries = root["args"] if isinstance(root.get("args"), Map) else Map(root.span)
     expanded = expand(path, arguments, None, packages=packages)
     written = Written()
     found = []
-    for name, entry in entries.items() if isinstance(entries, Map) else ():
-        argument = _argument(name, entry, entries, written)
+    for name in entries:
+        argument = _argument(name, entries, written)
         if name in arguments:
             place = arguments.value_spans.get(name) if isinstance(arguments, Map) else None
             text = str(arguments[name]) if place is None else written.text(place)
@@ -69,8 +69,8 @@ def declared(
     return found, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)
 
 
-def _argument(name: str, entry: Any, entries: Map, written: Written) -> Argument:
-    span = entries.key_spans[name]
+def _argument(name: str, entries: Map, written: Written) -> Argument:
+    entry, span = entries[name], entries.key_spans[name]
     if not isinstance(entry, Map):  # NAME: DEFAULT
         default = "" if entry is None else written.text(entries.value_spans[name])
         return Argument(name, "any", (), entry is None, default, "", span)

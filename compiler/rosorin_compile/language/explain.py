@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import (
-    ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
     Box,
     Ellipsoid,
@@ -20,12 +19,12 @@ from rosorin_compile.model import (
     Pose,
     Publisher,
     Robot,
+    Vector,
 )
-from rosorin_compile.model import Edge as NodeEdge
 from rosorin_compile.model import Transform as Rigid
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, nearest
-from rosorin_compile.source.numbers import exact, fixed
+from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path
 
 from .expand import Expanded
@@ -34,10 +33,10 @@ from .origins import Meaning, Origin, Origins, Step, Where
 from .schema import fragment_at, joint_unit, sections
 from .symbols import SymbolTable
 
-_AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
+_AXES: Mapping[str | int, Sequence[str]] = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 _KEYS_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of ``expand.parts``
-_DIGITS = 9  # printed for quaternions and degrees
 
 
 class NotThere(UnknownName):
@@ -159,30 +158,26 @@ def explain(
     targets = {name: frames.meant_by(name) for name in names}
     shown = dict.fromkeys(target for found in targets.values() for target in found)
     answers: list[Explanation | Answer] = [frames.explanation(target, pose) for target in shown]
-    for name in names:
-        if not targets[name] and name in entries:
-            answers.append(Answer(name, tuple(_inner(frames.numbers(entries[name])))))
-    others = [name for name in names if not targets[name] and name not in entries]
+    unknown = [name for name in names if not targets[name]]
+    answers += [Answer(name, tuple(_inner(frames.numbers(entries[name])))) for name in unknown if name in entries]
     numbers = {number.name for answer in answers for number in _numbers_of(answer)}
+    words: list[str] = []
     values: list[NamedValue] = []
-    for name in list(others):
-        if any(_is_called(number, name) for number in numbers):
-            continue
+    for name in (name for name in unknown if name not in entries):
         meaning = origins.named(name)
-        if meaning is None:
+        if any(_is_called(number, name) for number in numbers):
+            words.append(name)
+        elif meaning is not None:
+            uses = tuple(origins.where(place.span) for place in expanded.values.uses(name))
+            values.append(NamedValue(name, meaning, uses))
+        else:
             known = {*frames.names, *robot.joint, *entries, *expanded.scope.places}
-            known |= {sensor.name for sensor in robot.sensors}
-            known |= {use for frame in frames.names for use in frames.uses(frame)}
+            known.update(sensor.name for sensor in robot.sensors)
+            known.update(use for frame in frames.names for use in frames.uses(frame))
             what = "frame, link, joint, sensor, use, value or number"
             raise NotThere(_missing(what, name, [*sorted(known), *sorted(numbers)]))
-        values.append(
-            NamedValue(name, meaning, tuple(origins.where(place.span) for place in expanded.values.uses(name)))
-        )
-        others.remove(name)
-    if others:
-        added = tuple(f"{section} " for section in robot.sections.said)
-        return [*(_selected(answer, others, added) for answer in answers), *values]
-    return [*answers, *values]
+    added = tuple(f"{section} " for section in robot.sections.said)
+    return [*(_selected(answer, words, added) if words else answer for answer in answers), *values]
 
 
 def _missing(what: str, name: str, known: Sequence[str]) -> str:
@@ -208,13 +203,13 @@ def _is_called(number: str, word: str) -> bool:
 def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[str, ...]) -> Answer:
     """Return the numbers that words select; an exact match excludes others except ``added``, those of sections."""
     selected: dict[Number, None] = {}
+    numbers = _numbers_of(answer)
     for word in words:
-        numbers = _numbers_of(answer)
-        exact_matches = [number for number in numbers if number.name == word]
-        if exact_matches:
-            exact_matches += [n for n in numbers if n.name.startswith(added) and n.name.endswith(f" {word}")]
-            exact_matches += [number for number in numbers if number.name == f"{word} in all"]
-        selected |= dict.fromkeys(exact_matches or [n for n in numbers if _is_called(n.name, word)])
+        matches = [number for number in numbers if number.name == word]
+        if matches:
+            matches += [n for n in numbers if n.name.startswith(added) and n.name.endswith(f" {word}")]
+            matches += [number for number in numbers if number.name == f"{word} in all"]
+        selected |= dict.fromkeys(matches or [number for number in numbers if _is_called(number.name, word)])
     return Answer(answer.name, tuple(selected))
 
 
@@ -246,9 +241,9 @@ class _Frames:
         """Return everything about a frame."""
         robot, chain = self.robot, self._chain(name)
         joint, link = robot.joint_to.get(name), robot.link.get(name)
-        where, stack = self.origins.at(self.places["link", name]) if link is not None else (None, ())
-        sitting = [joint.child for joint in robot.joints_from.get(name, ())]
-        sitting += [edge.child for edge in robot.edges if edge.parent == name]
+        where, stack = (None, ()) if link is None else self.origins.at(self.places["link", name])
+        children = [joint.child for joint in robot.joints_from.get(name, ())]
+        children += [edge.child for edge in robot.edges if edge.parent == name]
         return Explanation(
             name=name,
             roles=tuple(self._roles(name)),
@@ -257,7 +252,7 @@ class _Frames:
             chain=chain,
             others=self._edges_to(name) if link is not None else (),
             placed=tuple(self._placed(name, chain, pose) for pose in (["", pose] if pose else [""])),
-            children=tuple(dict.fromkeys(sitting)),
+            children=tuple(dict.fromkeys(children)),
             joint=tuple(self._numbers_of_joint(joint)) if joint is not None else (),
             inertial=tuple(self._numbers_of_mass(link)) if link is not None else (),
             shapes=tuple(self._shapes(link)) if link is not None else (),
@@ -295,17 +290,18 @@ class _Frames:
     def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> Placed:
         """Return the pose of a frame in the root of its chain, with the joints in a named pose."""
         positions = next((known.positions for known in self.robot.poses if known.name == pose), {})
-        found: Rigid | None = Rigid()
-        for parent, child in dict.fromkeys((edge.parent, edge.child) for edge in chain):
-            joint = self.robot.joint_to.get(child)
-            if joint is not None and joint.parent == parent:
-                step: Rigid | None = joint.transform(self.robot.position(joint, positions))
-            else:
-                poses = {edge.pose for edge in self.robot.edges if (edge.parent, edge.child) == (parent, child)}
-                only = poses.pop() if len(poses) == 1 else None
-                step = None if only is None else only.transform()
-            found = None if step is None or found is None else found.then(step)
-        return Placed(pose, chain[0].parent if chain else frame, None if found is None else Transform.of(found))
+        root, found = chain[0].parent if chain else frame, Rigid()
+        for ends in dict.fromkeys((edge.parent, edge.child) for edge in chain):
+            joint = self.robot.joint_to.get(ends[1])
+            if joint is not None and joint.parent == ends[0]:
+                found = found.then(joint.transform(self.robot.position(joint, positions)))
+                continue
+            poses = {edge.pose for edge in self.robot.edges if (edge.parent, edge.child) == ends}
+            step = poses.pop()
+            if step is None or poses:
+                return Placed(pose, root, None)
+            found = found.then(step.transform())
+        return Placed(pose, root, Transform.of(found))
 
     def _edge_of_joint(self, joint: Joint) -> Edge:
         path = self.places["joint", joint.name]
@@ -314,7 +310,7 @@ class _Frames:
         if path[0] in self.robot.sections.said:  # a section of a plug-in may calculate them from anything
             numbers = [number._replace(origin=None, note=f"of {path[0]}") for number in numbers]
         if joint.moves or joint.type == "planar":
-            numbers += self._vector((*path, "axis"), joint.axis, [f"axis {axis}" for axis in "xyz"], "")
+            numbers += self._vector((*path, "axis"), joint.axis, "")
         topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves_on_tf else "/tf_static"
         publisher = "published in turns" if joint.name in self.robot.turns else _in_words(joint.publisher)
         transform = Transform.of(joint.transform())
@@ -323,29 +319,26 @@ class _Frames:
 
     def _edges_to(self, frame: str) -> tuple[Edge, ...]:
         """Return the edges of other nodes that place a frame."""
-        edges = enumerate(self.robot.edges)
-        return tuple(self._edge_of_node(index, edge) for index, edge in edges if edge.child == frame)
-
-    def _edge_of_node(self, index: int, edge: NodeEdge) -> Edge:
-        path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
-        where, stack = self.origins.at(path)
-        transform = None if edge.pose is None else Transform.of(edge.pose.transform())
-        numbers = () if edge.pose is None else tuple(self._pose(path, edge.pose))
-        topic = "/tf" if edge.moving else "/tf_static"
-        publisher = _in_words(edge.publisher)
-        return Edge(edge.parent, edge.child, "", "", publisher, topic, edge.when, transform, numbers, where, stack)
+        found = []
+        for index, edge in enumerate(self.robot.edges):
+            if edge.child == frame:
+                path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
+                where, stack = self.origins.at(path)
+                transform = None if edge.pose is None else Transform.of(edge.pose.transform())
+                numbers = () if edge.pose is None else tuple(self._pose(path, edge.pose))
+                ends = (edge.parent, frame, "", "", _in_words(edge.publisher), "/tf" if edge.moving else "/tf_static")
+                found.append(Edge(*ends, edge.when, transform, numbers, where, stack))
+        return tuple(found)
 
     def _pose(self, path: Path, pose: Pose) -> Iterator[Number]:
         optical = "not written: an optical frame is turned like this (REP 103)"
-        yield from self._vector((*path, "xyz"), pose.xyz, _AXES["xyz"], "m")
-        note = optical if path[-1] == "optical" else "not written"
-        yield from self._vector((*path, "rpy"), pose.rpy, _AXES["rpy"], "rad", note)
+        yield from self._vector((*path, "xyz"), pose.xyz, "m")
+        yield from self._vector((*path, "rpy"), pose.rpy, "rad", optical if path[-1] == "optical" else "not written")
 
-    def _vector(
-        self, path: Path, values: Sequence[float], names: Sequence[str], unit: str, note: str = "not written"
-    ) -> Iterator[Number]:
-        for index, (name, value) in enumerate(zip(names, values, strict=True)):
+    def _vector(self, path: Path, values: Vector, unit: str, note: str = "not written") -> Iterator[Number]:
+        for index, value in enumerate(values):
             origin = self.origins.of((*path, index))
+            name = _AXES[path[-1]][index] if path[-1] in _AXES else f"{path[-1]} {'xyz'[index]}"
             yield Number(name, value, unit, origin, "" if origin else note)
 
     def numbers(self, path: Path, joint: Joint | None = None) -> Iterator[Number]:
@@ -355,6 +348,8 @@ class _Frames:
         waiting: list[tuple[Path, object]] = [(path, self.origins.tree.at(path))]
         while waiting:
             here, value = waiting.pop(0)
+            if isinstance(value, list) and any(isinstance(item, list) for item in value):
+                continue  # the cells of a height map are too many to list
             if isinstance(value, (dict, list)):
                 items = value.items() if isinstance(value, dict) else enumerate(value)
                 waiting = [*(((*here, key), item) for key, item in items), *waiting]
@@ -387,16 +382,13 @@ class _Frames:
         if path[0] == "links" and inertial is not None:
             written = {number.name: number for number in _inner(self.numbers((*path, "inertial")))}
             yield from written.values()
-            if "inertia ixx" not in written:
-                names = ("mass", "xyz x", "xyz y", "xyz z", "rpy roll", "rpy pitch", "rpy yaw")
-                values = [inertial.mass, *inertial.pose.xyz, *inertial.pose.rpy]
-                units = ["kg", "m", "m", "m", "rad", "rad", "rad"]
-                moments = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-                calculated = list(zip(names, values, units, strict=True))
-                calculated += [(f"inertia {name}", getattr(inertial, name), "kg*m^2") for name in moments]
-                for name, value, unit in calculated:
-                    if name not in written:
-                        yield Number(name, value, unit, None, "calculated from the shapes")
+            calculated = [("mass", inertial.mass, "kg")]
+            for key, values, unit in (("xyz", inertial.pose.xyz, "m"), ("rpy", inertial.pose.rpy, "rad")):
+                calculated += [(f"{key} {axis}", value, unit) for axis, value in zip(_AXES[key], values, strict=True)]
+            calculated += [(f"inertia {name}", getattr(inertial, name), "kg*m^2") for name in _MOMENTS]
+            for name, value, unit in calculated if "inertia ixx" not in written else ():
+                if name not in written:
+                    yield Number(name, value, unit, None, "calculated from the shapes")
         if link.inertial is not None and link.inertial != inertial:
             for section in self.robot.sections.said:
                 for path in self._entries_naming("link", link.name, section):
@@ -409,12 +401,7 @@ class _Frames:
         for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
             for index, shape in enumerate(shapes):
                 here: Path = (*path, purpose, index)
-                if isinstance(shape.geometry, HeightMap):  # whose cells are too many to list
-                    keys = [(*here, "height_map", key) for key in ("origin", "cell", "step", "bottom")]
-                    shown = keys if isinstance(shape.geometry.bottom, (int, float)) else keys[:-1]
-                    numbers = tuple(number for key in shown for number in self.numbers(key))
-                else:
-                    numbers = tuple(_inner(self.numbers(here)))
+                numbers = tuple(_inner(self.numbers(here)))
                 yield Shape(purpose, *_size_in_words(shape.geometry), numbers, self.origins.at(here)[0])
 
 
@@ -439,12 +426,10 @@ def _in_words(publisher: Publisher) -> str:
     if publisher.simulated:
         return f"of simulations alone: {publisher.about}"
     if publisher.kind == UNPUBLISHED:
-        return f"nobody publishes it: {publisher.about}" if publisher.about else "nobody publishes it"
-    if publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-        return f"published by the static_transform_publisher {publisher.name}"
+        return f"nobody publishes it: {publisher.about}".removesuffix(": ")
+    static = "the static_transform_publisher " if publisher.kind == STATIC_TRANSFORM_PUBLISHER else ""
     about = f" ({publisher.about})" if publisher.kind == NODE and publisher.about else ""
-    name = ROBOT_STATE_PUBLISHER if publisher.kind == ROBOT_STATE_PUBLISHER else publisher.name
-    return f"published by {name}{about}"
+    return f"published by {static}{publisher.name}{about}"
 
 
 def _size_in_words(geometry: Geometry) -> tuple[str, str]:
@@ -460,135 +445,3 @@ def _size_in_words(geometry: Geometry) -> tuple[str, str]:
         return "ellipsoid", "radii " + " x ".join(map(exact, geometry.radii)) + " m"
     sizes = [(name, getattr(geometry, name)) for name in ("radius", "length") if hasattr(geometry, name)]
     return type(geometry).__name__.lower(), ", ".join(f"{name} {exact(value)} m" for name, value in sizes)
-
-
-def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
-    """Yield the lines that ``rosorin-compile explain`` prints."""
-    if isinstance(found, NamedValue):
-        yield from _meanings([found.meaning], 0)
-        yield "  used by:" if found.used_by else "  nothing uses it"
-        yield from (f"    {_place(where)}  {where.text}" for where in found.used_by)
-        return
-    if isinstance(found, Answer):
-        yield found.name
-        yield from _numbers(found.numbers, ()) if found.numbers else ("    has none of these numbers",)
-        return
-    yield f"{found.name}: {', '.join(found.roles)}"
-    if found.where is not None:
-        yield f"  {_place(found.where)}"
-        yield from _stack(found.stack, 2)
-    if found.children:
-        yield f"  carries {', '.join(found.children)}"
-    yield ""
-    if found.chain:
-        yield f"From {found.chain[0].parent} to {found.name}, moving joints at zero:"
-        yield from (line for edge in found.chain for line in _edge(edge))
-    if found.others:
-        yield "Other nodes place it as well:"
-        yield from (line for edge in found.others for line in _edge(edge))
-    for placed in found.placed if found.chain else ():
-        pose = f'in the pose "{placed.pose}"' if placed.pose else "with all joints at zero"
-        yield f"{found.name} in {placed.root}, {pose}:"
-        transform = placed.transform
-        if transform is None:
-            yield "  not known: another node alone knows an edge of the chain"
-        else:
-            yield f"  xyz                 {_list(transform.xyz)} m"
-            yield f"  rpy                 {_list(transform.rpy)} rad"
-            yield f"                      {_list(transform.rpy_degrees)} deg"
-            yield f"  quaternion x y z w  {_list(transform.quaternion_xyzw)}"
-        yield ""
-    if found.joint:
-        yield f"Joint {found.chain[-1].joint}:"
-        yield from (*_numbers(found.joint, found.chain[-1].stack), "")
-    if found.inertial:
-        yield "Mass:"
-        yield from (*_numbers(found.inertial, found.stack), "")
-    if found.shapes:
-        yield "Shapes:"
-        for shape in found.shapes:
-            yield f"  {shape.purpose} {shape.kind}, {shape.words}  {_place(shape.where)}"
-            yield from _numbers(shape.numbers, found.stack)
-        yield ""
-
-
-def _edge(edge: Edge) -> Iterator[str]:
-    joint = f"{edge.joint}, {edge.type}, " if edge.joint else ""
-    topic = f" on {edge.topic}" if edge.topic else ""
-    when = f", when {edge.when}" if edge.when else ""
-    yield f"  {edge.parent} -> {edge.child}: {joint}{edge.publisher}{topic}{when}"
-    yield f"    {_place(edge.where)}"
-    yield from _stack(edge.stack, 4)
-    if edge.transform is None:
-        yield "    the numbers are known to that node alone"
-    else:
-        yield from _numbers(edge.numbers, edge.stack)
-        yield f"    quaternion x y z w  {_list(edge.transform.quaternion_xyzw)}"
-    yield ""
-
-
-def _list(values: Sequence[float]) -> str:
-    return "  ".join(fixed(value, _DIGITS) for value in values)
-
-
-def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
-    """Yield a line per number, then its origin; what several numbers share follows the last of them.
-
-    The stack ``known`` is not printed again.
-    """
-    rows = [(number, _value(number)) for number in _merge_zeros(numbers)]
-    width = max((len(number.name) for number, _ in rows), default=0)
-    value_width = max((len(value) for _, value in rows), default=0)
-    for index, (number, value) in enumerate(rows):
-        origin = number.origin
-        if origin is None:
-            yield f"    {number.name:{width}}  {value:{value_width}}  {number.note}".rstrip()
-            continue
-        source = f"{_place(origin.where)}  {origin.where.text}"
-        if origin.parts:
-            source = "of the pose in the part and that of its mount"
-        yield f"    {number.name:{width}}  {value:{value_width}}  {source}".rstrip()
-        following = rows[index + 1][0].origin if index + 1 < len(rows) else None
-        if following is None or following.parts != origin.parts:
-            for part in origin.parts:
-                yield f"        {_place(part.where)}  {part.where.text}"
-                yield from _meanings(part.names, 10)
-        if following is None or (following.where, following.names) != (origin.where, origin.names):
-            yield from _meanings(origin.names, 8)
-        if following is None or following.expressions != origin.expressions:
-            yield from (f"        {_place(where)}: taken over by {where.text}" for where in origin.expressions)
-        if origin.stack != tuple(known) and (following is None or following.stack != origin.stack):
-            yield from _stack(origin.stack, 8)
-
-
-def _merge_zeros(numbers: Sequence[Number]) -> Iterator[Number]:
-    """Yield numbers, a position or an orientation that is not written as a single line."""
-    index = 0
-    while index < len(numbers):
-        three = numbers[index : index + 3]
-        names = " ".join(number.name for number in three)
-        merge = names in ("x y z", "roll pitch yaw") and all(n.origin is None and n.value == 0 for n in three)
-        yield three[0]._replace(name=names) if merge else three[0]
-        index += 3 if merge else 1
-
-
-def _value(number: Number) -> str:
-    unit = f" {number.unit}" if number.unit else ""
-    degrees = f" ({fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""
-    return f"{exact(number.value)}{unit}{degrees}"
-
-
-def _meanings(names: Sequence[Meaning], indent: int) -> Iterator[str]:
-    for meaning in names:
-        place = f"  {_place(meaning.where)}  {meaning.where.text}" if meaning.where else ""
-        value = f" = {meaning.value}" if meaning.value else ""
-        yield f"{'':{indent}}{meaning.name}{value}: {meaning.given_by}{place}".rstrip()
-        yield from _meanings(meaning.names, indent + 2)
-
-
-def _stack(stack: Sequence[Step], indent: int) -> Iterator[str]:
-    return (f"{'':{indent}}{_place(step.where)}: {step.message}" for step in stack)
-
-
-def _place(where: Where) -> str:
-    return f"{where.file}:{where.line}:{where.column}"

@@ -162,14 +162,13 @@ class Origins:
             return ()
         scope = self._scope(holder)
         if scope is None:
-            scope = home = self.root
-            outer = self._scope(via)
-            while outer is not None:
-                outer, home = outer.parent, outer
+            home = self._scope(via)
+            while home is not None and home.parent is not None:
+                home = home.parent
             # A named value of a file of parts is evaluated among those of that file.
-            if any(place.span.source.path == piece.span.source.path for place in home.places.values()):
-                scope = home
-        return tuple(self._names(piece.value, scope, 0))
+            places = home.places.values() if home is not None else ()
+            scope = home if any(place.span.source.path == piece.span.source.path for place in places) else None
+        return tuple(self._names(piece.value, scope or self.root, 0))
 
     def _scope(self, via: Instance | None) -> Scope | None:
         """Return the scope of an instance, or of the nearest one around it that has a scope."""
@@ -180,7 +179,7 @@ class Origins:
     def _names(self, value: Any, scope: Scope, level: int) -> Iterator[Meaning]:
         """Yield the meanings of the names in the expressions of a value, each once."""
         found: dict[str, tuple[Place, Scope]] = {}
-        for node, name in (used for text in _expressions(value) for used in _names_used(text)):
+        for node, name in _names_used(value):
             owner: Scope | None = scope
             while owner is not None and name not in owner.places:
                 owner = owner.parent
@@ -219,26 +218,20 @@ class Origins:
         return "named value" if "let" in path else "table", owner
 
 
-def _expressions(value: Any) -> Iterator[str]:
-    """Yield the texts in a value of a file that contain an expression."""
-    if isinstance(value, str) and "${" in value:
-        yield value
-    elif isinstance(value, (Map, Seq)):
-        for item in value.values() if isinstance(value, Map) else value:
-            yield from _expressions(item)
-
-
-def _names_used(text: str) -> Iterator[tuple[ast.expr, str]]:
-    """Yield the names in the expressions of a text, each with the keys that follow it: body, body.length, rows[0].
+def _names_used(value: Any) -> Iterator[tuple[ast.expr, str]]:
+    """Yield the names in the expressions of a value, each with the keys that follow it: body, body.length, rows[0].
 
     Names bound by a list comprehension are left out.
     """
-    for piece in pieces(text):
+    if isinstance(value, (Map, Seq)):
+        for item in value.values() if isinstance(value, Map) else value:
+            yield from _names_used(item)
+    for piece in pieces(value) if isinstance(value, str) else ():
         if piece.is_expression:
             with suppress(ExpressionError, SyntaxError, ValueError):
                 tree = parsed(piece.text).body
-                targets = [node.target for node in ast.walk(tree) if isinstance(node, ast.comprehension)]
-                bound = {node.id for target in targets for node in ast.walk(target) if isinstance(node, ast.Name)}
+                names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+                bound = {node.id for node in names if isinstance(node.ctx, ast.Store)}
                 yield from ((node, name) for node, name in _chains(tree) if name not in bound)
 
 

@@ -1,8 +1,8 @@
-"""The JSON Schemas that ship with the tool: reading them, asking them about a path, naming a path in words."""
+"""The JSON Schemas of the tool with the sections of plug-ins, and queries for sections, paths and units."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +13,20 @@ from .section_registry import piece, plugged_sections
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
-# An entry of outputs with this key is made by it, whatever its name.
-TEMPLATE = "template"
+TEMPLATE = "template"  # an output with this key is made by a template, whatever its name
+LAST = ("accept", "outputs")  # the sections at the end of a description, behind those of plug-ins
 
-# The sections that stand at the end of a description, behind those of plug-ins.
-LAST = ("accept", "outputs")
+
+@cache
+def schema(name: str = "description") -> dict[str, Any]:
+    """Return a schema that ships with the tool; that of descriptions with the sections of plug-ins."""
+    own = own_schema(name)
+    added = {name: piece(section) for name, section in plugged_sections().items()} if name == "description" else {}
+    if not added:
+        return own
+    last = {name: own["properties"][name] for name in LAST}
+    first = {name: fragment for name, fragment in own["properties"].items() if name not in last}
+    return {**own, "properties": {**first, **added, **last}}
 
 
 def keys_of(section: str) -> Collection[str]:
@@ -27,34 +36,21 @@ def keys_of(section: str) -> Collection[str]:
 
 
 def has_entries(section: str) -> bool:
-    """Say whether a section has many entries, by name or in a list."""
-    said = resolve(schema()["properties"].get(section, {}))
-    return "items" in said or isinstance(said.get("additionalProperties"), dict)
+    """Return True if a section has many entries, by name or in a list."""
+    fragment = resolve(schema()["properties"].get(section, {}))
+    return "items" in fragment or isinstance(fragment.get("additionalProperties"), dict)
 
 
 @cache
 def keys_of_xml() -> frozenset[str]:
-    """Return the keys whose values are lists of elements of XML that are kept as they are."""
-    entries = (entry.get("properties", {}) for entry in (schema(), *schema()["$defs"].values()))
-    found = (item for entry in entries for item in entry.items())
-    return frozenset(key for key, said in found if said.get("items", {}).get("$ref") == "#/$defs/element")
-
-
-@cache
-def schema(name: str = "description") -> dict[str, Any]:
-    """Return a schema: that of descriptions with the sections that plug-ins bring, or one that ships with the tool."""
-    own = own_schema(name)
-    if name != "description":
-        return own
-    brought = {name: piece(section) for name, section in plugged_sections().items()}
-    last = {name: own["properties"][name] for name in LAST}
-    rest = {name: said for name, said in own["properties"].items() if name not in last}
-    return {**own, "properties": {**rest, **brought, **last}} if brought else own
+    """Return the keys whose values are lists of elements of XML."""
+    keys = (item for entry in (schema(), *schema()["$defs"].values()) for item in entry.get("properties", {}).items())
+    return frozenset(key for key, inner in keys if inner.get("items", {}).get("$ref") == "#/$defs/element")
 
 
 @cache
 def sections() -> Mapping[str, Node]:
-    """Return what the schema says of each section of a description of which it says something."""
+    """Return the annotations of each section of a description that has any."""
     return annotated_sections(schema())
 
 
@@ -114,28 +110,6 @@ def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
     if not entries:
         return root
     return {**root, "properties": {**root["properties"], "outputs": {**section, "properties": entries}}}
-
-
-def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
-    """Return the schema of descriptions with the options of every format, each with the formats that have it."""
-    options: dict[str, dict[str, Any]] = {}
-    meanings: dict[str, dict[str, list[str]]] = {}
-    for format in formats:
-        for key, option in format.options.items():
-            merged = options.setdefault(key, dict(option))
-            if "enum" in merged and "enum" in option:  # each format's own values are checked by ``with_outputs``
-                merged["enum"] = [*merged["enum"], *(one for one in option["enum"] if one not in merged["enum"])]
-            meanings.setdefault(key, {}).setdefault(option.get("description", ""), []).append(format.name)
-    for key, option in options.items():
-        texts = [
-            f"{', '.join(names)}: {text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == ' ' else text}"
-            for text, names in meanings[key].items()
-        ]
-        option["description"] = " ".join(texts)
-    root = schema()
-    output = root["$defs"]["output"]
-    output = {**output, "properties": {**output["properties"], **options}, "additionalProperties": False}
-    return {**root, "$defs": {**root["$defs"], "output": output}}
 
 
 def backend_of(name: str, entry: Mapping[str, Any]) -> str:

@@ -20,7 +20,7 @@ from rosorin_compile.source.wording import difference, in_words, look, unseen
 
 from .expand.files import Reader
 from .expand.scope import Scope
-from .expression import names_in, pieces
+from .expression import all_names, pieces
 
 RULES = (
     Rule(
@@ -71,10 +71,9 @@ def check_names(root: Map, scope: Scope) -> None:
 
 
 class Use(NamedTuple):
-    """A word in an expression, the text of the expression, and its place."""
+    """A name in an expression, and the place of the expression."""
 
-    word: str
-    text: str
+    name: str
     place: Place
 
 
@@ -87,8 +86,7 @@ class ValueTable:
 
     def uses(self, name: str) -> list[Place]:
         """Return the places of the expressions that use an argument or a named value of the description."""
-        uses = [use for use in self._outer_uses() if use.word == name]
-        return list(dict.fromkeys(use.place for use in uses if name in _names_in_text(use.text)))
+        return list(dict.fromkeys(use.place for use in self._outer_uses() if use.name == name))
 
     def unused(self) -> list[Diagnostic]:
         """Return a warning for each name that is declared and never used."""
@@ -103,11 +101,11 @@ class ValueTable:
         return warnings
 
     def _outer_uses(self) -> Iterator[Use]:
-        """Yield the words of all expressions that may be names of the description: those of parts are left out."""
+        """Yield the names in all expressions that may be names of the description: those of parts are left out."""
         for section, built_in in _BUILT_IN.items():
             for _, body in _entries(self.root, section):
                 own = built_in.union(_places(body.get("params")), _places(body.get("let")))
-                yield from (use for use in self._uses(body, None) if use.word not in own)
+                yield from (use for use in self._uses(body, None) if use.name not in own)
         for key, value in self.root.items():
             if key not in (*_BUILT_IN, "modes"):
                 yield from self._uses(value, Place(self.root.value_spans[key], self.root.via))
@@ -117,12 +115,12 @@ class ValueTable:
             yield from self._uses(value, None)
 
     def _uses(self, value: Any, place: Place | None, bound: frozenset[str] = _NO_NAMES) -> Iterator[Use]:
-        """Yield the words of all expressions in a piece of the tree that no loop around them defines."""
+        """Yield the names in all expressions of a piece of the tree that no loop around them defines."""
         if self.is_constant(value):
             return
         if isinstance(value, str):
             at = place or Place(Span(self.root.span.source, 1, 1), None)
-            yield from (Use(word, value, at) for word in _words(value) if word not in bound)
+            yield from (Use(name, at) for name in _names_in_text(value) if name not in bound)
         elif isinstance(value, Seq):
             for item, span in zip(value, value.value_spans, strict=True):
                 yield from self._uses(item, Place(span, value.via), bound)
@@ -140,13 +138,13 @@ class ValueTable:
         """Yield the arguments and named values that no expression uses, also those of parts and sensor types."""
         for section, what in (("parts", "part"), ("sensor_types", "sensor type")):
             for name, body in _entries(self.root, section):
-                words = {use.word for use in self._uses(body, None)}
+                names = {use.name for use in self._uses(body, None)}
                 for key, kind, whose in (("params", "parameter", "the"), ("let", "value", "its")):
                     for inner, place in _places(body.get(key)).items():
-                        if inner.partition("(")[0] not in words:
+                        if inner.partition("(")[0] not in names:
                             message = f'{what} "{name}" never uses its {kind} "{inner}"'
                             yield message, place, f"write ${{{inner}}} where {whose} value belongs, or remove it"
-        used = {use.word for use in self._outer_uses()}
+        used = {use.name for use in self._outer_uses()}
         arguments = _places(self.root.get("args"))
         lets = {name: place for name, _, place, _ in self.reader.lets if name not in arguments}
         for name, place in (*arguments.items(), *lets.items()):
@@ -201,18 +199,8 @@ def _loop_names(entry: Any) -> frozenset[str]:
     return frozenset(name.strip() for names in loops for name in names.split(","))
 
 
-def _words(text: str) -> set[str]:
-    """Return the words of the expressions in a text: more than their names, but no name is missing."""
-    words = {word for piece in pieces(text) if piece.is_expression for word in _WORD.findall(piece.text)}
-    if not text.isascii():
-        from unicodedata import normalize
-
-        words = {normalize("NFKC", word) for word in words}  # as Python reads names
-    return words
-
-
 def _names_in_text(text: str) -> set[str]:
-    return {name for piece in pieces(text) if piece.is_expression for name in names_in(piece.text)}
+    return {name for piece in pieces(text) if piece.is_expression for name in all_names(piece.text)}
 
 
 def _texts_at(value: Any, keys: tuple[str, ...]) -> set[str]:

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import ast
 import warnings
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
-from .literals import masked, mistake
+from .literals import Literal, masked, mistake
 from .syntax import CHOICES, EFFORT, Lookup, bounded, check, value_of
 
 __all__ = ["CHOICES", "CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "parsed"]
@@ -88,30 +89,37 @@ def parsed(text: str) -> ast.Expression:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SyntaxWarning)
         try:
-            tree: Any = compile(plain, "<unknown>", "eval", ast.PyCF_ONLY_AST)
+            tree = compile(plain, "<unknown>", "eval", ast.PyCF_ONLY_AST)
+            return _Literals(literals).visit(tree) if literals else tree  # type: ignore[return-value]
         except (RecursionError, MemoryError):
             raise ValueError("nested too deep") from None
-    if literals:
-        for node in ast.walk(tree):
-            for field, value in ast.iter_fields(node):
-                items = value if isinstance(value, list) else [value]
-                for index, item in enumerate(items):
-                    literal = isinstance(item, ast.Name) and literals.get((item.lineno, item.col_offset))
-                    if literal:
-                        items[index] = ast.copy_location(ast.Constant(literal), item)
-                if items is not value and items != [value]:
-                    setattr(node, field, items[0])
-    return tree  # type: ignore[no-any-return]
 
 
-def names_in(text: str) -> list[str]:
+class _Literals(ast.NodeTransformer):
+    """Replaces the names that stand for quantities."""
+
+    def __init__(self, literals: Mapping[tuple[int, int], Literal]) -> None:
+        self.literals = literals
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Return the constant for the name of a quantity."""
+        literal: Any = self.literals.get((node.lineno, node.col_offset))
+        return ast.copy_location(ast.Constant(literal), node) if literal else node
+
+
+@lru_cache(maxsize=20_000)
+def all_names(text: str) -> tuple[str, ...]:
     """Return the names in an expression, in order, each once; none if it is not an expression."""
     try:
         tree = parsed(text) if len(text) <= MAX_LENGTH else ast.Module([], [])
     except (ExpressionError, SyntaxError, ValueError):
-        return []
-    names = dict.fromkeys(node.id for node in ast.walk(tree) if isinstance(node, ast.Name))
-    return [name for name in names if name not in functions()]
+        return ()
+    return tuple(dict.fromkeys(node.id for node in ast.walk(tree) if isinstance(node, ast.Name)))
+
+
+def names_in(text: str) -> list[str]:
+    """Return the names in an expression without those of functions."""
+    return [name for name in all_names(text) if name not in functions()]
 
 
 class Piece(NamedTuple):

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from rosorin_compile.source.diagnostics import Span
 
 MAX_ITEMS = 100_000
+_KINDS: dict[Any, str] = {type(None): "nothing", bool: "true or false", (int, float): "a number"}
+_KINDS |= {str: "text", Mapping: "a table", object: "a list"}
 
 
 class ExpressionError(Exception):
@@ -73,17 +75,9 @@ def function(name: str, help: str) -> Callable[[Callable[..., Any]], Function]:
 
 def kind_of(value: Any) -> str:
     """Return the kind of a value in words."""
-    if value is None:
-        return "nothing"
-    if isinstance(value, bool):
-        return "true or false"
     if isinstance(value, Quantity):
         return describe(value.dimension)
-    if isinstance(value, (int, float)):
-        return "a number"
-    if isinstance(value, str):
-        return "text"
-    return "a table" if isinstance(value, Mapping) else "a list"
+    return next(kind for types, kind in _KINDS.items() if isinstance(value, types))
 
 
 def common_dimension(values: Iterable[Any]) -> Dimension | None:

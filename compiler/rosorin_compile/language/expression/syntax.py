@@ -281,14 +281,6 @@ def _check_choices(name: ast.expr, other: ast.expr, lookup: Lookup) -> None:
             raise ExpressionError(f'the argument "{name.id}" is never "{value!s}"', literal.col_offset, help)
 
 
-def _conditional(node: ast.IfExp, lookup: Lookup) -> Any:
-    return value_of(node.body if value_of(node.test, lookup) else node.orelse, lookup)
-
-
-def _list(node: ast.List | ast.Tuple, lookup: Lookup) -> list[Any]:
-    return [value_of(item, lookup) for item in node.elts]
-
-
 def _subscript(node: ast.Subscript, lookup: Lookup) -> Any:
     container = value_of(node.value, lookup)
     if not isinstance(node.slice, ast.Slice):
@@ -347,9 +339,10 @@ def _comprehension(node: ast.ListComp | ast.GeneratorExp, lookup: Lookup) -> lis
 
 
 def _bind(lookup: Lookup, names: list[str], item: Any) -> Lookup:
-    if len(names) > 1 and (not isinstance(item, list) or len(item) != len(names)):
+    values = item if len(names) > 1 else [item]
+    if not isinstance(values, list) or len(values) != len(names):
         raise KindError(f"cannot give {kind_of(item)} to {len(names)} names")
-    bound = dict(zip(names, item, strict=True)) if len(names) > 1 else {names[0]: item}
+    bound = dict(zip(names, values, strict=True))
 
     def inner(name: str) -> Any:
         if name in bound:
@@ -390,9 +383,9 @@ _NODES: dict[type[ast.AST], Callable[[Any, Lookup], Any]] = {
     ast.UnaryOp: _unary,
     ast.BoolOp: _boolean,
     ast.Compare: _compare,
-    ast.IfExp: _conditional,
-    ast.List: _list,
-    ast.Tuple: _list,
+    ast.IfExp: lambda node, lookup: value_of(node.body if value_of(node.test, lookup) else node.orelse, lookup),
+    ast.List: lambda node, lookup: [value_of(item, lookup) for item in node.elts],
+    ast.Tuple: lambda node, lookup: [value_of(item, lookup) for item in node.elts],
     ast.Subscript: _subscript,
     ast.Attribute: _attribute,
     ast.ListComp: _comprehension,

@@ -129,10 +129,10 @@ def lower_shape(
 
 
 def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError]:
-    steps = [(key,) for key in ("radius", "length", "cell", "step") if key in entry]
+    steps: list[Path] = [(key,) for key in ("radius", "length", "cell", "step") if key in entry]
     steps += [(key, index) for key in ("size", "radii") for index in range(len(entry.get(key, ())))]
     for step in steps:
-        size = entry[step[0]][step[1]] if step[1:] else entry[step[0]]
+        size = entry[str(step[0])] if len(step) == 1 else entry[str(step[0])][step[1]]
         if not size > 0:
             message = f"{' '.join(map(str, (path[-1], *step)))} is {size:g} m; a size is above zero"
             yield LoweringError("shape-size", message, (*path, *step), "correct it")

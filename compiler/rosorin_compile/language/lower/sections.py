@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from rosorin_compile.model import Robot
@@ -97,11 +98,10 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
     waiting = [
         (plugin, section) for plugin, section in plugged().sections if section.adds and section in robot.sections
     ]
-    while ready := [item for item in waiting if _in_order(made, symbols, item[1].name) is not None]:
-        plugin, section = ready[0]
-        waiting.remove(ready[0])
+    while ready := [(item, order) for item in waiting if (order := _in_order(made, symbols, item[1].name)) is not None]:
+        (plugin, section), order = ready[0]
+        waiting.remove((plugin, section))
         before, value = made, robot.sections[section]
-        order = _in_order(made, symbols, section.name) or []
         if order and section.form != ONE:
             value = {name: value[name] for name in order} if section.form == ENTRIES else tuple(value[i] for i in order)
         with _guarded(plugin, section.name, report):
@@ -125,15 +125,11 @@ def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | N
             if len(reference.path) > 1:
                 needs.setdefault(reference.path[1], set()).add(defined[reference.kind, reference.name])
     entries = symbols.tree[section]
-    waiting = list(entries if isinstance(entries, Map) else range(len(entries)))
-    order: list[Any] = []
-    while waiting:
-        free = next((entry for entry in waiting if not needs.get(entry, set()) - {entry, *order}), None)
-        if free is None:
-            return None
-        order.append(free)
-        waiting.remove(free)
-    return order
+    names = entries if isinstance(entries, Map) else range(len(entries))
+    try:
+        return list(TopologicalSorter({name: needs.get(name, set()) - {name} for name in names}).static_order())
+    except CycleError:
+        return None
 
 
 def is_resolved(robot: Robot, symbols: SymbolTable, section: str) -> bool:

@@ -23,7 +23,7 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 from rosorin_compile.language.accepting import EVERYTHING
@@ -124,8 +124,10 @@ class Searched(NamedTuple):
     resolved: tuple[Resolved, ...] = ()
     files: Mapping[str, bytes] = MappingProxyType({})
 
-    # The errors about meshes that a description may accept, such as one that was imported away from its meshes.
-    acceptable: ClassVar[Mapping[str, Rule]] = {rule.id: rule for rule in RULES if rule.accept}
+    @property
+    def acceptable(self) -> Mapping[str, Rule]:
+        """The errors that a description may accept, such as one that was imported away from its meshes."""
+        return {rule.id: rule for rule in RULES if rule.accept}
 
     def told_to(self, robot: Robot) -> Robot:
         """Return the robot with the results about its meshes."""

@@ -272,7 +272,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
     invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if invalid:
         return None, invalid
-    problems, count = _violations(tree), 0
+    problems, count = violations(tree), 0
     names: dict[str, dict[str, Diagnostic]] = {}  # the first violation of a rule by each entry
     for _ in range(3):  # what lowering refuses hides violations of the rules
         for one in problems:
@@ -282,7 +282,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
             break
         count = sum(map(len, names.values()))
         tree = _with_accept(tree, names)
-        problems = _violations(tree)
+        problems = violations(tree)
     found = []
     for one in settled(tree, problems, acceptable()).diagnostics:
         rule = acceptable().get(one.rule)
@@ -293,7 +293,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
     return (None if has_errors(found) else tree), gathered(found, [WARNING])
 
 
-def _violations(tree: Map) -> list[Diagnostic]:
+def violations(tree: Map) -> list[Diagnostic]:
     """Return the diagnostics of lowering and the rules, for a robot with its published output only."""
     if "outputs" not in tree:
         format, tree = FORMATS.published(), tree.copied()
@@ -328,13 +328,6 @@ def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
         entries.append(Placed({"rule": rule, "of": of, "reason": _REASON}, first))
     made.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
     return made
-
-
-def errors(imported: Imported, rules: bool = True) -> list[Diagnostic]:
-    """Return the errors in the sections of a robot; if there are none, those of the ``rules``."""
-    tree = imported.whole
-    found = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
-    return found if found or not rules else [one for one in _violations(tree) if one.severity == ERROR]
 
 
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:

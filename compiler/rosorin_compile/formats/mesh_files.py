@@ -131,6 +131,8 @@ class Searched(NamedTuple):
 
     def told_to(self, robot: Robot) -> Robot:
         """Return the robot with the results about its meshes."""
+        if not (self.missing or self.by_name):
+            return robot
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
         contents = {name: (self.files[place], Path(place).suffix.lower()) for name, place in opened.items()}
         return replace(robot, missing_meshes=self.missing, mesh_files=self.by_name, mesh_contents=contents)

@@ -322,7 +322,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         formats = [FORMATS[output.backend] for output in outputs]
         opening = any(format.opens is not None or format.measures for format in formats)
         meshes = search(tree, robot.outputs if opening else outputs)
-        robot, acceptable = meshes.told_to(robot), {**acceptable, **meshes.acceptable}
+        robot, acceptable = meshes.add_to(robot), {**acceptable, **meshes.acceptable}
         found += meshes.diagnostics
     templates, artifacts = Templates(path.parent, first=path), list[Artifact]()
     for number, output in enumerate(outputs):

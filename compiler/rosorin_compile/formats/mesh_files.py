@@ -129,7 +129,7 @@ class Searched(NamedTuple):
         """The errors that a description may accept, such as one that was imported away from its meshes."""
         return {rule.id: rule for rule in RULES if rule.accept}
 
-    def told_to(self, robot: Robot) -> Robot:
+    def add_to(self, robot: Robot) -> Robot:
         """Return the robot with the results about its meshes."""
         if not (self.missing or self.by_name):
             return robot

@@ -183,7 +183,7 @@ def test_another_default_of_the_prefix_is_another_meaning() -> None:
     )
     assert moved != text
     assert [edge.child for edge in static_tf.read(moved).frames] == ["x/laser", "x/imu_link"]
-    with pytest.raises(ValueError, match="neither text nor a launch argument"):
+    with pytest.raises(ValueError, match="nor a launch argument"):
         static_tf.read(text.replace("frame_prefix = LaunchConfiguration", "frame_prefix = Unknown"))
 
 

@@ -16,7 +16,7 @@ from rosorin_compile.language.requested_outputs import with_wanted
 from rosorin_compile.language.section_registry import plugged as plugged_sections
 from rosorin_compile.language.suppressions import Entry, settled, unknown, unused
 from rosorin_compile.language.validate import validate
-from rosorin_compile.model import Mesh, Output, Robot
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules import check as rules
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
 from rosorin_compile.source.files import read_text, recording
@@ -317,12 +317,12 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
     if requested:
         named = {output.name: output for output in outputs}
         outputs = tuple(named[name] for name in dict.fromkeys(requested))
-    if search is not None and _names_files(robot):
+    if search is not None:
         # An artifact that opens or measures meshes finds the same ones if other outputs are not generated.
         formats = [FORMATS[output.backend] for output in outputs]
         opening = any(format.opens is not None or format.measures for format in formats)
         meshes = search(tree, robot.outputs if opening else outputs)
-        robot, acceptable = meshes.told_to(robot), {**acceptable, **meshes.acceptable}
+        robot, acceptable = meshes.add_to(robot), {**acceptable, **meshes.acceptable}
         found += meshes.diagnostics
     templates, artifacts = Templates(path.parent, first=path), list[Artifact]()
     for number, output in enumerate(outputs):
@@ -357,14 +357,3 @@ def emit_published(understood: Understood, path: Path) -> Compiled:
         text = read_text(path, errors="replace")
     artifact = Artifact(output.file, text, format.name, output.name)
     return Compiled(robot, (artifact,), arrange([*understood.diagnostics, *remarks]), expanded.files)
-
-
-def _names_files(robot: Robot) -> bool:
-    """Return True if a robot has meshes, textures, or elements of MJCF that may name files."""
-    shapes = [shape for link in robot.links for shape in (*link.visual, *link.collision)]
-    elements = (robot.mjcf_elements, *(link.mjcf_elements for link in robot.links))
-    return (
-        any(isinstance(shape.geometry, Mesh) or shape.texture for shape in shapes)
-        or any(material.texture for material in robot.materials)
-        or any("file" in text for texts in elements for text in texts)  # begins all attributes that name one
-    )

@@ -144,6 +144,13 @@ def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, othe
     return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
 
+def xml_syntax(text: str) -> object:
+    """Return the elements of an XML text, for ``syntax``. Raises ValueError."""
+    from rosorin_compile.source.xml.elements import canonical, tree_of
+
+    return canonical(tree_of(text))
+
+
 class Joined(NamedTuple):
     """Sections that a companion file adds to a robot, and diagnostics."""
 

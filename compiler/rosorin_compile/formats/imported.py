@@ -129,31 +129,6 @@ class Imported(NamedTuple):
         """The model of the tree, or None if there is none."""
         return None if self.tree is None else self.lowered().robot
 
-    def typed(self) -> Imported:
-        """Return it with the defaults of the types of its sensors, and only the diagnostics about these."""
-        from rosorin_compile.language.expand.ledger import Ledger
-        from rosorin_compile.language.expand.scope import Scope
-        from rosorin_compile.language.expand.sensor_types import apply_types
-        from rosorin_compile.source.project import data_folder
-
-        made, ledger = self.whole.copied(), Ledger()
-        if isinstance(made.get("sensors"), Map):
-            made["sensors"] = made["sensors"].copied()
-            apply_types(made, None, Scope(ledger), data_folder("parts_library") / "sensors.yaml")
-        return self._replace(tree=made, diagnostics=ledger.diagnostics)
-
-    def with_sections(self, sections: Mapping[str, Any]) -> Imported:
-        """Return it with more sections, whose values are plain or trees; empty ones are removed."""
-        tree = self.whole
-        made = tree.copied()
-        for key, value in sections.items():
-            if value:
-                plain = value if isinstance(value, (Map, Seq)) else as_tree(value, tree.span, [key])
-                made.put(key, plain, tree.span, tree.span)
-            else:
-                made.pop(key, None)
-        return self._replace(tree=made)
-
 
 def file_name(name: str) -> str:
     """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and ".".

@@ -23,7 +23,7 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 from rosorin_compile.language.expand.forms import OF_MJCF
@@ -124,11 +124,15 @@ class Searched(NamedTuple):
     resolved: tuple[Resolved, ...] = ()
     files: Mapping[str, bytes] = MappingProxyType({})
 
-    # The errors about meshes that a description may accept, such as one that was imported away from its meshes.
-    acceptable: ClassVar[Mapping[str, Rule]] = {rule.id: rule for rule in RULES if rule.accept}
+    @property
+    def acceptable(self) -> Mapping[str, Rule]:
+        """The errors that a description may accept, such as one that was imported away from its meshes."""
+        return {rule.id: rule for rule in RULES if rule.accept}
 
-    def told_to(self, robot: Robot) -> Robot:
+    def add_to(self, robot: Robot) -> Robot:
         """Return the robot with the results about its meshes."""
+        if not (self.missing or self.by_name):
+            return robot
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
         contents = {name: (self.files[place], Path(place).suffix.lower()) for name, place in opened.items()}
         return replace(robot, missing_meshes=self.missing, mesh_files=self.by_name, mesh_contents=contents)

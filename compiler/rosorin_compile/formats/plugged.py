@@ -101,7 +101,8 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
         return guarded
 
     functions = {field.name: getattr(format, field.name) for field in fields(format)}
-    return replace(format, **{name: guard(name, one) for name, one in functions.items() if callable(one)})
+    changed: dict[str, Any] = {name: guard(name, one) for name, one in functions.items() if callable(one)}
+    return replace(format, **changed)
 
 
 def _converted(format: Format, name: str, result: Any, arguments: tuple[Any, ...]) -> Any:

@@ -74,56 +74,52 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
 
     ``asked`` is the place that names the file, if a description does.
     """
-    options = options or ReadOptions()
     Progress.step(f"reading {path.name}")
-    suffix = path.suffix.lower()
-    if suffix in ENDINGS:
-        message = f"{path.name} is a description already, or another file in YAML"
-        return _refused(error("wrong-format", message, asked, f"import reads {known_formats()}"), path)
     try:
-        format = next((one for one in _readable() if suffix in one.endings and not one.is_xml), None)
-        if format is not None:
-            return _read(format, Opened(path, options, asked=asked))
-        try:
-            source, document = _parsed(path, options, asked)
-        except MarkupError as problem:
-            return _refused(problem.diagnostic, path, *plugged_diagnostics())
-        other = next((one for one in FORMATS.values() if one.is_other is not None and one.is_other(document)), None)
-        if other is not None:
-            message = f"this is {other.named}, which belongs to a robot and has none itself"
-            help = f"name the robot; import ROBOT --{other.name} {document.source.path} reads both"
-            return _refused(error("wrong-format", message, document.root.span, help), path)
-        format = _format_of(document, path)
-        if format is None:
-            return _refused(_wrong_root(document), path, *plugged_diagnostics())
-        if stdin_of(path) is not None and format is not FORMATS.published():
-            message = f"this is {format.listed}, which is read with the files beside it, and not from standard input"
-            expanded = f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
-            help = f"name the file{expanded if format.takes_arguments else ''}"
-            return _refused(error("wrong-format", message, document.root.span, help), path)
-        read = _read(format, Opened(path, options, document, asked))
-        return read._replace(diagnostics=[*_mending(source, document), *read.diagnostics])
-    except PluginFailed as problem:
-        return _refused(problem.diagnostic, path)
-
-
-def _read(format: Format, opened: Opened) -> Imported:
-    if format.load is None:
-        raise ValueError(f"{format.word} is not read")
-    try:
-        read = converted(format.load(opened), opened)
+        format, opened, notes = _open(path, options or ReadOptions(), asked)
     except MarkupError as problem:
-        return _refused(problem.diagnostic, opened.path)
+        # A plug-in that failed might have read it.
+        return Imported(None, [problem.diagnostic, *plugged_diagnostics()], files=(path,))
+    except PluginFailed as problem:
+        return Imported(None, [problem.diagnostic], files=(path,))
+    try:
+        read = converted(format.load(opened) if format.load is not None else {}, opened)
+    except (MarkupError, PluginFailed) as problem:
+        return Imported(None, [*notes, problem.diagnostic], files=(path,))
     if not read.checked and read.tree is not None and opened.options.checked:
         tree, diagnostics = accept(read.tree, opened.options.lenient)
         read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *diagnostics], checked=True)
-    takes_arguments = format.takes_arguments and not read.unexpanded
-    return read._replace(format=format.becomes or format.name, takes_arguments=takes_arguments)
+    return read._replace(
+        diagnostics=[*notes, *read.diagnostics],
+        format=format.becomes or format.name,
+        takes_arguments=format.takes_arguments and not read.unexpanded,
+    )
 
 
-def _refused(diagnostic: Diagnostic, path: Path, *plugins: Diagnostic) -> Imported:
-    """Return the result for a file that is not read; ``plugins`` are those that failed and might have read it."""
-    return Imported(None, [diagnostic, *plugins], (), (path,))
+def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format, Opened, list[Diagnostic]]:
+    """Return the format of a file, the open file, and notes. Raises MarkupError for a file that is not read."""
+    suffix = path.suffix.lower()
+    if suffix in ENDINGS:
+        message = f"{path.name} is a description already, or another file in YAML"
+        raise MarkupError(error("wrong-format", message, asked, f"import reads {known_formats()}"))
+    by_name = next((one for one in _readable() if suffix in one.endings and not one.is_xml), None)
+    if by_name is not None:
+        return by_name, Opened(path, options, asked=asked), []
+    source, document = _parsed(path, options, asked)
+    other = next((one for one in FORMATS.values() if one.is_other is not None and one.is_other(document)), None)
+    if other is not None:
+        message = f"this is {other.named}, which belongs to a robot and has none itself"
+        help = f"name the robot; import ROBOT --{other.name} {document.source.path} reads both"
+        raise MarkupError(error("wrong-format", message, document.root.span, help))
+    format = _format_of(document, path)
+    if format is None:
+        raise MarkupError(_wrong_root(document))
+    if stdin_of(path) is not None and format is not FORMATS.published():
+        message = f"this is {format.listed}, which is read with the files beside it, and not from standard input"
+        expanded = f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
+        help = f"name the file{expanded if format.takes_arguments else ''}"
+        raise MarkupError(error("wrong-format", message, document.root.span, help))
+    return format, Opened(path, options, document, asked), _mending(source, document)
 
 
 def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imported:
@@ -272,7 +268,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
     invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if invalid:
         return None, invalid
-    problems, count = _violations(tree), 0
+    problems, count = violations(tree), 0
     names: dict[str, dict[str, Diagnostic]] = {}  # the first violation of a rule by each entry
     for _ in range(3):  # what lowering refuses hides violations of the rules
         for one in problems:
@@ -282,7 +278,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
             break
         count = sum(map(len, names.values()))
         tree = _with_accept(tree, names)
-        problems = _violations(tree)
+        problems = violations(tree)
     found = []
     for one in settled(tree, problems, acceptable()).diagnostics:
         rule = acceptable().get(one.rule)
@@ -293,7 +289,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
     return (None if has_errors(found) else tree), gathered(found, [WARNING])
 
 
-def _violations(tree: Map) -> list[Diagnostic]:
+def violations(tree: Map) -> list[Diagnostic]:
     """Return the diagnostics of lowering and the rules, for a robot with its published output only."""
     if "outputs" not in tree:
         format, tree = FORMATS.published(), tree.copied()
@@ -328,13 +324,6 @@ def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
         entries.append(Placed({"rule": rule, "of": of, "reason": _REASON}, first))
     made.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
     return made
-
-
-def errors(imported: Imported, rules: bool = True) -> list[Diagnostic]:
-    """Return the errors in the sections of a robot; if there are none, those of the ``rules``."""
-    tree = imported.whole
-    found = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
-    return found if found or not rules else [one for one in _violations(tree) if one.severity == ERROR]
 
 
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:

@@ -8,8 +8,9 @@ the frames is published by robot_state_publisher from the URDF.
 from __future__ import annotations
 
 import posixpath
+import re
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -31,8 +32,6 @@ from .launch_conditions import STATES, condition, if_condition, import_substitut
 from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
-    import ast
-
     from rosorin_compile.rules.case import Case
 
     from .templating import Templates
@@ -62,6 +61,8 @@ ARGUMENTS = {
     "namespace": "the namespace of the nodes, such as left; empty: none",
     FRAME_PREFIX: "what stands before the name of each frame, such as left/; empty: nothing",
 }
+_EXECUTABLE = f"executable='{STATIC_TRANSFORM_PUBLISHER}',"
+_NODE = re.compile(rf"{_EXECUTABLE}\s+name=(.*),\s+namespace=.*\s+arguments=\[\n((?:.*\n)*?)\s+\],")
 # Numbers are printed with these decimals, or all digits with number_format exact.
 ROUNDING = (0.5 * 10.0**-METRE_DIGITS, 0.5 * 10.0**-RADIAN_DIGITS)
 
@@ -216,47 +217,23 @@ def read(text: str) -> Transforms:
     import ast
 
     try:
-        nodes = list(ast.walk(python_of(text)))
+        python_of(text)
     except SyntaxError as problem:
         raise ValueError(f"not a Python file: {problem}") from None
-    calls = [node for node in nodes if isinstance(node, ast.Call)]
-    defaults = {
-        ast.unparse(call.args[0]): word.value
-        for call in calls
-        for word in call.keywords
-        if ast.unparse(call.func) == "DeclareLaunchArgument" and word.arg == "default_value" and call.args
-    }
-    names: dict[str, ast.expr] = {}  # variables of the file, with the default of their launch argument
-    for node in nodes:
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and node.value.args:
-            argument = ast.unparse(node.value.args[0])
-            if ast.unparse(node.value.func) == "LaunchConfiguration" and argument in defaults:
-                names[ast.unparse(node.targets[0])] = defaults[argument]
-    edges = []
-    for call in calls:
-        given = {keyword.arg: keyword.value for keyword in call.keywords}
-        if "executable" not in given or ast.unparse(given["executable"]) != repr(STATIC_TRANSFORM_PUBLISHER):
-            continue
+    default = re.search(rf"'{FRAME_PREFIX}',\s+default_value=(.*),", text)
+    is_declared = default is not None and f"{FRAME_PREFIX} = LaunchConfiguration('{FRAME_PREFIX}')" in text
+    nodes, edges = _NODE.findall(text), list[Edge]()
+    if len(nodes) != text.count(_EXECUTABLE) or (nodes and not is_declared):
+        raise ValueError("a node has no name, no arguments, or a part that is neither text nor a launch argument")
+    for name, body in nodes:
+        body = body.replace(f"[{FRAME_PREFIX},", f"[{default[1] if default else ''},")
         try:
-            name, arguments = ast.literal_eval(given["name"]), given["arguments"]
-            words = [_text(item, names) for item in arguments.elts] if isinstance(arguments, ast.List) else []
-        except (TypeError, KeyError) as problem:
+            words = ast.literal_eval(f"[{body}]")
+            words = ["".join(word) if isinstance(word, list) else word for word in words]
+            edges.append(read_arguments(ast.literal_eval(name), words))
+        except (TypeError, SyntaxError) as problem:
             raise ValueError(f"not plain values: {problem}") from None
-        edges.append(read_arguments(name, words))
     return Transforms(tuple(edges))
-
-
-def _text(node: ast.expr, names: Mapping[str, ast.expr]) -> Any:
-    """Return a value; a list is joined to one text. Raises ValueError, TypeError."""
-    import ast
-
-    if isinstance(node, ast.List):
-        return "".join(_text(item, names) for item in node.elts)
-    if isinstance(node, ast.Name):
-        if node.id not in names:
-            raise ValueError("a part of an argument is neither text nor a launch argument with a default")
-        node = names[node.id]
-    return ast.literal_eval(node)
 
 
 def read_arguments(name: object, arguments: object) -> Edge:

@@ -10,15 +10,15 @@ from __future__ import annotations
 import hashlib
 import re
 import struct
-from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 from rosorin_compile.formats.mesh_files import OF_ELEMENT, OF_MESH, Found, NamedFile, Searched, files_diagnostic
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import FORMATS, Rule
@@ -71,7 +71,17 @@ def copy_meshes(searched: Searched, outputs: Path) -> Searched:
             continue
         files |= copies
         converted += [one.named] if is_new else []
-    diagnostics = [*searched.diagnostics, *_diagnostics(failed, converted)]
+    diagnostics = list(searched.diagnostics)
+    for (rule, reason, help, kind), many in failed.items():
+        severity, effect = WARNING, "left out of the MJCF"
+        if rule == "extra-missing":
+            severity, effect = ERROR, "not converted for the MJCF"
+        elif kind == OF_ELEMENT:
+            severity, effect = ERROR, "not read"
+        diagnostics.append(files_diagnostic(rule, f"{effect}: {reason}", help, severity, many))
+    if converted:
+        message = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
+        diagnostics.append(replace(files_diagnostic("mesh-converted", message, "", NOTE, converted), related=()))
     return searched._replace(missing=frozenset(missing), diagnostics=diagnostics, files=files)
 
 
@@ -93,12 +103,10 @@ def check_for_mujoco(data: bytes, ending: str) -> None:
     farthest = max(map(abs, coordinates))
     if farthest > MAX_COORDINATE:
         raise UnreadableMesh(f"a coordinate of a vertex is {farthest:g}")
-    distinct: set[object] = set()
-    for vertex in zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True):
-        distinct.add(vertex)
-        if len(distinct) == MIN_VERTICES:
-            break
-    else:
+    vertices = zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True)
+    distinct = set(islice(vertices, 100))
+    distinct |= set(vertices) if len(distinct) < MIN_VERTICES else set()
+    if len(distinct) < MIN_VERTICES:
         message = f"MuJoCo needs {MIN_VERTICES} different vertices, and it has {len(distinct)}"
         raise UnreadableMesh(message, "name a mesh that has a surface")
     if ending == ".obj":
@@ -108,28 +116,13 @@ def check_for_mujoco(data: bytes, ending: str) -> None:
             raise UnreadableMesh("it has a face with a vertex that does not exist")
 
 
-def _diagnostics(
-    failed: Mapping[tuple[str, str, str, str], Sequence[NamedFile]], converted: Sequence[NamedFile]
-) -> list[Diagnostic]:
-    diagnostics = []
-    for (rule, reason, help, kind), files in failed.items():
-        severity, effect = WARNING, "left out of the MJCF"
-        if rule == "extra-missing":
-            severity, effect = ERROR, "not converted for the MJCF"
-        elif kind == OF_ELEMENT:
-            severity, effect = ERROR, "not read"
-        diagnostics.append(files_diagnostic(rule, f"{effect}: {reason}", help, severity, files))
-    if converted:
-        message = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
-        diagnostics.append(replace(files_diagnostic("mesh-converted", message, "", NOTE, converted), related=()))
-    return diagnostics
-
-
 def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
     """Return the copies of a file by name, and whether one of them was converted now. Raises UnreadableMesh."""
     data, source_ending = _read(found.file), found.file.suffix.lower()
     check_content(data)
-    if not found.places or any(_is_same_file(outputs / place, found.file) for place in found.places):
+    if not found.places or any(
+        path.exists() and path.samefile(found.file) for path in map(outputs.joinpath, found.places)
+    ):
         check_for_mujoco(data, source_ending)
         return dict.fromkeys(found.places, data), False
     copies: dict[str, bytes] = {}
@@ -146,13 +139,6 @@ def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
             is_new = is_new or copies[place] != existing
         check_for_mujoco(copies[place], ending)
     return copies, is_new
-
-
-def _is_same_file(path: Path, file: Path) -> bool:
-    try:
-        return path.samefile(file)
-    except OSError:
-        return False
 
 
 def _read(path: Path) -> bytes:

@@ -130,7 +130,7 @@ def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> Iterator[Diagnos
 
 def _joint(joint: Joint, rename: Mapping[str, str]) -> dict[str, Any]:
     limit = joint.limit if joint.moves else None
-    has_bounds = limit is not None and limit.lower is not None and limit.upper is not None
+    bounds = None if limit is None or limit.lower is None or limit.upper is None else (limit.lower, limit.upper)
     return {
         "type": joint.type,
         "parent": rename.get(joint.parent, joint.parent),
@@ -138,7 +138,7 @@ def _joint(joint: Joint, rename: Mapping[str, str]) -> dict[str, Any]:
         "xyz": _numbers(joint.origin.xyz),
         "rpy": _numbers(joint.origin.rpy),
         "axis": _numbers(joint.axis if joint.moves else (0.0, 0.0, 0.0)),
-        "limit": _numbers((limit.lower, limit.upper)) if has_bounds else None,
+        "limit": _numbers(bounds) if bounds else None,
     }
 
 

@@ -29,6 +29,7 @@ from rosorin_compile.formats.format import (
     Asked,
     Format,
     Opened,
+    xml_syntax,
 )
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_PUBLISHERS, Unsupported
 from rosorin_compile.source.files import record, version
@@ -70,12 +71,6 @@ def _copies(searched: Searched, outputs: Path) -> Searched:
     from ..mesh_copies import copy_meshes
 
     return copy_meshes(searched, outputs)
-
-
-def _syntax(text: str) -> object:
-    from rosorin_compile.source.xml.elements import canonical, tree_of
-
-    return canonical(tree_of(text))
 
 
 def _refusal(text: str, folder: Path) -> Refusal:
@@ -235,7 +230,7 @@ FORMAT = Format(
     beside=lambda text: _FILE.findall(text),
     opens=_opens,
     copies=_copies,
-    syntax=_syntax,
+    syntax=xml_syntax,
     refusal=_refusal,
     prove=_prove,
     engine_reads=True,

@@ -11,6 +11,7 @@ from typing import Any
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import HeightMap, Joint, Link, Robot
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.joint import Dynamics
 
 from .change import Describer
@@ -78,6 +79,8 @@ def _leaves(robot: Robot, unsaid: frozenset[str], alike: bool, described: bool) 
     joints = tuple(_joint(joint, unsaid, simulated) for joint in robot.joints)
     said = robot.sections if alike else empty.sections
     made = replace(robot, name="", links=links, joints=joints, sections=said, source=empty.source, **reduced)
+    if not alike:  # every MJCF has the key home
+        made = replace(made, poses=tuple(pose for pose in made.poses if pose != JointPose("home", {})))
     if not simulated:
         poses = tuple(replace(pose, base=None, controls={}, mjcf={}) for pose in made.poses)
         made = replace(made, poses=poses, materials=tuple(replace(one, mjcf={}) for one in made.materials))

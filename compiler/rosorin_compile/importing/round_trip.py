@@ -162,7 +162,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     what = f"compiled {format.word}"
     found = []
     if plain is not None:
-        found += [f"{what}: {text}" for text in by_elements(source, again, made.asks_for_humble)]
+        found += [f"{what}: {text}" for text in by_elements(source, again, made)]
         made, again = without_words(made, source), without_words(again, source)
     found += [f"description: {text}" for text in model_differences(source, made, 0.0)]
     found += [f"{what}: {text}" for text in model_differences(_with_urdf_names(source), again, carried_by_urdf=True)]

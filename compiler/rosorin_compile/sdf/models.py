@@ -333,9 +333,15 @@ class Models:
         inner = (self.canonical(node.inner, visited) for node in scope.nodes.values() if node.inner is not None)
         return next(links, None) or next((one for one in inner if one is not None), None)
 
-    def text_of(self, element: Element, scope: Scope) -> str:
-        """Return an element as it is, with the names that the description gives to the frames in it."""
+    def text_of(self, element: Element, scope: Scope, owner: Element | None = None) -> str:
+        """Return an element as it is, with the names that the description gives to the frames in it.
+
+        ``owner`` is the <pose> of an element that becomes one of the frame that the pose is relative to.
+        """
         made = element.verbatim
+        if owner is not None and not owner.content:
+            made = made[: owner.start - element.start].rstrip() + made[owner.end - element.start :]
+            return kept(element, made)
         for inner in reversed(list(element.iter())):
             for name in reversed(_NAMING):
                 attribute = inner.attributes.get(name)
@@ -343,6 +349,9 @@ class Models:
                     continue
                 node = self.find(scope, attribute.value)
                 at, where = attribute.start - element.start, attribute.name_start - element.start
+                if inner is owner:
+                    made = made[:where].rstrip() + made[at + len(attribute.raw) + 1 :]
+                    continue
                 if node is not None and node.called:
                     made = f"{made[:at]}{node.called}{made[at + len(attribute.raw) :]}"
                 if name == "frame" and inner.tag == "pose":

@@ -67,8 +67,10 @@ class Links:
                     self._shape(child, link)
             for child in self.reading.rest(element, ("pose", "inertial", "visual", "collision"), ("name",)):
                 if child.tag in OF_LINK:
-                    text = self.models.text_of(child, link.scope)
-                    self.entries.gazebo.setdefault(link.called, []).append((child, text))
+                    pose = self.reading.single(child, "pose")
+                    owner = self._owner(pose, link)
+                    text = self.models.text_of(child, link.scope, None if owner is link else pose)
+                    self.entries.gazebo.setdefault(owner.called, []).append((child, text))
                 else:
                     self._keep(child, link)
         names = [node.called for node in self.without_mass]
@@ -141,14 +143,17 @@ class Links:
             return None
         return self.models.require(scope, attribute.value, attribute.span, f"relative_to of {named(pose)}")
 
+    def _owner(self, pose: Element | None, link: Node) -> Node:
+        """Return the frame of a body that a pose in its link is relative to, or the link."""
+        base = self._base(pose, link.scope)
+        is_in_body = base is not None and base.kind in (LINK, FRAME) and self.bodies.body_of(base) is link
+        return base if base is not None and is_in_body else link
+
     def _shape(self, element: Element, link: Node) -> None:
         """Add a visual or a collision to the entry of a frame of the body or of the link."""
         reading = self.reading
         pose = reading.single(element, "pose")
-        base = self._base(pose, link.scope)
-        owner = link
-        if base is not None and base.kind in (LINK, FRAME) and self.bodies.body_of(base) is link:
-            owner = base
+        owner = self._owner(pose, link)
         geometry = reading.single(element, "geometry")
         if geometry is None:
             reading.error("missing-element", f"{named(element)} has no <geometry>", element.span, "add one")

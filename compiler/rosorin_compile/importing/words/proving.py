@@ -256,7 +256,11 @@ class _Conversion:
             text, _ = FORMATS["sdf"].written(robot, output, Templates())
             for place in (place for place in tree_of(text).iter() if place.tag in ("link", "joint")):
                 for sensor in (child for child in place if child.tag == "sensor"):
-                    one = Candidate(SENSORS, sensor.get("name", ""), 0, 0, sensor, place.get("name", ""))
+                    pose = sensor.find("pose")
+                    frame = "" if pose is None else pose.attrib.pop("relative_to", "")
+                    if pose is not None and not pose.text:
+                        sensor.remove(pose)
+                    one = Candidate(SENSORS, sensor.get("name", ""), 0, 0, sensor, frame or place.get("name", ""))
                     found.setdefault(one.called, []).append(one.alone)
         return found
 

@@ -238,7 +238,7 @@ def _differences(
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row, refused=True)]
     if name is not None:
         source = replace(source, name=name)
-    texts = by_elements(source, again, compiled.robot.asks_for_humble) if in_words else []
+    texts = by_elements(source, again, compiled.robot) if in_words else []
     again = without_words(again, source) if in_words else again
     source, again = _settled(source), _settled(again)
     texts += model_differences(source, again, carried_by_urdf=True)

@@ -23,7 +23,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.check_outputs import compare_committed, judged
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from rosorin_compile.compare.precision import printing_of
@@ -39,6 +38,7 @@ from rosorin_compile.language.explain.answer import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
 from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.output.check_outputs import compare_committed, judged
 from rosorin_compile.request import FilePath, Request
 from rosorin_compile.rules import joint_states
 from rosorin_compile.rules import pulses as servo_pulses

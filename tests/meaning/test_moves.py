@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import pytest
 
-from rosorin_compile.compare.overlay import moves
 from rosorin_compile.compare.precision import EXACT, Printing
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.source.numbers import Style
+from rosorin_compile.viewer.overlay import moves
 
 ROUGH = Printing({"xyz": Style(2, decimals=True)})
 

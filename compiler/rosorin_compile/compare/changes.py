@@ -14,7 +14,8 @@ from rosorin_compile.formats.carriers import carriers
 from rosorin_compile.model import Box, Robot
 
 from .describe import MOVING, NO_WORD, Describer, attached, joint_of, solids_left
-from .pairs import Pair, links_of
+from .names import links_of
+from .pairs import Pair
 from .precision import NOISE
 from .sentences import NEW, REMOVED, renamed, with_remark
 from .solids import same_set

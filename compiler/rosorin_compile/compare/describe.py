@@ -233,31 +233,25 @@ def shapes_change(
     Of a few solids each is described; of more how many changed, and by how much.
     """
     start, (before, after) = f"{link} {purpose}", counts
-    if max(len(removed), len(added)) <= FEW:
-        pairs = [((removed[old],), (added[new],)) for old, new in likened(removed, added)]
-        found = [ShapeChange(text, *both) for both in pairs if (text := _numbers(start, both[0][0], both[1][0]))]
+    is_few = max(len(removed), len(added)) <= FEW
+    became = likened(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
+    pairs = [(removed[i], added[j]) for i, j in became]
+    numbers = [ShapeChange(text, [a], [b]) for a, b in pairs if (text := _numbers(start, a, b))]
+    words = [ShapeChange(text, [a], [b]) for a, b in pairs for text in _words(start, a, b)]
+    if is_few and before != after:
+        left = [one for at, one in enumerate(removed) if at not in dict(became)]
+        rest = [one for at, one in enumerate(added) if at not in dict(became).values()]
+        numbers.append(ShapeChange(f"{start}: {before} -> {after} shapes", left, rest))
+    elif not is_few:
+        texts = dict.fromkeys(change.text for change in words) if len(removed) == len(added) else {}
+        words = [ShapeChange(text, removed, added) for text in texts] if len(texts) <= FEW else []
+        largest = largest_step(pairs)
+        by = f"{len(pairs)} of {{}} changed" + (f", up to {amount(largest, 'm')}" if largest else "")
+        text = by.format(counted(before, "shape"))
         if before != after:
-            left = [
-                [one for one in some if all(one is not pair[at][0] for pair in pairs)]
-                for at, some in enumerate((removed, added))
-            ]
-            found.append(ShapeChange(f"{start}: {before} -> {after} shapes", *left))
-        return found + [ShapeChange(text, *both) for both in pairs for text in _words(start, both[0][0], both[1][0])]
-    words: dict[str, None] = {}
-    if len(removed) == len(added):
-        both = list(zip(removed, added, strict=True))
-        words = dict.fromkeys(text for one, other in both for text in _words(start, one, other))
-        words = words if len(words) <= FEW else {}
-        if words and not any(_numbers(start, *one) for one in both):
-            return [ShapeChange(text, removed, added) for text in words]
-    changed = min(len(removed), len(added))
-    largest = largest_step(removed, added) if changed else None
-    far_text = f", up to {amount(largest, 'm')}" if largest else ""
-    if before == after:
-        text = f"{start}: {changed} of {counted(before, 'shape')} changed{far_text}"
-    else:
-        text = f"{start}: {before} -> {after} shapes" + (f", {changed} of them changed{far_text}" if changed else "")
-    return [ShapeChange(text, removed, added) for text in (text, *words)]
+            text = f"{before} -> {after} shapes" + (f", {by.format('them')}" if pairs else "")
+        numbers = [ShapeChange(f"{start}: {text}", removed, added)] if numbers or not words else []
+    return [*numbers, *words]
 
 
 def likened(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:

@@ -15,8 +15,8 @@ from rosorin_compile.model.looks import shows_collision
 from .difference import DEFAULT_TOLERANCE, KINDS, YAML, Difference, Item, Side
 from .frames import compare_frames
 from .masses import compare_masses
+from .names import renamed_robot
 from .pairing import Pairing, compare_names, pair
-from .renaming import renamed
 from .sections import compare_sections
 from .sentences import several
 from .shapes import compare_shapes
@@ -34,7 +34,7 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
     pairing = pair_sides(a, b, tolerance, prefix)
     missing, not_compared = not_carried(pairing, a, b)
     frames = compare_frames(pairing)
-    rest = compare_sections(pairing, (a, b), frames.coordinates)
+    rest = compare_sections(pairing, (a, b), frames.flipped)
     items, notes = [*frames.items, *rest.items], [*_prefix_note(pairing, a, b)]
     not_compared += rest.not_compared
     if "mass" not in rest.topics:
@@ -61,8 +61,11 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairin
         if other.format.names is not None and output is not None:  # a description says how an artifact calls its links
             names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
-            changed = other._replace(robot=renamed(other.robot, free, {}))
-            return pair(*((a, changed) if other is b else (changed, b)), tolerance, prefix)
+            changed = other._replace(robot=renamed_robot(other.robot, free, {}))
+            pairing = pair(*((a, changed) if other is b else (changed, b)), tolerance, prefix)
+            steps = pairing.steps
+            found = (steps[0], [(free, {}), *steps[1]]) if other is b else ([(free, {}), *steps[0]], steps[1])
+            return pairing._replace(steps=found)
     return pair(_carrying(a, b), _carrying(b, a), tolerance, prefix)
 
 

@@ -5,6 +5,7 @@ It is lines for people, and JSON for programs (``schemas/robot_diff.schema.json`
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,19 +15,13 @@ from rosorin_compile.formats import Format
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import ENDINGS
-from rosorin_compile.source.wording import counted, printable
+from rosorin_compile.source.wording import counted, plural, printable
 
 from .precision import EXACT, POSE_NOISE, Printing
 from .sentences import brief
 
 # A description has a word for everything, and is no artifact.
-YAML = Format(
-    name="yaml",
-    word="description",
-    article="a",
-    endings=ENDINGS,
-    takes_arguments=True,
-)
+YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
 DEFAULT_TOLERANCE = POSE_NOISE
 
 
@@ -41,16 +36,8 @@ class Side(NamedTuple):
 
 
 # Kinds of differences, the most important ones first: what moves and where, then what it may do, weighs, looks like.
-FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER = (
-    "frame",
-    "joint",
-    "limit",
-    "mass",
-    "shape",
-    "visual",
-    "name",
-    "other",
-)
+FRAME, JOINT, LIMIT, MASS = "frame", "joint", "limit", "mass"
+SHAPE, VISUAL, NAME, OTHER = "shape", "visual", "name", "other"
 KINDS = (FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER)
 
 Scalar = float | str | None
@@ -121,16 +108,7 @@ class Difference:
         return f"<Difference: {summary(self)}>"
 
 
-_COUNTED = {
-    FRAME: ("frame", "frames"),
-    JOINT: ("joint", "joints"),
-    LIMIT: ("limit", "limits"),
-    MASS: ("mass", "masses"),
-    SHAPE: ("set of collision shapes", "sets of collision shapes"),
-    VISUAL: ("visual", "visuals"),
-    NAME: ("name", "names"),
-    OTHER: ("other thing", "other things"),
-}
+_WORDS = {SHAPE: ("set of collision shapes", "sets of collision shapes"), OTHER: ("other thing", "other things")}
 # More than a person reads; a program gets all.
 _MOST = 200
 
@@ -161,17 +139,17 @@ def summary(difference: Difference) -> str:
         return "not compared"
     if difference.same:
         return "the same robot, as far as it was compared"
-    counts = {kind: sum(item.kind == kind for item in difference.items) for kind in KINDS}
-    said = [f"{count} {_COUNTED[kind][count > 1]}" for kind, count in counts.items() if count]
-    return f"different: {', '.join(said)}"
+    counts = Counter(item.kind for item in difference.items)
+    words = {kind: _WORDS.get(kind, (kind, plural(kind, 2))) for kind in KINDS}
+    return (
+        f"different: {', '.join(f'{counts[kind]} {words[kind][counts[kind] > 1]}' for kind in KINDS if counts[kind])}"
+    )
 
 
 def as_json(difference: Difference) -> dict[str, Any]:
     """Return a comparison as a value of JSON. Raises ValueError if there was nothing to compare."""
-    a, b = difference.sides
     return {
-        "a": _side_json(a),
-        "b": _side_json(b),
+        **{letter: _side_json(side) for letter, side in zip("ab", difference.sides, strict=True)},
         "same": difference.same,
         "tolerance": difference.tolerance,
         "differences": [_item_json(item) for item in difference.items],
@@ -190,12 +168,5 @@ def _side_json(side: Side) -> dict[str, Any]:
 def _item_json(item: Item) -> dict[str, Any]:
     found: dict[str, Any] = {"kind": item.kind, "name": item.name, "quantity": item.quantity, "text": item.text}
     found |= {"a": item.before, "b": item.after, "unit": item.unit}
-    if item.distance is not None:
-        found["distance"] = item.distance
-    if item.angle is not None:
-        found["angle"] = item.angle
-    if item.when:
-        found["when"] = item.when
-    if item.at:
-        found["at"] = dict(item.at)
-    return found
+    more = {"distance": item.distance, "angle": item.angle, "when": item.when or None, "at": dict(item.at) or None}
+    return found | {key: value for key, value in more.items() if value is not None}

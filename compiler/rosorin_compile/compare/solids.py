@@ -12,7 +12,7 @@ from itertools import product
 from typing import NamedTuple
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere, Transform, Vector
-from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plus, pose_of, rotation_of_rpy
+from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plus, rotation_of_rpy
 from rosorin_compile.model.shape import ROWS, Rgba
 
 from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Precision, exact, joined
@@ -30,7 +30,6 @@ SIZES = {
 ROUND = ("cylinder", "capsule")
 _UPRIGHT = Transform().rows
 _MOST_CELLS = 500_000
-_MANY = 500
 
 
 class Solid(NamedTuple):
@@ -122,24 +121,6 @@ def _words(shape: Shape) -> tuple[str, ...]:
         words += [f"{word} {' '.join(value)}" for word in ("layers", "touches") if (value := getattr(contact, word))]
         words += [f"{word} {text_of(value)}" for word, value in contact.values.items()]
     return tuple(sorted([*words, *(f"{word} {text_of(value)}" for word, value in shape.mjcf.items())]))
-
-
-def shape_of(solid: Solid) -> Shape:
-    """Return a solid as a shape of the model."""
-    place = pose_of(Transform(solid.rows, solid.centre))
-    half = tuple(size / 2 for size in solid.sizes)
-    file = next((word.removeprefix("file ") for word in solid.words if word.startswith("file ")), "")
-    geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh
-    if solid.kind == "box":
-        geometry = Box(tuple(-x for x in half), half)  # type: ignore[arg-type]
-    elif solid.kind == "mesh":
-        geometry = Mesh(file, solid.sizes)  # type: ignore[arg-type]
-    elif solid.kind == "ellipsoid":
-        geometry = Ellipsoid(half)  # type: ignore[arg-type]
-    else:
-        geometry = {"cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}[solid.kind](*solid.sizes)
-    said = dict(word.split(" ", 1) for word in solid.words if word.split(" ", 1)[0] in ("name", "material", "texture"))
-    return Shape(geometry, place, rgba=solid.rgba, **said)  # type: ignore[arg-type]
 
 
 class Matched(NamedTuple):
@@ -274,29 +255,20 @@ def _filled(boxes: Sequence[Box], marks: Sequence[Sequence[float]], near: float)
     return filled
 
 
-def largest_step(removed: Sequence[Solid], added: Sequence[Solid]) -> float | None:
-    """Return by how much solids changed at most (m), each new one compared with the nearest old one.
+def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:
+    """Return by how much solids changed at most (m): faces of boxes, middles and sizes of others.
 
     None if a solid became another kind of solid, or only turned, which no length says.
     """
-    old, largest = list(removed), 0.0
-    many = len(old) > _MANY  # then each is compared with the one in its place
-    for solid in added[: len(old)]:
-        steps = [_step(solid, other) for other in (old[:1] if many else old)]
-        nearest = min(range(len(steps)), key=lambda index: steps[index])
-        if steps[nearest] in (0.0, float("inf")):
+    largest = 0.0
+    for one, other in pairs:
+        if one.kind != other.kind:
             return None
-        largest = max(largest, steps[nearest])
-        old.pop(nearest)
+        share = {"box": 0.5, "mesh": 0.0}.get(one.kind, 1.0)
+        sizes = [share * abs(a - b) for a, b in zip(one.sizes, other.sizes, strict=True)]
+        centre = [abs(a - b) for a, b in zip(one.centre, other.centre, strict=True)]
+        steps = [a + b for a, b in zip(sizes, centre, strict=True)] if one.kind == "box" else [*sizes, *centre]
+        if not max(steps):
+            return None
+        largest = max(largest, *steps)
     return largest or None
-
-
-def _step(one: Solid, other: Solid) -> float:
-    """Return how far a face of a box moved at most (m); of other solids how far middle and size changed."""
-    if one.kind != other.kind:
-        return float("inf")
-    sizes = [0.0 if one.kind == "mesh" else abs(a - b) / 2 for a, b in zip(one.sizes, other.sizes, strict=True)]
-    centre = [abs(a - b) for a, b in zip(one.centre, other.centre, strict=True)]
-    if one.kind == "box":
-        return max(a + b for a, b in zip(sizes, centre, strict=True))
-    return max([2 * size for size in sizes] + centre)

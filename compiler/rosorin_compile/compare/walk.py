@@ -7,7 +7,7 @@ or a small dataclass of a format, whose fields are named after the kind of thing
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -394,8 +394,3 @@ def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
 
 def _below(path: str, key: object) -> str:
     return f"{path} {key}".strip()
-
-
-def frames_of(found: Leaves) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the frames of a value, each with its leaves."""
-    return ((name, entry) for (kind, name), entry in found.items() if kind == "frame")

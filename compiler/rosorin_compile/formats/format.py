@@ -16,14 +16,13 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.messages import and_here
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.proof import Proof
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.rule_registry import Rule
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document, MarkupError
 
-    from .imported import Imported, LeftOut, ReadOptions
+    from .imported import Imported, LeftOut, Proof, ReadOptions
     from .templating import Templates
     from .unsupported import Unsupported
 

@@ -234,3 +234,22 @@ def converted(made: object, opened: Opened) -> Imported:
     left = [one for one in diagnostics if one.rule == "import-cannot-carry"]
     what = tuple(LeftOut(one.message.removesuffix(" is not carried over"), one.span or tree.span) for one in left)
     return Imported(tree, diagnostics, files=(opened.path,), left_out=what, checked=False)
+
+
+class Proof(NamedTuple):
+    """How what was made of a source differs from it, in texts by feature.
+
+    ``wrong`` was not reported before, ``known`` was. ``said`` is the sentence about what the engine has shown;
+    ``unknown`` is why it did not answer, empty if it did. ``counts`` is the number of objects of the source by kind.
+    """
+
+    wrong: Mapping[str, Sequence[str]] = {}
+    known: Mapping[str, Sequence[str]] = {}
+    said: str = ""
+    unknown: str = ""
+    counts: Mapping[str, int] = {}
+
+    @property
+    def texts(self) -> list[str]:
+        """All differences that were not reported before, feature by feature."""
+        return [text for texts in self.wrong.values() for text in texts]

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.compare.overlay import Overlay, of_two
-from rosorin_compile.compare.overlay import before as before_of
 from rosorin_compile.model import Robot
 from rosorin_compile.output import write_file
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import counted
 
+from .overlay import Overlay, of_two
+from .overlay import before as before_of
 from .page import MAX_MEGABYTES, Embedding, data_of, html, left_out
 from .page.data import Data, before_data
 from .showing import Shown, look, nameless, on_disk

@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.compare.elements import Context, context_of, element_differences
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.checked import errors
 from rosorin_compile.formats.imported import Imported
@@ -20,6 +19,7 @@ from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Document
 
+from ..elements import Context, context_of, element_differences
 from .blocks import Unsayable, block
 from .drives import Driven, driven
 from .sensors import Seen, entry, gazebo_of, overlay, seen, without_collisions

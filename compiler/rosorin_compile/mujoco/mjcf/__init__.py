@@ -38,9 +38,8 @@ from .settings import SETTINGS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.compare.proof import Proof
     from rosorin_compile.formats.format import Refusal
-    from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.formats.imported import Imported, Proof
     from rosorin_compile.formats.templating import Templates
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case

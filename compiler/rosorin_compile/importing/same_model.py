@@ -7,15 +7,14 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 
+from rosorin_compile.compare.describe import Describer
+from rosorin_compile.compare.precision import NOISE, Precision
+from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Ellipsoid, Joint, Link, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher
 from rosorin_compile.model.shape import plain
-
-from .describe import Describer
-from .precision import NOISE, Precision
-from .walk import compare_leaves, leaves
 
 _PUBLISHED = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 

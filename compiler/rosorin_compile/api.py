@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
-from rosorin_compile.compare.precision import printing_of
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics
 from rosorin_compile.formats.compiled import Compiled, Reading
@@ -60,6 +59,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
+from rosorin_compile.source.printing import printing_of
 from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
 from rosorin_compile.viewer import frames as frame_trees

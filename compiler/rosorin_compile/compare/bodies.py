@@ -162,52 +162,40 @@ def motion_of(joint: Joint) -> str:
 
 
 def same_motion(
-    sides: tuple[Bodies, Bodies],
-    source: tuple[str, str],
-    target: tuple[str, str],
-    tolerance: float,
-    flipped: Collection[str] = (),
+    a: Bodies, b: Bodies, source: str, target: str, tolerance: float, flipped: Collection[str] = ()
 ) -> bool:
     """Return True if a link has the same place in another one above it in two robots, wherever the joints are.
 
     A product of exponentials (R. Brockett): the place with all joints at zero and the axes of the joints between, seen
     from the link, say all. ``flipped`` are joints that count the other way round.
     """
-    a, b = sides
-    ways = [side.joints_between(side.top[x], side.top[y]) for side, x, y in zip(sides, source, target, strict=True)]
+    ways = [side.joints_between(side.top[source], side.top[target]) for side in (a, b)]
     if ways[0] is None or ways[1] is None or list(map(motion_of, ways[0])) != list(map(motion_of, ways[1])):
         return False
-    if not gap(a.relative(source[0], target[0]), b.relative(source[1], target[1]), tolerance).closed:
+    if not gap(a.relative(source, target), b.relative(source, target), tolerance).closed:
         return False
     for joint, twin in zip(*ways, strict=True):
-        if not has_axis(joint) or not has_axis(twin):
-            continue
-        old, new = a.line(joint, target[0]), b.line(twin, target[1])
-        if twin.name in flipped:
-            x, y, z = new.direction
-            new = new._replace(direction=(-x, -y, -z))
-        if turned(old, new, tolerance) or (joint.type != "prismatic" and shifted(old, new, tolerance)):
-            return False
+        if has_axis(joint) and has_axis(twin):
+            old, new = a.line(joint, target), b.line(twin, target)
+            if twin.name in flipped:
+                x, y, z = new.direction
+                new = new._replace(direction=(-x, -y, -z))
+            if turned(old, new, tolerance) or (joint.type != "prismatic" and shifted(old, new, tolerance)):
+                return False
     return True
 
 
 _STEPS = 16
-# How far joints without limits are moved (rad, m).
-_TURN, _SLIDE = math.pi, 0.5
+_TURN, _SLIDE = math.pi, 0.5  # how far joints without limits are moved (rad, m)
 
 
-def span_of(*joints: Joint | None) -> tuple[float, float]:
-    """Return the positions (rad or m) between which a joint is moved: the limits of the first joint that has some."""
-    reach = _SLIDE if any(joint is not None and joint.type == "prismatic" for joint in joints) else _TURN
-    for joint in joints:
-        limit = joint.limit if joint is not None and joint.type != "continuous" else None
+def positions_of(*joints: Joint) -> list[float]:
+    """Return positions (rad or m) of a joint, zero first, then from one limit to the other; of the first with some."""
+    reach = _SLIDE if joints[0].type == "prismatic" else _TURN
+    lower, upper = -reach, reach
+    for joint in reversed(joints):
+        limit = joint.limit if joint.type != "continuous" else None
         if limit is not None and limit.lower is not None and limit.upper is not None and limit.lower < limit.upper:
-            return max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
-    return -reach, reach
-
-
-def positions_of(*joints: Joint | None) -> list[float]:
-    """Return positions (rad or m) of a joint, zero first, then from one limit to the other."""
-    lower, upper = span_of(*joints)
+            lower, upper = max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
     steps = [lower + (upper - lower) * index / _STEPS for index in range(_STEPS + 1)]
     return [0.0, *(position for position in steps if abs(position) > 1e-6)]

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile.formats import Format
 from rosorin_compile.model import Robot
@@ -17,8 +17,7 @@ from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import ENDINGS
 from rosorin_compile.source.wording import counted, plural, printable
 
-from .precision import EXACT, POSE_NOISE, Printing
-from .sentences import brief
+from .precision import POSE_NOISE, Precision, exact
 
 # A description has a word for everything, and is no artifact.
 YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
@@ -31,7 +30,7 @@ class Side(NamedTuple):
     label: str
     format: Format
     robot: Robot
-    printing: Printing = EXACT
+    printing: Precision = exact
     folder: Path | None = None
 
 
@@ -64,6 +63,14 @@ class Item:
     at: Mapping[str, float] = field(default_factory=dict)
 
 
+class Report(NamedTuple):
+    """What a comparison collects: differences, notes on what means the same, and what cannot be compared."""
+
+    items: list[Item]
+    notes: list[str]
+    not_compared: list[str]
+
+
 @dataclass(frozen=True)
 class Difference:
     """The differences in meaning between two robots; ``notes`` list texts that differ but mean the same.
@@ -90,10 +97,6 @@ class Difference:
     def same(self) -> bool:
         """Whether both could be read, and nothing that was compared differs."""
         return not self.items and self.a is not None and self.b is not None
-
-    def brief(self) -> str:
-        """Return what differs, each once and without its numbers; of many the first ones. Empty if nothing does."""
-        return brief(item.text for item in self.items)
 
     def summary(self) -> str:
         """Return how much differs, in one line."""
@@ -144,29 +147,3 @@ def summary(difference: Difference) -> str:
     return (
         f"different: {', '.join(f'{counts[kind]} {words[kind][counts[kind] > 1]}' for kind in KINDS if counts[kind])}"
     )
-
-
-def as_json(difference: Difference) -> dict[str, Any]:
-    """Return a comparison as a value of JSON. Raises ValueError if there was nothing to compare."""
-    return {
-        **{letter: _side_json(side) for letter, side in zip("ab", difference.sides, strict=True)},
-        "same": difference.same,
-        "tolerance": difference.tolerance,
-        "differences": [_item_json(item) for item in difference.items],
-        "notes": list(difference.notes),
-        "not_compared": list(difference.not_compared),
-        "summary": summary(difference),
-    }
-
-
-def _side_json(side: Side) -> dict[str, Any]:
-    robot = side.robot
-    counts = {"links": len(robot.links), "joints": len(robot.joints)}
-    return {"source": side.label, "format": side.format.name, "robot": robot.name, **counts}
-
-
-def _item_json(item: Item) -> dict[str, Any]:
-    found: dict[str, Any] = {"kind": item.kind, "name": item.name, "quantity": item.quantity, "text": item.text}
-    found |= {"a": item.before, "b": item.after, "unit": item.unit}
-    more = {"distance": item.distance, "angle": item.angle, "when": item.when or None, "at": dict(item.at) or None}
-    return found | {key: value for key, value in more.items() if value is not None}

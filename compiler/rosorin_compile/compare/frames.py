@@ -8,26 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Pose
+from rosorin_compile.model import Joint, Limit, Pose
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
-from .bodies import (
-    Bodies,
-    Gap,
-    Line,
-    gap,
-    has_axis,
-    motion_of,
-    positions_of,
-    same_motion,
-    shifted,
-    turned,
-)
-from .difference import FRAME, JOINT, Item
+from .bodies import Bodies, Gap, Line, gap, has_axis, motion_of, positions_of, same_motion, shifted, turned
+from .difference import FRAME, JOINT, Item, Report
 from .pairing import Pairing
 from .precision import Placed
 from .sentences import axis_change, far, near_angles, number, placed, row, several, text_of, value_change
@@ -36,34 +26,33 @@ _LEAST = 1e-6  # rad, m: no difference of limits
 
 
 class Frames(NamedTuple):
-    """What differs in frames, and what the comparison of other things builds on.
+    """What the comparison of other things builds on.
 
     ``origins`` are the frames of bodies of A in which their shapes and masses are compared; ``flipped`` are joints that
     count the other way round, each with whether its limits do, too.
     """
 
-    items: list[Item]
     origins: Mapping[str, str]
     flipped: Mapping[str, bool]
 
 
-def compare_frames(pairing: Pairing) -> Frames:
-    """Return which frames moved, by how much, and at which positions of the joints."""
-    work = _Frames(pairing)
+def compare_frames(pairing: Pairing, report: Report) -> Frames:
+    """Report which frames moved, by how much, and at which positions of the joints."""
+    work = _Frames(pairing, report.items)
     for index, top in enumerate(pairing.bodies):
         Progress.step("comparing frames", index, len(pairing.bodies))
         work.body(top)
-    items = [*work.items, *_elsewhere(pairing)]
-    return Frames(items, {top: clusters[0][0] for top, clusters in work.clusters.items()}, work.flipped)
+    report.items.extend(_elsewhere(pairing))
+    return Frames({top: clusters[0][0] for top, clusters in work.clusters.items()}, work.flipped)
 
 
 class _Frames:
     """Goes through the bodies of A from the root down; collects what differs."""
 
-    def __init__(self, pairing: Pairing) -> None:
+    def __init__(self, pairing: Pairing, items: list[Item]) -> None:
         self.pairing = pairing
         self.a, self.b = pairing.a, pairing.b
-        self.items: list[Item] = []
+        self.items = items
         self.clusters: dict[str, list[list[str]]] = {}
         self.moved: set[str] = set()
         self.flipped: dict[str, bool] = {}
@@ -124,27 +113,19 @@ class _Frames:
                 found = [
                     cluster
                     for cluster, goal in zip(clusters, goals, strict=True)
-                    if any(self._same(end, goal, flipped) for end in ends)
+                    if any(same_motion(self.a, self.b, end, goal, self.pairing.tolerance, flipped) for end in ends)
                 ]
                 if found or upper not in self.moved:
                     return found
             upper = self.a.above(upper)
         return []
 
-    def _same(self, source: str, target: str, flipped: Collection[str]) -> bool:
-        ends = (source, source), (target, target)
-        return same_motion((self.a, self.b), *ends, self.pairing.tolerance, flipped)
-
     def _flip(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
         """Note that a joint of B counts the other way round, if it moves the same way otherwise."""
         known = {*self.flipped, joint.name}
         if not joint.moves or self._in_place(clusters, top, self.flipped) or not self._in_place(clusters, top, known):
             return
-        mine, theirs = _bounds(joint), _bounds(twin)
-        follows = mine is theirs or (
-            mine and theirs and all(abs(a + b) < _LEAST for a, b in zip(mine, theirs[::-1], strict=True))
-        )
-        self.flipped[joint.name] = bool(follows)
+        follows = self.flipped[joint.name] = _limits_follow(joint, twin)
         limits = "its limits follow" if follows else "its limits do not follow"
         text = f"{axis_change(joint.name, joint.axis, twin.axis, math.pi)}; {limits}"
         self.items.append(Item(JOINT, joint.name, "coordinate", text, row(joint.axis), row(twin.axis), when="always"))
@@ -194,9 +175,7 @@ class _Frames:
                     worst, at, frame = distance, position, name
         text = f"{item.text}: {frame} off by up to {far(worst, angle)} at {joint.name} = {number(at)}"
         text += f", only when {joint.name} is away from 0"
-        name, quantity = item.name, item.quantity
-        values = item.before, item.after, item.unit
-        return Item(JOINT, name, quantity, text, *values, worst, angle, "away from 0", {joint.name: at})
+        return replace(item, text=text, distance=worst, angle=angle, when="away from 0", at={joint.name: at})
 
     def _below(self, joint: Joint, name: str, source: str) -> bool:
         """Return True if a link is moved by a joint in both robots."""
@@ -248,9 +227,11 @@ def _axis_item(joint: Joint, twin: Joint, frame: str, lines: tuple[Line, Line], 
     return None
 
 
-def _bounds(joint: Joint) -> tuple[float, float] | None:
-    limit = joint.limit if joint.type != "continuous" else None
-    return None if limit is None or limit.lower is None or limit.upper is None else (limit.lower, limit.upper)
+def _limits_follow(joint: Joint, twin: Joint) -> bool:
+    """Return True if the limits of two joints that count in opposite directions are the same."""
+    one, other = (j.limit if j.limit is not None and j.type != "continuous" else Limit() for j in (joint, twin))
+    ends = [(one.lower, other.upper), (one.upper, other.lower)]
+    return all(a is b if a is None or b is None else abs(a + b) < _LEAST for a, b in ends)
 
 
 def _elsewhere(pairing: Pairing) -> Iterator[Item]:

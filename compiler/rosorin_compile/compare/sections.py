@@ -6,10 +6,10 @@ What one of two formats has no word for is a topic that is not compared; how muc
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.schema import sections
@@ -19,9 +19,10 @@ from rosorin_compile.source.wording import plural
 from rosorin_compile.source.xml.elements import canonical, tree_of
 
 from .describe import Describer
-from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Side
+from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .pairing import Pairing
 from .sentences import is_number, size_of, text_of
+from .shapes import ONE_BOX
 from .walk import Difference, Leaves, Shapes, compare_leaves, leaves, section_words
 
 # The topics that a format may lack: what one of each is called, the kind of thing, and how its quantities begin.
@@ -62,38 +63,32 @@ _OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are compared between 
 _ELSEWHERE = ("mass", "collision", "visual", "urdf_elements")  # topics that other functions compare
 # What is zero where it is not given.
 _ZERO = ("damping", "friction", "armature", "stiffness", "spring reference", "kv")
-_MOST = 50
 
 
-class Sections(NamedTuple):
-    """What differs, the topics that are not compared, and the lines that say so."""
-
-    items: list[Item]
-    topics: frozenset[str]
-    not_compared: list[str]
-
-
-def compare_sections(pairing: Pairing, sides: tuple[Side, Side], flipped: Mapping[str, bool]) -> Sections:
-    """Compare two robots in everything but frames, masses and shapes."""
+def compare_sections(
+    pairing: Pairing, sides: tuple[Side, Side], flipped: Mapping[str, bool], report: Report
+) -> frozenset[str]:
+    """Report what differs besides frames, masses and shapes; return the topics that are not compared."""
     robots = pairing.a.robot, pairing.b.robot
     lacking = sides[0].format.lacks | sides[1].format.lacks
     # The sections of a side have the names of its source.
-    own = [_leaves(side.robot, lacking, sides) for side in sides]
-    old = pairing.named(0, own[0], own[1])
-    new = pairing.named(1, own[1], old)
-    topics, lines = _not_compared(sides, (old, new))
+    old, new = (_leaves(side.robot, lacking, sides) for side in sides)
+    old = pairing.named(0, old, new)
+    new = pairing.named(1, new, old)
+    topics, lines = _not_compared(sides, robots, (old, new))
+    report.not_compared.extend(lines)
     for side, robot in zip((old, new), robots, strict=True):
         _without_topics(side, topics, robot)
     _only_shared(old, new, robots, flipped)
     _without_equals(old, new)
+    if "urdf_elements" not in topics:
+        _add_elements(old, new, robots)
     precisions = pairing.a.precision, pairing.b.precision
     differences = compare_leaves(old, new, precisions, pairing.tolerance)
     describer = Describer(robots[0], (old, new), precisions, pairing.tolerance)
     found = {text: _item(one, text) for one, text in reversed(list(describer.describe(differences)))}
-    items = [*found.values()][::-1]
-    if "urdf_elements" not in topics:
-        items += _elements(pairing)
-    return Sections(items, topics, lines)
+    report.items.extend([*found.values()][::-1])
+    return topics
 
 
 def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
@@ -132,9 +127,10 @@ def _with_braking(joint: Joint) -> Joint:
     return replace(joint, dynamics=dynamics, actuator=actuator)
 
 
-def _topic(kind: str, quantity: str, is_placed: bool) -> str | None:
+def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
     """Return the topic of a leaf; None for what every format has. A section of a package is a topic of its own."""
-    if kind == "frame" and not is_placed:
+    kind, name = thing
+    if kind == "frame" and name not in robot.joint_to:
         return "edge"
     if quantity in _ALWAYS.get(kind, ()):
         return None
@@ -144,9 +140,12 @@ def _topic(kind: str, quantity: str, is_placed: bool) -> str | None:
         return "mode" if quantity == "modes" else "simulation"
     if kind == "material":
         return "" if quantity in ("rgba", "texture") else "simulation"
+    if kind == "height map":
+        return "collision" if quantity in ("", "heights", "cell", "origin") else ONE_BOX
+    if kind == "pose" and quantity and quantity not in robot.joint:
+        return "simulation"
     found = (topic for topic, (_, of, *words) in _TOPICS.items() if of == kind and quantity.startswith(tuple(words)))
-    usual = "collision" if kind == "height map" else _section_topics().get(kind, "simulation")
-    return next(found, usual)
+    return next(found, _section_topics().get(kind, "simulation"))
 
 
 @cache
@@ -162,9 +161,11 @@ def _words_of_packages() -> frozenset[str]:
     return frozenset(word for name, word in section_words().items() if name not in known)
 
 
-def _not_compared(sides: tuple[Side, Side], both: tuple[Leaves, Leaves]) -> tuple[frozenset[str], list[str]]:
+def _not_compared(
+    sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves]
+) -> tuple[frozenset[str], list[str]]:
     """Return the topics that are not compared between two robots of these formats, and the sentences that say so."""
-    counts = [_counts(found, side.robot) for found, side in zip(both, sides, strict=True)]
+    counts = [_counts(found, robot) for found, robot in zip(both, robots, strict=True)]
     alike = sides[0].format is sides[1].format
     topics: set[str] = set() if alike else set(_OF_DESCRIPTIONS)
     lines: list[str] = []
@@ -194,7 +195,7 @@ def _counts(found: Leaves, robot: Robot) -> Counter[str]:
     things: set[tuple[str, Any]] = set()
     for (kind, name), entry in found.items():
         for quantity, value in (entry or {"": None}).items():
-            topic = _topic(kind, quantity, name in robot.joint_to) or ""
+            topic = _topic((kind, name), quantity, robot) or ""
             keys: Iterable[Any] = [(kind, name)]
             if topic == "publisher":
                 keys = [value] if quantity == "publisher" else []
@@ -214,7 +215,7 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
     for thing in [*found]:
         kind, name = thing
         entry = found[thing]
-        of = {quantity: _topic(kind, quantity, name in robot.joint_to) for quantity in entry or {"": None}}
+        of = {quantity: _topic((kind, name), quantity, robot) for quantity in entry or {"": None}}
         for quantity, topic in of.items():
             if topic in topics or (topic in _ELSEWHERE and kind != "height map"):
                 entry.pop(quantity, None)
@@ -248,13 +249,9 @@ def _reduce(
     gone: set[str] = set()
     if kind == "frame" and name in robots[0].joint_to:
         gone = {"parent", "origin"}
-        publishers = [entry.get("publisher") for entry in entries]
-        if name in robots[1].joint_to and publishers[0] is not None and publishers[0] == publishers[1]:
-            for entry, robot in zip(entries, robots, strict=True):
-                entry["kind of publisher"] = robot.joint_to[name].publisher.kind
     elif kind == "joint":
         types = [entry.get("type") for entry in entries]
-        free = "continuous" in types or (name in flipped and flipped[name])
+        free = "continuous" in types or flipped.get(name)
         gone = {"child", "axis"} | ({"limit lower", "limit upper"} if free else set())
         gone |= keys - {"type"} if "fixed" in types else set()
         for entry in entries:
@@ -305,54 +302,44 @@ def _item(one: Difference, text: str) -> Item:
 
 
 def _scalar(value: Any) -> float | str | None:
-    if value is None or isinstance(value, str):
-        return value
+    if isinstance(value, str) or (not value and not is_number(value)):
+        return value or None
     if isinstance(value, tuple) and value and isinstance(value[0], tuple):
         return size_of(value)
     return float(value) if is_number(value) else text_of(value)
 
 
-def _elements(pairing: Pairing) -> Iterator[Item]:
-    """Yield the elements for URDF that are new or gone, without those that outputs make of other words."""
-    a, b = pairing.a.robot, pairing.b.robot
-    places = [("the robot", a.urdf_elements, b.urdf_elements)]
-    places += [(n, a.link[n].urdf_elements, b.link[n].urdf_elements) for n in a.link if n in b.link]
-    places += [(n, a.joint[n].urdf_elements, b.joint[n].urdf_elements) for n in a.joint if n in b.joint]
-    for name, mine, theirs in places:
-        if mine == theirs and name != "the robot":
-            continue
-        old, new = _spelt(mine), _spelt(theirs)
-        lost, found = old - new, new - old
-        if name == "the robot":
-            lost, found = lost - _brought(b), found - _brought(a)
-        gone, fresh = sorted(lost.elements()), sorted(found.elements())
-        parts = [
-            f"{len(texts)} {word} ({texts[0][:_MOST]}{'...' * (len(texts[0]) > _MOST)})"
-            for texts, word in ((fresh, "new"), (gone, "removed"))
-            if texts
-        ]
-        if parts:
-            text = f"URDF elements of {name}: {', '.join(parts)}"
-            yield Item(OTHER, name, "urdf_elements", text, "; ".join(gone) or None, "; ".join(fresh) or None)
+def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
+    """Add the elements for URDF of what both robots have, without those that outputs make of other words."""
+    a, b = robots
+    brought = [_brought(robot) for robot in robots]
+    places: list[tuple[str, Any, Any]] = [("the robot", a, b)]
+    places += [(name, a.link[name], b.link[name]) for name in a.link if name in b.link]
+    places += [(name, a.joint[name], b.joint[name]) for name in a.joint if name in b.joint]
+    for name, *both in places:
+        spelt = [_spelt(one.urdf_elements) for one in both]
+        for at, side in enumerate((old, new)):
+            made = brought[1 - at] - spelt[1 - at] if name == "the robot" else frozenset()
+            side[f"URDF elements of {name}", name] = {"": spelt[at] - made}
 
 
-def _brought(robot: Robot) -> Counter[str]:
+def _brought(robot: Robot) -> frozenset[str]:
     known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
     return _spelt([text for one, output in known if one.brings for text in one.brings(robot, output)])
 
 
-def _spelt(texts: Iterable[str]) -> Counter[str]:
-    """Return elements of XML in one spelling, each with its count; of <gazebo> the elements in it."""
-    found: Counter[str] = Counter()
+def _spelt(texts: Iterable[str]) -> frozenset[str]:
+    """Return elements of XML in one spelling; of <gazebo> the elements in it."""
+    found: list[str] = []
     for text in texts:
         try:
             elements = [*tree_of(f"<all>{text}</all>")]
         except ValueError:
-            found[" ".join(text.split())] += 1
+            found.append(" ".join(text.split()))
             continue
         for element in elements:
             reference = element.get("reference", "")
             inner = [*element] if element.tag == "gazebo" and not (element.text or "").strip() else []
             start = f'<gazebo reference="{reference}">' if reference else ""
-            found.update([f"{start}{canonical(child)}" for child in inner] if inner else [canonical(element)])
-    return found
+            found += [f"{start}{canonical(child)}" for child in inner] if inner else [canonical(element)]
+    return frozenset(found)

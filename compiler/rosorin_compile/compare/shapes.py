@@ -14,11 +14,11 @@ from rosorin_compile.model.shape import GROUNDED, ROWS, Rgba, plain
 from rosorin_compile.source.progress import Progress
 
 from .describe import shapes_change
-from .difference import SHAPE, VISUAL, YAML, Item, Side
+from .difference import SHAPE, VISUAL, YAML, Item, Report, Side
 from .pairing import Pairing
-from .precision import Precision, exact, joined
+from .precision import Precision, joined
 from .sentences import colour_change, row, several
-from .solids import Solid, largest_step, match, same_space, solid_of
+from .solids import Solid, largest_step, match, same_colour, same_space, solid_of
 
 # What a format may lack beside topics: capsules (cylinders stand for them), and more than one box a link.
 CAPSULE, ONE_BOX = "capsule", "several shapes"
@@ -33,14 +33,6 @@ class Piece(NamedTuple):
 
 
 Pieces = list[Piece]
-
-
-class ShapeDifferences(NamedTuple):
-    """What differs in shapes, notes on what is written otherwise, and what cannot be compared."""
-
-    items: list[Item]
-    notes: list[str]
-    not_compared: list[str]
 
 
 def pieces_of(
@@ -59,7 +51,7 @@ def pieces_of(
     found: Pieces = []
     for whole in shapes:
         for shape in whole.solids(form):
-            solid = solid_of(shape if capsules else replace(shape, geometry=plain(shape.geometry)), precision)
+            solid = solid_of(shape if capsules else replace(shape, geometry=plain(shape.geometry)), precision, 1.0)
             kept = [word for word in solid.words if words and not word.startswith("file ")]
             if isinstance(shape.geometry, Mesh):
                 kept.append(f"file {shape.geometry.file.replace(chr(92), '/').rsplit('/', 1)[-1]}")
@@ -68,13 +60,13 @@ def pieces_of(
 
 
 def compare_shapes(
-    pairing: Pairing, sides: tuple[Side, Side], origins: Mapping[str, str], purpose: str
-) -> ShapeDifferences:
-    """Return what differs in the shapes of a purpose ("collision" or "visual").
+    pairing: Pairing, sides: tuple[Side, Side], origins: Mapping[str, str], purpose: str, report: Report
+) -> None:
+    """Report what differs in the shapes of a purpose ("collision" or "visual").
 
     ``origins`` are the frames in which bodies of A are compared as a whole.
     """
-    work = _Comparison(pairing, sides, purpose)
+    work = _Comparison(pairing, sides, purpose, report)
     done = set()
     for number, (top, goal) in enumerate(pairing.bodies.items()):
         Progress.step("comparing shapes", number, len(pairing.bodies))
@@ -84,15 +76,15 @@ def compare_shapes(
         if name not in done:
             work.body([name], [name], "")
     if work.meshes:
-        work.found.notes.append(f"mesh files are named otherwise: {several(sorted(work.meshes))}")
-    lines = [f"the collision of {several(names)}: {why}" for why, names in work.not_comparable.items()]
-    return work.found._replace(not_compared=[*lines, *work.found.not_compared])
+        report.notes.append(f"mesh files are named otherwise: {several(sorted(work.meshes))}")
+    for why, names in work.not_comparable.items():
+        report.not_compared.append(f"the collision of {several(names)}: {why}")
 
 
 class _Comparison:
     """Goes through bodies; collects what differs."""
 
-    def __init__(self, pairing: Pairing, sides: tuple[Side, Side], purpose: str) -> None:
+    def __init__(self, pairing: Pairing, sides: tuple[Side, Side], purpose: str, report: Report) -> None:
         self.sides, self.purpose, self.tolerance = sides, purpose, pairing.tolerance
         self.bodies = pairing.a, pairing.b
         formats = [side.format for side in sides]
@@ -102,17 +94,17 @@ class _Comparison:
         self.one_box = next((one for one in formats if ONE_BOX in one.lacks), None)
         cylinders = next((one for one in formats if CAPSULE in one.lacks), None)
         self.capsules = cylinders is None
-        self.found = ShapeDifferences([], [], [])
+        self.report = report
         self.not_comparable: dict[str, list[str]] = {}
         self.meshes: set[str] = set()
         shapes = (one for side in self.bodies for link in side.robot.links for one in getattr(link, purpose))
         if cylinders is not None and any(isinstance(one.geometry, (Capsule, Ellipsoid)) for one in shapes):
             text = f"the round ends of capsules: {cylinders.named} has cylinders of the same full length"
-            self.found.not_compared.append(text)
+            self.report.not_compared.append(text)
 
     def body(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> None:
         """Compare the solids of links that are fixed together: link by link, then what is left of all of them."""
-        old, new = self._pieces(mine, theirs)
+        old, new = self._pieces(mine, theirs, origin)
         counts = {name: sum(piece.link == name for piece in old) for name in mine}
         shared = [name for name in mine if name in theirs]
         groups: list[tuple[Collection[str], str]] = [([name], "") for name in shared]
@@ -125,48 +117,52 @@ class _Comparison:
         self._named_otherwise(pairs)
         moved = sorted({f"{one.link} -> {other.link}" for one, other in pairs if one.link != other.link})
         if moved:
-            self.found.notes.append(f"{self.purpose} shapes are on another link of the same body: {several(moved)}")
+            self.report.notes.append(f"{self.purpose} shapes are on another link of the same body: {several(moved)}")
         for name in shared:
             left = [[piece for piece in some if piece.link == name] for some in (old, new)]
             if left[0] or left[1]:
                 self._differ(name, (counts[name], counts[name] - len(left[0]) + len(left[1])), *left)
 
-    def _pieces(self, mine: Sequence[str], theirs: Sequence[str]) -> tuple[Pieces, Pieces]:
+    def _pieces(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> tuple[Pieces, Pieces]:
         """Return the solids of the links of a body in both robots; height maps that both have are compared apart."""
-        found: tuple[Pieces, Pieces] = ([], [])
+        kept: tuple[dict[str, Sequence[Shape]], dict[str, Sequence[Shape]]] = ({}, {})
         for name in dict.fromkeys([*mine, *theirs]):
-            both = name in mine and name in theirs
             shapes: list[Sequence[Shape]] = [
                 getattr(side.robot.link[name], self.purpose) if name in names else ()
                 for side, names in zip(self.bodies, (mine, theirs), strict=True)
             ]
             rest = [[one for one in some if not isinstance(one.geometry, HeightMap)] for some in shapes]
             has_map = [len(some) < len(all_of) for some, all_of in zip(rest, shapes, strict=True)]
-            if self.one_box is not None and both:
+            if self.one_box is not None and name in mine and name in theirs:
                 why = "a height map on one side, boxes on the other" if has_map[0] != has_map[1] else ""
                 if not all(map(_is_simple, rest)):
                     why = f"{self.one_box.named} has one box along the axes of a link"
                 if why:
                     self.not_comparable.setdefault(why, []).append(name)
                     continue
-            shapes = list(rest) if all(has_map) else shapes
-            for at, side in enumerate(self.bodies):
-                form = self._form(at, shapes) if any(has_map) else ROWS
-                if form == GROUNDED:
-                    self.found.notes.append(f"the boxes of the height map of {name} reach down to z = 0 on one side")
-                found[at].extend(pieces_of(name, shapes[at], side.precision, self.capsules, form, self.words))
-        return found
+            for at, some in enumerate(rest if all(has_map) else shapes):
+                kept[at][name] = some
+        rows = self._cut(0, kept[0], ROWS), self._cut(1, kept[1], ROWS)
+        return self._grounded(0, kept[0], rows, origin), self._grounded(1, kept[1], rows, origin)
 
-    def _form(self, at: int, shapes: Sequence[Sequence[Shape]]) -> str:
-        """Return how height maps are cut: down to the ground if an output asks for it and more boxes fit."""
-        if not any(o.options.get("height_maps") == GROUNDED for o in self.sides[at].robot.outputs):
-            return ROWS
-        boxes = [piece.solid for piece in pieces_of("", shapes[1 - at], exact)]
-        fits = {
-            form: len(match([piece.solid for piece in pieces_of("", shapes[at], exact, form=form)], boxes).pairs)
-            for form in (ROWS, GROUNDED)
-        }
-        return max(fits, key=fits.__getitem__)
+    def _cut(self, at: int, kept: Mapping[str, Sequence[Shape]], form: str) -> Pieces:
+        precision = self.bodies[at].precision
+        made = (pieces_of(name, some, precision, self.capsules, form, self.words) for name, some in kept.items())
+        return [piece for pieces in made for piece in pieces]
+
+    def _grounded(
+        self, at: int, kept: Mapping[str, Sequence[Shape]], rows: tuple[Pieces, Pieces], origin: str
+    ) -> Pieces:
+        """Return solids with height maps down to the ground, if an output asks for it and more of the other fit."""
+        maps = [name for name, some in kept.items() if any(isinstance(one.geometry, HeightMap) for one in some)]
+        if not maps or not any(o.options.get("height_maps") == GROUNDED for o in self.sides[at].robot.outputs):
+            return rows[at]
+        low, other = self._cut(at, kept, GROUNDED), self._seen(1 - at, rows[1 - at], origin)
+        fits = [len(match(self._seen(at, pieces, origin), other).pairs) for pieces in (rows[at], low)]
+        if fits[1] <= fits[0]:
+            return rows[at]
+        self.report.notes.append(f"the boxes of the height map of {maps[0]} reach down to z = 0 on one side")
+        return low
 
     def _seen(self, at: int, pieces: Iterable[Piece], frame: str) -> list[Solid]:
         """Return solids in a frame of their body; empty: each in that of its link."""
@@ -195,7 +191,7 @@ class _Comparison:
             return
         taken = {id(piece): piece.link for some in boxes for piece, _ in some}
         links = several(sorted(set(taken.values())))
-        self.found.notes.append(f"{self.purpose} boxes are cut otherwise, and fill the same space: {links}")
+        self.report.notes.append(f"{self.purpose} boxes are cut otherwise, and fill the same space: {links}")
         for pieces in (old, new):
             pieces[:] = [piece for piece in pieces if id(piece) not in taken]
 
@@ -206,7 +202,7 @@ class _Comparison:
         for change in shapes_change(name, self.purpose, counts, *([p.solid for p in some] for some in (old, new))):
             largest = largest_step(zip(change.old, change.new, strict=False))
             values = ("; ".join(map(_words, some)) for some in (change.old, change.new))
-            self.found.items.append(Item(kind, name, self.purpose, change.text, *values, "m", largest))
+            self.report.items.append(Item(kind, name, self.purpose, change.text, *values, "m", largest))
             if len(change.old) == len(change.new) == 1:
                 self._named_otherwise([(of[id(change.old[0])], of[id(change.new[0])])])
 
@@ -221,7 +217,7 @@ class _Comparison:
                 colours.setdefault((one.link, *found))
         for link, *both in colours:
             values = (row(one) if one else "none" for one in both)
-            self.found.items.append(Item(VISUAL, link, "colour", colour_change(f"{link} visual", *both), *values))
+            self.report.items.append(Item(VISUAL, link, "colour", colour_change(f"{link} visual", *both), *values))
 
     def _colours(self, one: Shape, other: Shape) -> tuple[Rgba | None, Rgba | None] | None:
         """Return the colours of two visuals if they differ; a colour that nobody gave is none."""
@@ -231,8 +227,7 @@ class _Comparison:
         if old is None or new is None:
             return None if old is new or not self.says_no_colour else (old, new)
         known = joined(*(side.precision("rgba", *rgba) for side, rgba in zip(self.bodies, (old, new), strict=True)))
-        same = all(abs(x - y) <= known + self.tolerance for x, y in zip(old, new, strict=True))
-        return None if same else (old, new)
+        return None if same_colour(old, new, known + self.tolerance) else (old, new)
 
 
 def _is_simple(shapes: Sequence[Shape]) -> bool:

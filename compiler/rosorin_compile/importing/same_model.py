@@ -29,7 +29,7 @@ def model_differences(
     """
     if carried_by_urdf:
         one, other = _in_urdf(_without_lacking(one, other)), _in_urdf(other)
-    sides = leaves(one), leaves(other)
+    sides = leaves(replace(one, source=other.source)), leaves(other)
     known = _of(tolerance), _of(tolerance)
     describer = Describer(one, sides, known, tolerance)
     return [text for _, text in describer.describe(compare_leaves(*sides, known, tolerance))]

@@ -163,8 +163,7 @@ def of_committed(
     if before is None:
         return Picture(shown, None, {}, [], [], "nothing is committed to compare with", inputs)
     before = before.with_meshes(_changed_meshes(compiled, committed, meshes))
-    did = comparison.brief()
-    said = f"{counted(len(changes), 'change')} against {COMMITTED}: {did}" if changes else _unchanged(notes)
+    said = f"{counted(len(changes), 'change')} against {COMMITTED}" if changes else _unchanged(notes)
     return Picture(shown, before, files, changes, notes, said, inputs)
 
 
@@ -234,8 +233,7 @@ def of_sides(shown: Sequence[Shown], difference: Difference, prefix: str | None)
     ]
     notes = [f"note: {note}" for note in difference.notes]
     notes += [f"not compared: {line}" for line in difference.not_compared]
-    did = difference.brief()
-    said = f"{Path(a.label).name} -> {Path(b.label).name}: {difference.summary()}{f' ({did})' if did else ''}"
+    said = f"{Path(a.label).name} -> {Path(b.label).name}: {difference.summary()}"
     inputs = tuple(file for one in shown for file in (*one.files, *one.meshes.values()))
     return Picture(shown[1], overlay, shown[0].meshes, changes, notes, said, inputs)
 

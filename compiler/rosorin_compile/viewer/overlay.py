@@ -173,8 +173,7 @@ class _Moves:
     def _same(self, above: str, name: str) -> bool:
         ways = [side.joints_between(side.top[above], side.top[name]) or [] for side in (self.old, self.new)]
         followers = [[joint.mimic for joint in way] for way in ways]
-        ends = (above, above), (name, name)
-        return followers[0] == followers[1] and same_motion((self.old, self.new), *ends, self.tolerance)
+        return followers[0] == followers[1] and same_motion(self.old, self.new, above, name, self.tolerance)
 
     def _gone(self, name: str, purpose: str) -> list[Shape]:
         """Return the old shapes of a link that none of the links fixed to it has now."""

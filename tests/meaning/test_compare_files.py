@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.committed import Comparison, lines
+from rosorin_compile.output.committed import Comparison, lines
 from support.comparing import BASE, COMMITTED, against, edited, meaning
 from support.robots import compiled, copy_of_rosorin
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
+from rosorin_compile.output.committed import compare
 from rosorin_compile.viewer.before import robot_before as undo_all
 from rosorin_compile.viewer.overlay import moves
 from support.moving import random_state

@@ -129,7 +129,6 @@ def _grouped(robot: Robot, pairs: Sequence[Pair], found: Sequence[_Found]) -> It
 
 
 def _same_change(one: _Found, other: _Found) -> bool:
-    """Return True if two artifacts mean the same by a difference at one address."""
     (address, *values), others = one.difference, other.difference[1:]
     if not address.quantity and not isinstance(values[0] or values[1], frozenset):
         return (values[0] is None) == (others[0] is None)

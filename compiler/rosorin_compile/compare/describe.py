@@ -260,7 +260,6 @@ def likened(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]
 
 
 def _unlike(one: Solid, other: Solid) -> tuple[int, float]:
-    """Return in how many ways two solids differ, and how far their middles are apart (m)."""
     kinds = len(SIZES) * (one.kind != other.kind)
     return kinds + sum(a != b for a, b in zip(one[1:6], other[1:6], strict=True)), math.dist(one.centre, other.centre)
 
@@ -315,7 +314,6 @@ def _parts(one: Solid, other: Solid, least: Apart) -> list[str]:
 
 
 def _sized(solid: Solid) -> str:
-    """Return a solid with its file or its sizes."""
     if solid.kind == "mesh":
         return " ".join(["mesh", *filter(_is_file, solid.words)])
     sizes = [f"{name} {number(size)} m" for name, size in zip(SIZES[solid.kind], solid.sizes, strict=True)]

@@ -140,7 +140,6 @@ def _prefix_note(pairing: Pairing, a: Side, b: Side) -> list[str]:
 
 
 def _arranged(pairing: Pairing, items: list[Item]) -> tuple[Item, ...]:
-    """Return the differences, the most important kind first, each kind in the order of the tree."""
     order = {name: index for index, name in enumerate([*pairing.a.order, *pairing.b.order])}
     for bodies in (pairing.b, pairing.a):
         order |= {joint.name: order[joint.child] for joint in bodies.robot.joints if joint.name not in bodies.order}

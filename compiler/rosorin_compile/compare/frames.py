@@ -97,7 +97,6 @@ class _Frames:
         return sorted(found, key=lambda cluster: (self.a.robot.root not in cluster, -len(cluster)))
 
     def _gap(self, source: str, target: str) -> Gap:
-        """Return how far a frame is apart in the two robots, seen from another one, with the joints at zero."""
         return gap(self.a.relative(source, target), self.b.relative(source, target), self.pairing.tolerance)
 
     def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
@@ -178,7 +177,6 @@ class _Frames:
         return replace(item, text=text, distance=worst, angle=angle, when="away from 0", at={joint.name: at})
 
     def _below(self, joint: Joint, name: str, source: str) -> bool:
-        """Return True if a link is moved by a joint in both robots."""
         ways = [side.joints_between(side.top[source], side.top[name]) or [] for side in (self.a, self.b)]
         return all(joint.name in {one.name for one in way} for way in ways)
 
@@ -228,7 +226,6 @@ def _axis_item(joint: Joint, twin: Joint, frame: str, lines: tuple[Line, Line], 
 
 
 def _limits_follow(joint: Joint, twin: Joint) -> bool:
-    """Return True if the limits of two joints that count in opposite directions are the same."""
     one, other = (j.limit if j.limit is not None and j.type != "continuous" else Limit() for j in (joint, twin))
     ends = [(one.lower, other.upper), (one.upper, other.lower)]
     return all(a is b if a is None or b is None else abs(a + b) < _LEAST for a, b in ends)

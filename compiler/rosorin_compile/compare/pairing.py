@@ -86,7 +86,6 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
 
 
 def _split(one: Robot, other: Robot) -> frozenset[str]:
-    """Return the fixed joints of a robot that move in the other one."""
     found = []
     for joint in one.joints:
         twin = other.joint_to.get(joint.child)

@@ -6,7 +6,7 @@ A new name of a link or a joint hides nothing else that changed: old leaves get 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from rosorin_compile.formats import FORMATS, Artifact, Format
 from rosorin_compile.model import Output, Robot
@@ -16,8 +16,7 @@ from .precision import Precision, printed, rounded
 from .walk import Leaves, leaves
 
 
-@dataclass(frozen=True)
-class Pair:
+class Pair(NamedTuple):
     """One artifact: its output, and the leaves of the committed and of the compiled text.
 
     ``renamed`` are the new names by those of before, by the kind of thing ("link", "joint"): ``old`` has the new ones.
@@ -27,7 +26,7 @@ class Pair:
     old: Leaves
     new: Leaves
     precisions: tuple[Precision, Precision]
-    renamed: Mapping[str, Names] = field(default_factory=dict)
+    renamed: Mapping[str, Names] = {}
 
     @property
     def name(self) -> str:
@@ -73,20 +72,13 @@ def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
     links: dict[str, str] = {}
     for pair in pairs:
         links |= new_link_names(pair.old, pair.new)
-    return [_with_new_joints(_with_new_links(pair, links)) for pair in pairs]
+    return [_renamed(pair, links) for pair in pairs]
 
 
-def _with_new_links(pair: Pair, links: Names) -> Pair:
+def _renamed(pair: Pair, links: Names) -> Pair:
     gone, fresh = links_of(pair.old) - links_of(pair.new), links_of(pair.new) - links_of(pair.old)
     known = {old: new for old, new in links.items() if old in gone and new in fresh}
-    if not known:
-        return pair
-    return replace(pair, old=with_link_names(pair.old, known, pair.new), renamed={"link": known})
-
-
-def _with_new_joints(pair: Pair) -> Pair:
-    known = new_joint_names(pair.old, pair.new)
-    if not known:
-        return pair
-    old = with_joint_names(pair.old, known, pair.new)
-    return replace(pair, old=old, renamed={**pair.renamed, "joint": known})
+    old = with_link_names(pair.old, known, pair.new)
+    joints = new_joint_names(old, pair.new)
+    renamed = {kind: names for kind, names in (("link", known), ("joint", joints)) if names}
+    return pair._replace(old=with_joint_names(old, joints, pair.new), renamed=renamed)

@@ -191,7 +191,6 @@ def _not_compared(
 
 
 def _counts(found: Leaves, robot: Robot) -> Counter[str]:
-    """Return how many things of each topic a robot has."""
     things: set[tuple[str, Any]] = set()
     for (kind, name), entry in found.items():
         for quantity, value in (entry or {"": None}).items():

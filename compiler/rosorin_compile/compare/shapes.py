@@ -196,7 +196,6 @@ class _Comparison:
             pieces[:] = [piece for piece in pieces if id(piece) not in taken]
 
     def _differ(self, name: str, counts: tuple[int, int], old: Pieces, new: Pieces) -> None:
-        """Add what became of the solids of a link that are in one robot alone."""
         kind = SHAPE if self.purpose == "collision" else VISUAL
         of = {id(piece.solid): piece for piece in (*old, *new)}
         for change in shapes_change(name, self.purpose, counts, *([p.solid for p in some] for some in (old, new))):

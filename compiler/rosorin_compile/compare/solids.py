@@ -234,7 +234,6 @@ def _marks(numbers: Iterable[float], near: float) -> list[float]:
 
 
 def _filled(boxes: Sequence[Box], marks: Sequence[Sequence[float]], near: float) -> set[tuple[int, ...]]:
-    """Return the cells between the marks of three axes that boxes fill."""
     filled: set[tuple[int, ...]] = set()
     for box in boxes:
         ends = zip(marks, box.lower, box.upper, strict=True)

@@ -197,7 +197,6 @@ def leaves(value: Any) -> Leaves:
 
 
 def _robot(robot: Robot, found: Leaves) -> None:
-    """Add the leaves of a robot."""
     _own = found.setdefault(("robot", "robot"), {})
     if robot.name:
         _own["name"] = robot.name

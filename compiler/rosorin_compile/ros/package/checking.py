@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from rosorin_compile.compare.committed import Comparison
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, digest, read_manifest
+from rosorin_compile.output.committed import Comparison
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error, has_errors
 from rosorin_compile.source.files import read_bytes

@@ -55,7 +55,8 @@ def _without_lacking(one: Robot, other: Robot) -> Robot:
 def _in_urdf(robot: Robot) -> Robot:
     """Return a robot with what a URDF says of its links and joints."""
     links, joints = tuple(map(_link, robot.links)), tuple(map(_joint, robot.joints))
-    return replace(robot, links=links, joints=joints, mjcf_elements=())
+    materials = tuple(replace(material, mjcf={}) for material in robot.materials)
+    return replace(robot, links=links, joints=joints, materials=materials, mjcf_elements=())
 
 
 def _link(link: Link) -> Link:

@@ -320,7 +320,7 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
     if requests[1].arguments and not imported.takes_arguments:
         diagnostics.append(asked.deaf(path))
     reduced = replace(found.robot, outputs=())
-    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree), path.parent)
+    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree).tolerance, path.parent)
     left_out = list(dict.fromkeys(left.what for left in imported.left_out))
     return _Loaded(side, diagnostics, left_out, None if imported.takes_arguments else path)
 

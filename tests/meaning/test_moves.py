@@ -12,7 +12,7 @@ from rosorin_compile.source.numbers import Style
 from rosorin_compile.source.printing import Printing
 from rosorin_compile.viewer.overlay import moves
 
-ROUGH = Printing({"xyz": Style(2, decimals=True)})
+ROUGH = Printing({"xyz": Style(2, decimals=True)}).tolerance
 
 
 def chain(*links: str, step: float = 1.0) -> Robot:

@@ -36,10 +36,9 @@ def compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report)
                 _whole(side, names, origins[top]) for side, names in zip((pairing.a, pairing.b), sides, strict=True)
             ]
             if not _differences(top, wholes, pairing.tolerance):
-                names = several(sorted(differing, key=lambda name: (name not in found, name)))
-                report.notes.append(
-                    f"the mass of the body of {top} is shared out otherwise ({names}); as a whole it is the same"
-                )
+                links = several(sorted(differing, key=lambda name: (name not in found, name)))
+                text = f"the mass of the body of {top} is shared out otherwise ({links}); as a whole it is the same"
+                report.notes.append(text)
                 found |= dict.fromkeys(differing, ())
     for name in pairing.shared:
         report.items.extend(_items(pairing, name, found[name]))

@@ -58,7 +58,8 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
         new, precision = leaves(format.view(robot, output)), least
     else:
         new, precision = leaves(format.read(artifact.text)), printed(artifact.text)
-    return Pair(output, *(under_names(format, output, side) for side in (old, new)), (known, precision))
+    old, new = under_names(format, output, old), under_names(format, output, new)
+    return Pair(output, old, new, (known, precision))
 
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:

@@ -204,8 +204,9 @@ def _counts(found: Leaves, robot: Robot) -> Counter[str]:
                 keys = value
             things |= {(topic, key) for key in keys if kind != "root in simulation"}  # every robot has that
     counts = Counter(topic for topic, _ in things)
-    counts["fixed joint name"] = sum(joint.is_fixed for joint in robot.joints)
-    counts["urdf_elements"] = sum(len(one.urdf_elements) for one in (robot, *robot.links, *robot.joints))
+    counts["fixed joint name"] = len([joint for joint in robot.joints if joint.is_fixed])
+    texts = [robot.urdf_elements, *(one.urdf_elements for some in (robot.links, robot.joints) for one in some)]
+    counts["urdf_elements"] = sum(map(len, texts))
     return counts
 
 

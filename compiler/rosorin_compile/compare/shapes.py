@@ -172,7 +172,7 @@ class _Comparison:
     def _take_matches(self, old: Pieces, new: Pieces, names: Collection[str], frame: str) -> list[tuple[Piece, Piece]]:
         """Take out the pieces of links that are the same, and return them as pairs."""
         some = [[piece for piece in pieces if piece.link in names] for pieces in (old, new)]
-        rest = match(*(self._seen(at, some[at], frame) for at in (0, 1)), self.tolerance)
+        rest = match(self._seen(0, some[0], frame), self._seen(1, some[1], frame), self.tolerance)
         pairs = [(some[0][one], some[1][other]) for one, other in rest.pairs]
         for at, pieces in enumerate((old, new)):
             taken = {id(pair[at]) for pair in pairs}
@@ -186,8 +186,8 @@ class _Comparison:
             some = [piece for piece in pieces if piece.link in names]
             boxes.append([both for both in zip(some, self._seen(at, some, frame), strict=True) if both[1].box])
         words = [{word for _, solid in some for word in solid.words if not word.startswith("name ")} for some in boxes]
-        solids = ([solid for _, solid in some] for some in boxes)
-        if not all(boxes) or words[0] != words[1] or not same_space(*solids, self.tolerance):
+        first, second = ([solid for _, solid in some] for some in boxes)
+        if not all(boxes) or words[0] != words[1] or not same_space(first, second, self.tolerance):
             return
         taken = {id(piece): piece.link for some in boxes for piece, _ in some}
         links = several(sorted(set(taken.values())))
@@ -200,8 +200,8 @@ class _Comparison:
         of = {id(piece.solid): piece for piece in (*old, *new)}
         for change in shapes_change(name, self.purpose, counts, *([p.solid for p in some] for some in (old, new))):
             largest = largest_step(zip(change.old, change.new, strict=False))
-            values = ("; ".join(map(_words, some)) for some in (change.old, change.new))
-            self.report.items.append(Item(kind, name, self.purpose, change.text, *values, "m", largest))
+            before, after = ("; ".join(map(_words, some)) for some in (change.old, change.new))
+            self.report.items.append(Item(kind, name, self.purpose, change.text, before, after, "m", largest))
             if len(change.old) == len(change.new) == 1:
                 self._named_otherwise([(of[id(change.old[0])], of[id(change.new[0])])])
 
@@ -215,8 +215,9 @@ class _Comparison:
             if self.purpose == "visual" and (found := self._colours(one.shape, other.shape)):
                 colours.setdefault((one.link, *found))
         for link, *both in colours:
-            values = (row(one) if one else "none" for one in both)
-            self.report.items.append(Item(VISUAL, link, "colour", colour_change(f"{link} visual", *both), *values))
+            before, after = (row(rgba) if rgba else "none" for rgba in both)
+            text = colour_change(f"{link} visual", *both)
+            self.report.items.append(Item(VISUAL, link, "colour", text, before, after))
 
     def _colours(self, one: Shape, other: Shape) -> tuple[Rgba | None, Rgba | None] | None:
         """Return the colours of two visuals if they differ; a colour that nobody gave is none."""

@@ -208,7 +208,7 @@ class Format:
 
     # Comparing two robots or two texts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # the links that an output has
-    lacks: frozenset[str] = frozenset()  # topics that it cannot express (see ``compare.not_compared``)
+    lacks: frozenset[str] = frozenset()  # topics that it cannot express (see ``compare.sections``)
     leaves_out: Callable[[Robot, str], bool] | None = None  # whether it has no such link by nature
     why: str = ""  # the reason
     adds: Callable[[Robot, str, Robot], bool] | None = None  # whether a link of a file stands for something else

@@ -38,7 +38,8 @@ def model_differences(
 def section_differences(one: Robot, other: Robot, section: str) -> list[str]:
     """Return in which values two robots differ in one section, such as ``moveit``."""
     empty = Robot("", (), ())
-    return model_differences(*(replace(empty, **{section: getattr(robot, section)}) for robot in (one, other)))
+    first, second = (replace(empty, **{section: getattr(robot, section)}) for robot in (one, other))
+    return model_differences(first, second)
 
 
 def _of(tolerance: float) -> Precision:

@@ -73,15 +73,15 @@ def differing_values(old: str, new: str) -> str:
 
 
 def _line_change(number: int, old: str, new: str) -> str:
-    """Return what changed in a line: the words that differ, and the word before them."""
+    """Return what changed in a line: the words that differ, behind the first word, or the one before them."""
     before, after = old.split(), new.split()
-    context = ""
+    context = new
     for at in (0, -1):  # what both begin and end with
         while before and after and before[at] == after[at]:
-            context = after[0] if at == 0 else context
+            context = after[0] if at == 0 and len(new) > MAX_WIDTH else context
             del before[at], after[at]
     texts = [printable(" ".join(words))[:_CUT] or "nothing" for words in (before, after)]
-    return f"line {number} {''.join(_WORD.findall(context or new)[:1])}: {' -> '.join(texts)}"
+    return " ".join([f"line {number}", *_WORD.findall(context)[:1]]) + f": {' -> '.join(texts)}"
 
 
 def report_lines(changes: Sequence[str], texts: Sequence[TextDifference], full: bool = False) -> list[str]:

@@ -32,7 +32,7 @@ class Printing(NamedTuple):
     styles: Mapping[str, Style | None]
     general: Style | None = None
 
-    def __call__(self, key: str, *values: float) -> float:
+    def tolerance(self, key: str, *values: float) -> float:
         """Return how well the values of a key are known, the worst of them."""
         if key in self.styles:
             style, share = self.styles[key], 1.0

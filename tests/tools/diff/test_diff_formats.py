@@ -198,7 +198,7 @@ def _read(robot: Robot, folder: Path, form: str) -> Side:
     assert imported.tree is not None, imported.diagnostics
     made = lower(imported.tree).robot
     assert made is not None
-    return Side(form, FORMATS["urdf"], made, printing_of(imported.tree))
+    return Side(form, FORMATS["urdf"], made, printing_of(imported.tree).tolerance)
 
 
 def test_a_file_of_mujoco_with_its_digits_is_the_same(arm: Path, tmp_path: Path) -> None:

@@ -98,8 +98,8 @@ class CheckedCopies:
         changes: dict[tuple[str, ...], Change] = {}
         for place, other in self.unlike:
             for change in other.changes if other else ():
-                known = changes.get(change[:5], change._replace(artifacts=()))
-                changes[change[:5]] = known._replace(artifacts=(*known.artifacts, place))
+                known = changes.get(change[:4], change._replace(artifacts=()))
+                changes[change[:4]] = known._replace(artifacts=(*known.artifacts, place))
         texts = [text._replace(file=place) for place, other in self.unlike for text in (other.texts if other else ())]
         others = [(place, _NOT_AS_WRITTEN) for place, other in self.unlike if other is None]
         return Comparison(tuple(changes.values()), tuple(texts), same=False), others

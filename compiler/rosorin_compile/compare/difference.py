@@ -120,13 +120,13 @@ def lines(difference: Difference, full: bool = False) -> list[str]:
     """Return a comparison as lines of plain text, the most important differences first, a summary last."""
     if difference.a is None or difference.b is None:
         return [*(str(diagnostic) for diagnostic in difference.diagnostics), summary(difference)]
-    said = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
-    said += [item.text for item in difference.items]
+    shown = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
+    shown += [item.text for item in difference.items]
     if not full and len(difference.items) > _MOST:
-        said[2 + _MOST :] = [f"... {counted(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
-    said += [f"note: {note}" for note in difference.notes]
-    said += [f"not compared: {line}" for line in difference.not_compared]
-    return [printable(line, keep="\t") for line in [*said, summary(difference)]]
+        shown[2 + _MOST :] = [f"... {counted(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
+    shown += [f"note: {note}" for note in difference.notes]
+    shown += [f"not compared: {line}" for line in difference.not_compared]
+    return [printable(line, keep="\t") for line in [*shown, summary(difference)]]
 
 
 def _side(side: Side) -> str:

@@ -174,8 +174,8 @@ def _shape_of(solid: Solid) -> Shape:
         geometry = Ellipsoid(half)  # type: ignore[arg-type]
     else:
         geometry = {"cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}[solid.kind](*solid.sizes)
-    said = dict(word.split(" ", 1) for word in solid.words if word.split(" ", 1)[0] in ("name", "material", "texture"))
-    return Shape(geometry, place, rgba=solid.rgba, **said)  # type: ignore[arg-type]
+    words = dict(word.split(" ", 1) for word in solid.words if word.split(" ", 1)[0] in ("name", "material", "texture"))
+    return Shape(geometry, place, rgba=solid.rgba, **words)  # type: ignore[arg-type]
 
 
 def _plain(solid: Solid) -> Solid:

@@ -1,6 +1,7 @@
 """Overlays: one robot drawn under another one, and which links moved, for a page of changes.
 
-What moved itself is told apart from what only went with it. A shape that is where it was needs no second picture.
+Links that moved themselves are distinguished from those that were only carried. A shape that is where it was is not
+drawn twice.
 """
 
 from __future__ import annotations

@@ -23,10 +23,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.check_outputs import compare_committed, judged
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
-from rosorin_compile.compare.precision import printing_of
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics
 from rosorin_compile.formats.compiled import Compiled, Reading
@@ -39,6 +37,7 @@ from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
 from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.output.check_outputs import compare_committed, judged
 from rosorin_compile.request import FilePath, Request
 from rosorin_compile.rules import joint_states
 from rosorin_compile.rules import pulses as servo_pulses
@@ -60,6 +59,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
+from rosorin_compile.source.printing import printing_of
 from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
 from rosorin_compile.viewer import frames as frame_trees
@@ -320,7 +320,7 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
     if requests[1].arguments and not imported.takes_arguments:
         diagnostics.append(api_arguments.deaf(path))
     reduced = replace(found.robot, outputs=())
-    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree), path.parent)
+    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree).tolerance, path.parent)
     left_out = list(dict.fromkeys(left.what for left in imported.left_out))
     return _Loaded(side, diagnostics, left_out, None if imported.takes_arguments else path)
 

@@ -26,11 +26,11 @@ from rosorin_compile.viewer.page.write import Page
 from rosorin_compile.viewer.picture.draw import Picture
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.check_outputs import Committed
     from rosorin_compile.importing.new_robot import NewRobot
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
+    from rosorin_compile.output.check_outputs import Committed
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 

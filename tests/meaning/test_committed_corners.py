@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.committed import Comparison, compare
 from rosorin_compile.model import Robot
+from rosorin_compile.output.committed import Comparison, compare
 from support.robots import compiled_text, sound
 
 OUTPUTS = "outputs: {urdf: {file: r.urdf}, mjcf: {file: r.xml}, frames: {file: frames.md}, static_tf: {file: tf.py}}\n"

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.committed import Comparison, lines
+from rosorin_compile.output.committed import Comparison, lines
 from support.comparing import BASE, COMMITTED, against, edited, meaning
 from support.robots import compiled, copy_of_rosorin
 
@@ -66,19 +66,19 @@ EDITS = [
     pytest.param(
         *("rosorin.xml", "implicitfast", "Euler", 1),
         "rosorin.xml: different text; nothing that is compared by meaning differs: "
-        "option integrator Euler -> implicitfast",
+        'line 6 option: integrator="Euler" -> integrator="implicitfast"',
         id="not-compared",
     ),
     pytest.param(
         *("rosorin.xml", "</mujoco>", "", 1),
         "rosorin.xml: the committed file is damaged and compared as text alone "
-        f"(no element found: line {BEHIND}, column 0)",
+        f"(no element found: line {BEHIND}, column 0): line {BEHIND - 1} mujoco: nothing -> </mujoco>",
         id="damaged-xml",
     ),
     pytest.param(
         *("robot_model.json", '"parent": "base_link"', '"parent": 7', 1),
         "robot_model.json: the committed file is damaged and compared as text alone (7 is no name): "
-        "joints joint1 parent 7 -> base_link",
+        'line 1 parent: 7, -> "base_link",',
         id="damaged-json",
     ),
 ]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.committed import compare
+from rosorin_compile.output.committed import compare
 from support.comparing import DIFF, changed, told
 from support.robots import compiled
 

@@ -12,10 +12,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.compare.committed import Comparison, compare, lines
-from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.importing.same_model import model_differences
 from rosorin_compile.model import Robot
+from rosorin_compile.output.committed import Comparison, compare, lines
 from support.paths import DATA, ROSORIN
 from support.robots import compiled, copy_of_rosorin
 

@@ -178,7 +178,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     if not committed.same:
 
         def blocks() -> list[Block]:
-            from rosorin_compile.compare.text_report import blocks
+            from .check_tables import blocks
 
             return blocks(comparison.changes, comparison.texts, committed.meshes)
 

@@ -7,9 +7,9 @@ import sys
 import time
 from pathlib import Path
 
-from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.output.committed import compare
 from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.progress import Progress

@@ -6,20 +6,15 @@ A body is named after its topmost link. Which link of a body is attached to whic
 from __future__ import annotations
 
 import math
-import random
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Robot, Vector
 from rosorin_compile.model.geometry import angle_between, dot, minus, norm, unit
-from rosorin_compile.model.joint import motion
 
 from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, joined
-
-Positions = Mapping[str, float]
-NOWHERE: Positions = {}
 
 
 class Line(NamedTuple):
@@ -56,18 +51,10 @@ class Bodies:
         """The robot with every joint free to move on its own."""
         return replace(self.robot, joints=tuple(replace(joint, mimic=None) for joint in self.robot.joints))
 
-    def edge(self, joint: Joint, position: float = 0.0) -> Placed:
-        """Return the child of a joint in its parent at a position (rad or m)."""
+    def edge(self, joint: Joint) -> Placed:
+        """Return the child of a joint in its parent, the joint at zero."""
         length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)
-        origin = Placed(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
-        if not position or not joint.moves:
-            return origin
-        tilt, slides = self._tilt(joint), joint.type == "prismatic"
-        way = motion(joint.type, joint.axis, position)
-        return origin.then(Placed(way, tilt * abs(position) if slides else 0.0, 0.0 if slides else 2 * tilt))
-
-    def _tilt(self, joint: Joint) -> float:
-        return ROOT_THREE * self.precision("axis", *joint.axis) / (norm(joint.axis) or 1.0)
+        return Placed(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
 
     def above(self, top: str) -> str | None:
         """Return the body that a body moves against."""
@@ -85,12 +72,12 @@ class Bodies:
             lower = self.top[joint.parent]
         return found[::-1]
 
-    def relative(self, source: str, target: str, positions: Positions = NOWHERE) -> Placed:
-        """Return the pose of a link in another one of the same body, or of one above."""
+    def relative(self, source: str, target: str) -> Placed:
+        """Return the pose of a link in another one of the same body, or of one above; all joints at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
             found = found.then(self._within(here, joint.parent))
-            found = found.then(self.edge(joint, positions.get(joint.name, 0.0)))
+            found = found.then(self.edge(joint))
             here = joint.child
         return found.then(self._within(here, target))
 
@@ -117,11 +104,12 @@ class Bodies:
             link = found[-1].parent
         return found
 
-    def line(self, joint: Joint, target: str, positions: Positions = NOWHERE) -> Line:
+    def line(self, joint: Joint, target: str) -> Line:
         """Return the axis of a joint in the frame of a link that it moves."""
-        place = self.relative(joint.child, target, positions).inverse()
+        place = self.relative(joint.child, target).inverse()
         axis = place.transform.rotate(unit(joint.axis))
-        return Line(axis, place.transform.xyz, place.angle + 2 * self._tilt(joint), place.length)
+        tilt = 2 * ROOT_THREE * self.precision("axis", *joint.axis) / norm(joint.axis)
+        return Line(axis, place.transform.xyz, place.angle + tilt, place.length)
 
 
 class Gap(NamedTuple):
@@ -174,71 +162,40 @@ def motion_of(joint: Joint) -> str:
 
 
 def same_motion(
-    sides: tuple[Bodies, Bodies],
-    source: tuple[str, str],
-    target: tuple[str, str],
-    tolerance: float,
-    zeros: Positions = NOWHERE,
-    flipped: frozenset[str] = frozenset(),
+    a: Bodies, b: Bodies, source: str, target: str, tolerance: float, flipped: Collection[str] = ()
 ) -> bool:
     """Return True if a link has the same place in another one above it in two robots, wherever the joints are.
 
     A product of exponentials (R. Brockett): the place with all joints at zero and the axes of the joints between, seen
-    from the link, say all. ``zeros`` are positions of the second robot's joints where the first one's are at zero;
-    ``flipped`` are joints that count the other way round.
+    from the link, say all. ``flipped`` are joints that count the other way round.
     """
-    a, b = sides
-    ways = [side.joints_between(side.top[x], side.top[y]) for side, x, y in zip(sides, source, target, strict=True)]
+    ways = [side.joints_between(side.top[source], side.top[target]) for side in (a, b)]
     if ways[0] is None or ways[1] is None or list(map(motion_of, ways[0])) != list(map(motion_of, ways[1])):
         return False
-    if not gap(a.relative(source[0], target[0]), b.relative(source[1], target[1], zeros), tolerance).closed:
+    if not gap(a.relative(source, target), b.relative(source, target), tolerance).closed:
         return False
     for joint, twin in zip(*ways, strict=True):
-        if not has_axis(joint) or not has_axis(twin):
-            continue
-        old, new = a.line(joint, target[0]), b.line(twin, target[1], zeros)
-        if twin.name in flipped:
-            x, y, z = new.direction
-            new = new._replace(direction=(-x, -y, -z))
-        if turned(old, new, tolerance) or (joint.type != "prismatic" and shifted(old, new, tolerance)):
-            return False
+        if has_axis(joint) and has_axis(twin):
+            old, new = a.line(joint, target), b.line(twin, target)
+            if twin.name in flipped:
+                x, y, z = new.direction
+                new = new._replace(direction=(-x, -y, -z))
+            if turned(old, new, tolerance) or (joint.type != "prismatic" and shifted(old, new, tolerance)):
+                return False
     return True
 
 
 _STEPS = 16
-# How far joints without limits are moved (rad, m).
-_TURN, _SLIDE = math.pi, 0.5
+_TURN, _SLIDE = math.pi, 0.5  # how far joints without limits are moved (rad, m)
 
 
-def span_of(*joints: Joint | None) -> tuple[float, float]:
-    """Return the positions (rad or m) between which a joint is moved: the limits of the first joint that has some."""
-    reach = _SLIDE if any(joint is not None and joint.type == "prismatic" for joint in joints) else _TURN
-    for joint in joints:
-        limit = joint.limit if joint is not None and joint.type != "continuous" else None
+def positions_of(*joints: Joint) -> list[float]:
+    """Return positions (rad or m) of a joint, zero first, then from one limit to the other; of the first with some."""
+    reach = _SLIDE if joints[0].type == "prismatic" else _TURN
+    lower, upper = -reach, reach
+    for joint in reversed(joints):
+        limit = joint.limit if joint.type != "continuous" else None
         if limit is not None and limit.lower is not None and limit.upper is not None and limit.lower < limit.upper:
-            return max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
-    return -reach, reach
-
-
-def positions_of(*joints: Joint | None) -> list[float]:
-    """Return positions (rad or m) of a joint, zero first, then from one limit to the other."""
-    lower, upper = span_of(*joints)
+            lower, upper = max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
     steps = [lower + (upper - lower) * index / _STEPS for index in range(_STEPS + 1)]
     return [0.0, *(position for position in steps if abs(position) > 1e-6)]
-
-
-def random_states(joints: Iterable[tuple[Joint, float, float]], count: int, seed: int) -> list[dict[str, Any]]:
-    """Return states of joints, the same for a seed: each number (rad or m) between the two limits of its joint.
-
-    A joint has as many numbers as it has ``coordinates``; those of an orientation are not normalised.
-    """
-    chance = random.Random(seed)  # noqa: S311 - the same states in every run
-    drawn = list(joints)
-    return [
-        {joint.name: _random_position(joint, low, high, chance) for joint, low, high in drawn} for _ in range(count)
-    ]
-
-
-def _random_position(joint: Joint, low: float, high: float, chance: random.Random) -> float | Sequence[float]:
-    numbers = [chance.uniform(low, high) for _ in joint.coordinates]
-    return numbers if len(numbers) > 1 else sum(numbers)

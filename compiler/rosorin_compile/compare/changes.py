@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.carriers import carriers
 from rosorin_compile.model import Box, Robot
 
-from .describe import MOVING, NO_WORD, Describer, attached, joint_of, solids_left
-from .pairs import Pair, links_of
+from .describe import MOVING, Describer, attached, joint_of, solids_left
+from .names import links_of
+from .pairs import Pair
 from .precision import NOISE
 from .sentences import NEW, REMOVED, renamed, with_remark
 from .solids import same_set
@@ -119,16 +120,15 @@ def _grouped(robot: Robot, pairs: Sequence[Pair], found: Sequence[_Found]) -> It
             group.append(one)
     for address, some in groups.items():
         for group in some:
-            _, one, text = group[0]
+            text = group[0].text
             if not address.quantity and address.kind in ("frame", "link"):
-                word = NEW if one.old is None else REMOVED
+                word = NEW if group[0].difference.old is None else REMOVED
                 text = attached(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
             outputs = tuple(each.pair.name for each in group)
             yield Change(*address, text, outputs, (), tuple(each.difference for each in group))
 
 
 def _same_change(one: _Found, other: _Found) -> bool:
-    """Return True if two artifacts mean the same by a difference at one address."""
     (address, *values), others = one.difference, other.difference[1:]
     if not address.quantity and not isinstance(values[0] or values[1], frozenset):
         return (values[0] is None) == (others[0] is None)
@@ -176,19 +176,12 @@ def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
 
 
 def _merge(changes: list[Change], change: Change) -> None:
-    """Add a change, or its artifact to the same change; an artifact may have had no word before."""
+    """Add a change, or its artifact to the same change."""
     for at, other in enumerate(changes):
-        if other[:3] == change[:3] and (
-            other.text == change.text
-            or (NO_WORD in f"{other.text} {change.text}" and _after(other.text) == _after(change.text))
-        ):
+        if other[:4] == change[:4]:
             changes[at] = other._replace(artifacts=(*other.artifacts, *change.artifacts))
             return
     changes.append(change)
-
-
-def _after(text: str) -> tuple[str, str]:
-    return text.partition(":")[0], text.rpartition(" -> ")[2]
 
 
 def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool:

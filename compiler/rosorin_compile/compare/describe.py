@@ -17,6 +17,7 @@ from .sentences import (
     AXES,
     NEW,
     REMOVED,
+    Apart,
     axis_change,
     cells_change,
     centre_change,
@@ -25,7 +26,7 @@ from .sentences import (
     existence,
     far,
     inertia_change,
-    mimic_text,
+    is_number,
     near_angles,
     number,
     number_pair,
@@ -36,7 +37,7 @@ from .sentences import (
     value_change,
     with_remark,
 )
-from .solids import SIZES, Solid, largest_step, match, turned_by
+from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
 from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
 
 MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
@@ -77,23 +78,16 @@ def about(address: Address) -> str:
     return f"pose {name}: {quantity}" if kind == "pose" else f"{kind} {name} {quantity}".rstrip()
 
 
-class Describer:
+class Describer(NamedTuple):
     """Describes differences of leaves, under the names of a robot.
 
     ``sides`` are the leaves of both values; ``precisions`` are how well their numbers are known.
     """
 
-    def __init__(
-        self,
-        robot: Robot,
-        sides: tuple[Leaves, Leaves],
-        precisions: tuple[Precision, Precision] = (exact, exact),
-        tolerance: float = NOISE,
-    ) -> None:
-        self.robot = robot
-        self.sides = sides
-        self.precisions = precisions
-        self.tolerance = tolerance
+    robot: Robot
+    sides: tuple[Leaves, Leaves]
+    precisions: tuple[Precision, Precision] = (exact, exact)
+    tolerance: float = NOISE
 
     def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
         """Yield the sentences for each difference; some report several leaves."""
@@ -141,21 +135,20 @@ class Describer:
 
     def _unit(self, address: Address, value: Any) -> str:
         kind, name, quantity = address
-        if isinstance(value, (str, bool, tuple, frozenset, Pose)):
+        if not is_number(value):
             return ""
         if kind == "joint":
             return unit_of(self.robot.joint.get(name), quantity)
         if kind == "pose":
             joint = self.robot.joint.get(quantity)
             return "" if joint is None else joint.unit
-        if quantity in ("rad per pulse", "radius"):
-            return "rad" if quantity == "rad per pulse" else "m"
-        return "kg" if quantity == "mass" else "m" if kind == "height map" else ""
+        usual = "m" if kind == "height map" else ""
+        return {"rad per pulse": "rad", "radius": "m", "mass": "kg"}.get(quantity, usual)
 
     def _mimic(self, joint: str, side: int) -> str:
-        entry = self.sides[side].get(("joint", joint), {})
-        numbers = entry.get("mimic multiplier", 1.0), entry.get("mimic offset", 0.0)
-        return mimic_text(entry.get("mimic joint") or "", *numbers)
+        of = self.sides[side].get(("joint", joint), {})
+        leader, factor, offset = of.get("mimic joint"), of.get("mimic multiplier", 1.0), of.get("mimic offset", 0.0)
+        return f"{leader} * {number(factor)} + {number(offset)}" if leader else "nothing"
 
     def _placed(self, frame: str, old: Pose, new: Pose) -> str:
         known = self._known("xyz", old.xyz, new.xyz), self._known("rpy", old.rpy, new.rpy)
@@ -233,31 +226,25 @@ def shapes_change(
     Of a few solids each is described; of more how many changed, and by how much.
     """
     start, (before, after) = f"{link} {purpose}", counts
-    if max(len(removed), len(added)) <= FEW:
-        pairs = [((removed[old],), (added[new],)) for old, new in likened(removed, added)]
-        found = [ShapeChange(text, *both) for both in pairs if (text := _numbers(start, both[0][0], both[1][0]))]
+    is_few = max(len(removed), len(added)) <= FEW
+    became = likened(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
+    pairs = [(removed[i], added[j]) for i, j in became]
+    numbers = [ShapeChange(text, [a], [b]) for a, b in pairs if (text := _numbers(start, a, b))]
+    words = [ShapeChange(text, [a], [b]) for a, b in pairs for text in _words(start, a, b)]
+    if is_few and before != after:
+        left = [one for at, one in enumerate(removed) if at not in dict(became)]
+        rest = [one for at, one in enumerate(added) if at not in dict(became).values()]
+        numbers.append(ShapeChange(f"{start}: {before} -> {after} shapes", left, rest))
+    elif not is_few:
+        texts = dict.fromkeys(change.text for change in words) if len(removed) == len(added) else {}
+        words = [ShapeChange(text, removed, added) for text in texts] if len(texts) <= FEW else []
+        largest = largest_step(pairs)
+        by = f"{len(pairs)} of {{}} changed" + (f", up to {amount(largest, 'm')}" if largest else "")
+        text = by.format(counted(before, "shape"))
         if before != after:
-            left = [
-                [one for one in some if all(one is not pair[at][0] for pair in pairs)]
-                for at, some in enumerate((removed, added))
-            ]
-            found.append(ShapeChange(f"{start}: {before} -> {after} shapes", *left))
-        return found + [ShapeChange(text, *both) for both in pairs for text in _words(start, both[0][0], both[1][0])]
-    words: dict[str, None] = {}
-    if len(removed) == len(added):
-        both = list(zip(removed, added, strict=True))
-        words = dict.fromkeys(text for one, other in both for text in _words(start, one, other))
-        words = words if len(words) <= FEW else {}
-        if words and not any(_numbers(start, *one) for one in both):
-            return [ShapeChange(text, removed, added) for text in words]
-    changed = min(len(removed), len(added))
-    largest = largest_step(removed, added) if changed else None
-    far_text = f", up to {amount(largest, 'm')}" if largest else ""
-    if before == after:
-        text = f"{start}: {changed} of {counted(before, 'shape')} changed{far_text}"
-    else:
-        text = f"{start}: {before} -> {after} shapes" + (f", {changed} of them changed{far_text}" if changed else "")
-    return [ShapeChange(text, removed, added) for text in (text, *words)]
+            text = f"{before} -> {after} shapes" + (f", {by.format('them')}" if pairs else "")
+        numbers = [ShapeChange(f"{start}: {text}", removed, added)] if numbers or not words else []
+    return [*numbers, *words]
 
 
 def likened(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
@@ -273,7 +260,6 @@ def likened(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]
 
 
 def _unlike(one: Solid, other: Solid) -> tuple[int, float]:
-    """Return in how many ways two solids differ, and how far their middles are apart (m)."""
     kinds = len(SIZES) * (one.kind != other.kind)
     return kinds + sum(a != b for a, b in zip(one[1:6], other[1:6], strict=True)), math.dist(one.centre, other.centre)
 
@@ -281,9 +267,7 @@ def _unlike(one: Solid, other: Solid) -> tuple[int, float]:
 def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
     """Yield what changed of a solid besides its numbers: its colour, name, material or file."""
     tint = NOISE + joined(one.colour_tolerance, other.colour_tolerance)
-    if (one.rgba is None) != (other.rgba is None) or any(
-        abs(a - b) > tint for a, b in zip(one.rgba or (), other.rgba or (), strict=True)
-    ):
+    if not same_colour(one.rgba, other.rgba, tint):
         yield colour_change(start, one.rgba, other.rgba)
     with_file = one.kind == other.kind  # else the numbers name it
     before, after = ([word for word in some.words if with_file or not _is_file(word)] for some in (one, other))
@@ -300,40 +284,43 @@ def _is_file(word: str) -> bool:
 
 def _numbers(start: str, one: Solid, other: Solid) -> str:
     """Return what became of the kind, size and place of a solid; empty if words alone changed."""
-    parts = _parts(one, other, tolerant=True)
+    known = joined(one.tolerance, other.tolerance), joined(one.turn_tolerance, other.turn_tolerance)
+    parts = _parts(one, other, (NOISE + known[0], NOISE + known[1]))
     if not parts and (one.words, one.rgba) == (other.words, other.rgba):
-        parts = _parts(one, other, tolerant=False)
+        parts = _parts(one, other, (0.0, 0.0))
     kind = f" {one.kind}" if one.kind == other.kind else ""
     return f"{start}:{kind} {', '.join(parts)}" if parts else ""
 
 
-def _parts(one: Solid, other: Solid, tolerant: bool) -> list[str]:
+def _parts(one: Solid, other: Solid, least: Apart) -> list[str]:
+    """Return what became of the kind, the size and the place of a solid; ``least`` and below is no difference."""
     parts = []
+    boxes = [solid.box for solid in (one, other)]
     if one.kind != other.kind:
         parts.append(f"{_sized(one)} -> {_sized(other)}")
     elif one.kind == "mesh":
         parts += [f"scale {row(one.sizes)} -> {row(other.sizes)}"] if one.sizes != other.sizes else []
-    elif sizes := _sizes(one, other):
-        texts = [f"{name} {' -> '.join(number_pair(old, new))} m" for name, old, new in sizes]
-        _, old, new = sizes[0]
-        parts.append(", ".join(texts) if len(texts) > 1 else with_remark(texts[0], step(new - old, old, "m")))
-    if one.box is None or other.box is None:  # the corners of a box along the axes say where it is
-        parts += _place(one, other, tolerant)
-    return parts
+    else:
+        names, values = list(SIZES[one.kind]), [one.sizes, other.sizes]
+        if boxes[0] and boxes[1]:
+            names = [f"{end} {axis}" for end in ("min", "max") for axis in AXES]
+            values = [(*box.lower, *box.upper) for box in boxes if box]
+        steps = [(name, a, b) for name, a, b in zip(names, *values, strict=True) if abs(b - a) > least[0]]
+        texts = [f"{name} {' -> '.join(number_pair(a, b))} m" for name, a, b in steps]
+        by = step(steps[0][2] - steps[0][1], steps[0][1], "m") if len(steps) == 1 else ""
+        parts += [with_remark(", ".join(texts), by)] if texts else []
+    # The corners of a box along the axes say where it is.
+    return parts if boxes[0] and boxes[1] else parts + _place(one, other, least)
 
 
 def _sized(solid: Solid) -> str:
-    """Return a solid with its file or its sizes."""
     if solid.kind == "mesh":
         return " ".join(["mesh", *filter(_is_file, solid.words)])
     sizes = [f"{name} {number(size)} m" for name, size in zip(SIZES[solid.kind], solid.sizes, strict=True)]
     return f"{solid.kind} ({', '.join(sizes)})"
 
 
-def _place(one: Solid, other: Solid, tolerant: bool) -> list[str]:
-    """Return where a solid went, if it did; ``tolerant`` as well as that is known."""
-    known = joined(one.tolerance, other.tolerance), joined(one.turn_tolerance, other.turn_tolerance)
-    least = (NOISE + known[0], NOISE + known[1]) if tolerant else (0.0, 0.0)
+def _place(one: Solid, other: Solid, least: Apart) -> list[str]:
     distance, angle = math.dist(one.centre, other.centre), turned_by(one, other)
     distance, angle = (distance if distance > least[0] else 0.0), (angle if angle > least[1] else 0.0)
     if not distance and not angle:
@@ -343,16 +330,3 @@ def _place(one: Solid, other: Solid, tolerant: bool) -> list[str]:
     roll, pitch, yaw = (b - math.tau * round((b - a) / math.tau) for a, b in zip(old.rpy, new.rpy, strict=True))
     steps = coordinates(old, Pose(new.xyz, (roll, pitch, yaw)), (distance, angle), least)
     return [with_remark(far(distance, angle, verbs=True), steps)]
-
-
-def _sizes(one: Solid, other: Solid) -> list[tuple[str, float, float]]:
-    """Return the sizes that changed, of boxes along the axes their corners, each with its name."""
-    allowed = joined(one.tolerance, other.tolerance)
-    first, second = one.box, other.box
-    if first is not None and second is not None:
-        names = [f"{end} {axis}" for end in ("min", "max") for axis in AXES]
-        rows = zip(names, (*first.lower, *first.upper), (*second.lower, *second.upper), strict=True)
-    else:
-        rows = zip(SIZES[one.kind], one.sizes, other.sizes, strict=True)
-    steps = [(name, a, b) for name, a, b in rows if abs(b - a) > NOISE]
-    return [(name, a, b) for name, a, b in steps if abs(b - a) > allowed] or (steps if first and second else [])

@@ -12,11 +12,11 @@ from rosorin_compile.formats.carriers import carriers, inertials_at
 from rosorin_compile.model import Robot
 from rosorin_compile.model.looks import shows_collision
 
-from .difference import DEFAULT_TOLERANCE, KINDS, YAML, Difference, Item, Side
+from .difference import DEFAULT_TOLERANCE, KINDS, YAML, Difference, Item, Report, Side
 from .frames import compare_frames
 from .masses import compare_masses
+from .names import renamed_robot
 from .pairing import Pairing, compare_names, pair
-from .renaming import renamed
 from .sections import compare_sections
 from .sentences import several
 from .shapes import compare_shapes
@@ -33,24 +33,18 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
         a, b = (side._replace(robot=side.robot.as_said()) for side in (a, b))
     pairing = pair_sides(a, b, tolerance, prefix)
     missing, not_compared = not_carried(pairing, a, b)
-    frames = compare_frames(pairing)
-    rest = compare_sections(pairing, (a, b), frames.coordinates)
-    items, notes = [*frames.items, *rest.items], [*_prefix_note(pairing, a, b)]
-    not_compared += rest.not_compared
-    if "mass" not in rest.topics:
-        found, remarks = compare_masses(pairing, frames.origins)
-        items += found
-        notes += remarks
-    for purpose in ("collision", "visual"):
-        if purpose not in rest.topics:
-            shapes = compare_shapes(pairing, (a, b), frames.origins, purpose)
-            items += shapes.items
-            notes += shapes.notes
-            not_compared += shapes.not_compared
-    items += compare_names(pairing, missing, "fixed joint name" not in rest.topics)
+    report = Report([], _prefix_note(pairing, a, b), not_compared)
+    frames = compare_frames(pairing, report)
+    topics = compare_sections(pairing, (a, b), frames.flipped, report)
+    if "mass" not in topics:
+        compare_masses(pairing, frames.origins, report)
+    for purpose in [one for one in ("collision", "visual") if one not in topics]:
+        compare_shapes(pairing, (a, b), frames.origins, purpose, report)
+    report.items.extend(compare_names(pairing, missing, "fixed joint name" not in topics))
     if a.robot.name != b.robot.name and a.format.names_robot and b.format.names_robot:
-        notes.append(f"the robot is called {a.robot.name} in A, {b.robot.name} in B")
-    return Difference(a, b, _arranged(pairing, items), tuple(notes), tuple(not_compared), tolerance)
+        report.notes.append(f"the robot is called {a.robot.name} in A, {b.robot.name} in B")
+    items = _arranged(pairing, report.items)
+    return Difference(a, b, items, tuple(report.notes), tuple(report.not_compared), tolerance)
 
 
 def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairing:
@@ -61,8 +55,11 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairin
         if other.format.names is not None and output is not None:  # a description says how an artifact calls its links
             names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
-            changed = other._replace(robot=renamed(other.robot, free, {}))
-            return pair(*((a, changed) if other is b else (changed, b)), tolerance, prefix)
+            changed = other._replace(robot=renamed_robot(other.robot, free, {}))
+            pairing = pair(*((a, changed) if other is b else (changed, b)), tolerance, prefix)
+            steps = pairing.steps
+            found = (steps[0], [(free, {}), *steps[1]]) if other is b else ([(free, {}), *steps[0]], steps[1])
+            return pairing._replace(steps=found)
     return pair(_carrying(a, b), _carrying(b, a), tolerance, prefix)
 
 
@@ -143,7 +140,6 @@ def _prefix_note(pairing: Pairing, a: Side, b: Side) -> list[str]:
 
 
 def _arranged(pairing: Pairing, items: list[Item]) -> tuple[Item, ...]:
-    """Return the differences, the most important kind first, each kind in the order of the tree."""
     order = {name: index for index, name in enumerate([*pairing.a.order, *pairing.b.order])}
     for bodies in (pairing.b, pairing.a):
         order |= {joint.name: order[joint.child] for joint in bodies.robot.joints if joint.name not in bodies.order}

@@ -7,93 +7,55 @@ from some cluster of a body above, wherever the joints between are.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Pose
+from rosorin_compile.model import Joint, Limit, Pose
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
-from .bodies import (
-    Bodies,
-    Gap,
-    Line,
-    gap,
-    has_axis,
-    motion_of,
-    positions_of,
-    same_motion,
-    shifted,
-    span_of,
-    turned,
-)
-from .difference import FRAME, JOINT, Item
+from .bodies import Bodies, Gap, Line, gap, has_axis, motion_of, positions_of, same_motion, shifted, turned
+from .difference import FRAME, JOINT, Item, Report
 from .pairing import Pairing
 from .precision import Placed
 from .sentences import axis_change, far, near_angles, number, placed, row, several, text_of, value_change
 
-_LEAST = 1e-6  # rad, m: no shift of zero
-
-
-class Coordinate(NamedTuple):
-    """How a joint of B counts: its position is ``sign`` times that of A, plus ``shift`` (rad or m)."""
-
-    joint: Joint
-    twin: Joint
-    sign: int
-    shift: float
-    same_limits: bool
-
-    def of(self, position: float) -> float:
-        """Return the position in B of a position in A."""
-        return self.sign * position + self.shift
-
-    def item(self) -> Item:
-        """Return the difference in words."""
-        name, axes = self.joint.name, (self.joint.axis, self.twin.axis)
-        limits = "its limits follow" if self.same_limits else "its limits do not follow"
-        if self.sign < 0:
-            shift = f", zero is shifted by {number(self.shift)}" if self.shift else ""
-            text = f"{axis_change(name, *axes, math.pi)}{shift}; {limits}"
-        else:
-            shift = f"position in B = position in A {'-' if self.shift < 0 else '+'} {number(abs(self.shift))}"
-            text = f"{name} counts from another zero: {shift}; {limits}"
-        return Item(JOINT, name, "coordinate", text, row(axes[0]), row(axes[1]), when="always")
+_LEAST = 1e-6  # rad, m: no difference of limits
 
 
 class Frames(NamedTuple):
-    """What differs in frames, and what the comparison of other things builds on.
+    """What the comparison of other things builds on.
 
-    ``origins`` are the frames of bodies of A in which their shapes and masses are compared; ``coordinates`` are joints
-    whose positions count otherwise.
+    ``origins`` are the frames of bodies of A in which their shapes and masses are compared; ``flipped`` are joints that
+    count the other way round, each with whether its limits do, too.
     """
 
-    items: list[Item]
     origins: Mapping[str, str]
-    coordinates: Mapping[str, Coordinate]
+    flipped: Mapping[str, bool]
 
 
-def compare_frames(pairing: Pairing) -> Frames:
-    """Return which frames moved, by how much, and at which positions of the joints."""
-    work = _Frames(pairing)
+def compare_frames(pairing: Pairing, report: Report) -> Frames:
+    """Report which frames moved, by how much, and at which positions of the joints."""
+    work = _Frames(pairing, report.items)
     for index, top in enumerate(pairing.bodies):
         Progress.step("comparing frames", index, len(pairing.bodies))
         work.body(top)
-    items = [*work.items, *_elsewhere(pairing)]
-    return Frames(items, {top: clusters[0][0] for top, clusters in work.clusters.items()}, work.coordinates)
+    report.items.extend(_elsewhere(pairing))
+    return Frames({top: clusters[0][0] for top, clusters in work.clusters.items()}, work.flipped)
 
 
 class _Frames:
     """Goes through the bodies of A from the root down; collects what differs."""
 
-    def __init__(self, pairing: Pairing) -> None:
+    def __init__(self, pairing: Pairing, items: list[Item]) -> None:
         self.pairing = pairing
         self.a, self.b = pairing.a, pairing.b
-        self.items: list[Item] = []
+        self.items = items
         self.clusters: dict[str, list[list[str]]] = {}
         self.moved: set[str] = set()
-        self.coordinates: dict[str, Coordinate] = {}
+        self.flipped: dict[str, bool] = {}
 
     def body(self, top: str) -> None:
         """Compare one body with the bodies above it, then its own clusters."""
@@ -104,8 +66,8 @@ class _Frames:
         if joint is not None and twin is not None:
             same_kind = motion_of(joint) == motion_of(twin)
             if same_kind:
-                self._count(joint, twin, clusters, top)
-                in_place = self._in_place(clusters, top, self.coordinates)
+                self._flip(joint, twin, clusters, top)
+                in_place = self._in_place(clusters, top, self.flipped)
                 near = next((cluster for cluster in clusters if joint.child in cluster), first)
                 first = in_place[0] if in_place else near
             if not in_place:
@@ -134,21 +96,14 @@ class _Frames:
                 home.append(name)
         return sorted(found, key=lambda cluster: (self.a.robot.root not in cluster, -len(cluster)))
 
-    def _zeros(self) -> dict[str, float]:
-        return {name: coordinate.of(0.0) for name, coordinate in self.coordinates.items()}
-
     def _gap(self, source: str, target: str) -> Gap:
-        """Return how far a frame is apart in the two robots, seen from another one, with the joints at zero."""
-        places = self.a.relative(source, target), self.b.relative(source, target, self._zeros())
-        return gap(*places, self.pairing.tolerance)
+        return gap(self.a.relative(source, target), self.b.relative(source, target), self.pairing.tolerance)
 
-    def _in_place(self, clusters: list[list[str]], top: str, coordinates: Mapping[str, Coordinate]) -> list[list[str]]:
+    def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
         """Return the clusters of a body that are in their place seen from the body above, or one further up.
 
         Further up counts only where the body above moved itself: over a long way rounding adds up.
         """
-        zeros = {name: one.of(0.0) for name, one in coordinates.items()}
-        flipped = frozenset(name for name, one in coordinates.items() if one.sign < 0)
         joint, upper = self.a.robot.joint_to[top], self.a.above(top)
         goals = [joint.child if joint.child in cluster else cluster[0] for cluster in clusters]
         while upper is not None:
@@ -157,32 +112,22 @@ class _Frames:
                 found = [
                     cluster
                     for cluster, goal in zip(clusters, goals, strict=True)
-                    if any(self._same(end, goal, zeros, flipped) for end in ends)
+                    if any(same_motion(self.a, self.b, end, goal, self.pairing.tolerance, flipped) for end in ends)
                 ]
                 if found or upper not in self.moved:
                     return found
             upper = self.a.above(upper)
         return []
 
-    def _same(self, source: str, target: str, zeros: Mapping[str, float], flipped: frozenset[str]) -> bool:
-        ends = (source, source), (target, target)
-        return same_motion((self.a, self.b), *ends, self.pairing.tolerance, zeros, flipped)
-
-    def _count(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
-        """Note how a joint of B counts, if it counts otherwise and moves the same way.
-
-        A shift of zero is taken for one only if the limits are shifted, too: otherwise the joint was turned.
-        """
-        if not joint.moves or self._in_place(clusters, top, self.coordinates):
+    def _flip(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
+        """Note that a joint of B counts the other way round, if it moves the same way otherwise."""
+        known = {*self.flipped, joint.name}
+        if not joint.moves or self._in_place(clusters, top, self.flipped) or not self._in_place(clusters, top, known):
             return
-        for sign in (-1, 1):
-            for shift in [0.0] * (sign < 0) + _shifts(joint, twin, sign):
-                trial = Coordinate(joint, twin, sign, shift, _follows(joint, twin, sign, shift))
-                known = {**self.coordinates, joint.name: trial}
-                if (trial.same_limits or not shift) and self._in_place(clusters, top, known):
-                    self.coordinates = known
-                    self.items.append(trial.item())
-                    return
+        follows = self.flipped[joint.name] = _limits_follow(joint, twin)
+        limits = "its limits follow" if follows else "its limits do not follow"
+        text = f"{axis_change(joint.name, joint.axis, twin.axis, math.pi)}; {limits}"
+        self.items.append(Item(JOINT, joint.name, "coordinate", text, row(joint.axis), row(twin.axis), when="always"))
 
     def _moved_joint(self, joint: Joint, twin: Joint, target: str, same_kind: bool) -> None:
         """Add what became of a joint whose body is nowhere in its place: its parent, its place and its axis."""
@@ -191,10 +136,10 @@ class _Frames:
         if is_elsewhere and same_kind:
             text = value_change(f"{joint.child} parent", joint.parent, twin.parent)
             self.items.append(Item(JOINT, joint.name, "parent", text, joint.parent, twin.parent))
-            places = self.a.edge(joint), self.b.edge(twin, self._zeros().get(joint.name, 0.0))
+            places = self.a.edge(joint), self.b.edge(twin)
             self._moved(JOINT, joint.name, joint.child, (joint.parent, twin.parent), places)
         elif source:
-            places = self.a.relative(source, target), self.b.relative(source, target, self._zeros())
+            places = self.a.relative(source, target), self.b.relative(source, target)
             self._moved(JOINT, joint.name, target, (source, source), places)
         if not has_axis(joint) or not has_axis(twin):
             return
@@ -220,8 +165,7 @@ class _Frames:
         worst, at, frame, angle = 0.0, 0.0, "", 0.0
         robots = self.a.without_followers, self.b.without_followers
         for position in positions_of(joint, twin):
-            states = {joint.name: position}, {**self._zeros(), joint.name: position}
-            poses = [robot.poses_in_root(state) for robot, state in zip(robots, states, strict=True)]
+            poses = [robot.poses_in_root({joint.name: position}) for robot in robots]
             back = [places[source].inverse() for places in poses]
             for name in below:
                 one, other = (way.then(places[name]) for way, places in zip(back, poses, strict=True))
@@ -230,12 +174,9 @@ class _Frames:
                     worst, at, frame = distance, position, name
         text = f"{item.text}: {frame} off by up to {far(worst, angle)} at {joint.name} = {number(at)}"
         text += f", only when {joint.name} is away from 0"
-        name, quantity = item.name, item.quantity
-        values = item.before, item.after, item.unit
-        return Item(JOINT, name, quantity, text, *values, worst, angle, "away from 0", {joint.name: at})
+        return replace(item, text=text, distance=worst, angle=angle, when="away from 0", at={joint.name: at})
 
     def _below(self, joint: Joint, name: str, source: str) -> bool:
-        """Return True if a link is moved by a joint in both robots."""
         ways = [side.joints_between(side.top[source], side.top[name]) or [] for side in (self.a, self.b)]
         return all(joint.name in {one.name for one in way} for way in ways)
 
@@ -284,26 +225,10 @@ def _axis_item(joint: Joint, twin: Joint, frame: str, lines: tuple[Line, Line], 
     return None
 
 
-def _bounds(joint: Joint) -> tuple[float, float] | None:
-    limit = joint.limit if joint.type != "continuous" else None
-    return None if limit is None or limit.lower is None or limit.upper is None else (limit.lower, limit.upper)
-
-
-def _shifts(joint: Joint, twin: Joint, sign: int) -> list[float]:
-    """Return the shift of zero by which the limits differ; none without limits."""
-    mine, theirs = _bounds(joint), _bounds(twin)
-    shift = theirs[0] - (mine[0] if sign > 0 else -mine[1]) if mine and theirs else 0.0
-    return [shift] if abs(shift) > _LEAST else []
-
-
-def _follows(joint: Joint, twin: Joint, sign: int, shift: float) -> bool:
-    """Return True if the limits of a joint of B are those of A as B counts."""
-    mine, theirs = _bounds(joint), _bounds(twin)
-    if mine is None or theirs is None:
-        return mine is theirs
-    ends = sorted(sign * end + shift for end in mine)
-    allowed = _LEAST * max(1.0, *map(abs, span_of(joint)))
-    return all(math.isclose(a, b, abs_tol=allowed) for a, b in zip(ends, theirs, strict=True))
+def _limits_follow(joint: Joint, twin: Joint) -> bool:
+    one, other = (j.limit if j.limit is not None and j.type != "continuous" else Limit() for j in (joint, twin))
+    ends = [(one.lower, other.upper), (one.upper, other.lower)]
+    return all(a is b if a is None or b is None else abs(a + b) < _LEAST for a, b in ends)
 
 
 def _elsewhere(pairing: Pairing) -> Iterator[Item]:

@@ -10,7 +10,7 @@ from rosorin_compile.model.mass import together
 
 from .bodies import Bodies
 from .describe import Describer
-from .difference import MASS, Item
+from .difference import MASS, Item, Report
 from .pairing import Pairing
 from .precision import Precision
 from .sentences import row, several
@@ -19,13 +19,11 @@ from .walk import Difference, compare_leaves, inertial_leaves
 _INERTIAL = ("mass", "centre of mass", "inertia")
 
 
-def compare_masses(pairing: Pairing, origins: Mapping[str, str]) -> tuple[list[Item], list[str]]:
-    """Return what differs in the masses of the links that both robots have, and notes on bodies.
+def compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
+    """Report what differs in the masses of the links that both robots have.
 
     ``origins`` are the frames in which bodies of A are compared as a whole.
     """
-    items: list[Item] = []
-    notes: list[str] = []
     robots = pairing.a.robot, pairing.b.robot
     found = {name: _link(pairing, name) for name in pairing.shared}
     for top, goal in pairing.bodies.items():
@@ -38,13 +36,12 @@ def compare_masses(pairing: Pairing, origins: Mapping[str, str]) -> tuple[list[I
                 _whole(side, names, origins[top]) for side, names in zip((pairing.a, pairing.b), sides, strict=True)
             ]
             if not _differences(top, wholes, pairing.tolerance):
-                names = several(sorted(differing, key=lambda name: (name not in found, name)))
-                notes.append(
-                    f"the mass of the body of {top} is shared out otherwise ({names}); as a whole it is the same"
-                )
+                links = several(sorted(differing, key=lambda name: (name not in found, name)))
+                text = f"the mass of the body of {top} is shared out otherwise ({links}); as a whole it is the same"
+                report.notes.append(text)
                 found |= dict.fromkeys(differing, ())
-    items = [item for name in pairing.shared for item in _items(pairing, name, found[name])]
-    return items, notes
+    for name in pairing.shared:
+        report.items.extend(_items(pairing, name, found[name]))
 
 
 def _link(pairing: Pairing, name: str) -> Sequence[Difference]:

@@ -1,21 +1,29 @@
-"""Pair two robots: links and joints under common names, and their bodies.
-
-Which link of B is which link of A follows from a prefix and from new names for the same thing.
-"""
+"""Pair two robots: links and joints under common names, and their bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from difflib import SequenceMatcher
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Robot
 
-from .bodies import Bodies, same_motion
+from .bodies import Bodies
 from .difference import JOINT, NAME, Item, Side
-from .renaming import renamed
-from .sentences import existence
-from .sentences import renamed as renamed_text
+from .names import (
+    Names,
+    new_joint_names,
+    new_link_names,
+    prefix_of,
+    renamed_robot,
+    with_joint_names,
+    with_link_names,
+    without_prefix,
+)
+from .sentences import existence, renamed
+from .walk import Leaves, leaves
+
+Steps = Sequence[tuple[Names, Names]]
 
 
 class Pairing(NamedTuple):
@@ -23,17 +31,18 @@ class Pairing(NamedTuple):
 
     ``bodies`` are the bodies of A (by their topmost link) that B has too, with those of B; ``links`` and ``joints`` are
     the names in A of what B calls otherwise, by B's name without its prefix; ``prefix`` is what all names of
-    ``prefixed`` ("A", "B" or "") begin with.
+    ``prefixed`` ("A", "B" or "") begin with. ``steps`` are all new names of links and joints, of A and of B.
     """
 
     a: Bodies
     b: Bodies
     bodies: Mapping[str, str]
-    links: Mapping[str, str]
-    joints: Mapping[str, str]
+    links: Names
+    joints: Names
     prefix: str
     prefixed: str
     tolerance: float
+    steps: tuple[Steps, Steps]
 
     @property
     def shared(self) -> list[str]:
@@ -44,34 +53,39 @@ class Pairing(NamedTuple):
         """Return the joints that move a body of A and its counterpart in B."""
         return self.a.robot.joint_to.get(top), self.b.robot.joint_to.get(self.bodies[top])
 
+    def named(self, at: int, found: Leaves, other: Leaves) -> Leaves:
+        """Return leaves of A or B under the common names; ``other`` are those of the other robot."""
+        for links, joints in self.steps[at]:
+            found = with_joint_names(with_link_names(found, links, other), joints, other)
+        return found
+
 
 def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairing:
     """Pair two robots, link by link. ``prefix`` is what all names of B begin with; None: find it out."""
-    one, other, prefixed = a.robot, b.robot, "B" if prefix else ""
+    robots, at = [a.robot, b.robot], 1
+    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]] = ([], [])
     if prefix is None:
-        prefix = prefix_of(one, other)
-        prefixed = "B" if prefix else ""
-        if not prefix:
-            prefix = prefix_of(other, one)
-            prefixed = "A" if prefix else ""
-    if prefixed == "B":
-        other = without_prefix(other, prefix)
-    elif prefixed == "A":
-        one = without_prefix(one, prefix)
-    links = _new_names(Bodies(one, a.printing), Bodies(other, b.printing), tolerance)
-    other = renamed(other, links, {})
-    first = Bodies(one, a.printing, _split(one, other))
-    second = Bodies(other, b.printing, _split(other, one))
-    bodies = _bodies(first, second)
-    joints = _joints(first, second, bodies)
-    if joints:
-        other = renamed(other, {}, joints)  # bodies are named after links, and stay
-        second = Bodies(other, b.printing, _split(other, one))
-    return Pairing(first, second, bodies, links, joints, prefix, prefixed, tolerance)
+        found = [prefix_of(robots[1 - side], robots[side]) for side in (0, 1)]
+        at = 1 if found[1] or not found[0] else 0
+        prefix = found[at]
+    if prefix:
+        names = without_prefix(robots[at].link, prefix), without_prefix(robots[at].joint, prefix)
+        robots[at] = renamed_robot(robots[at], *names)
+        steps[at].append(names)
+    links = new_link_names(*(leaves(replace(robot, edges=())) for robot in robots[::-1]))
+    other = renamed_robot(robots[1], links, {})
+    joints = new_joint_names(leaves(other), leaves(robots[0]))
+    # A name that a joint of B gets must be free, or become free.
+    for name in sorted({name for name in other.joint if name not in joints} & set(joints.values())):
+        joints[name] = f"{name} (of B)"
+    one, other = robots[0], renamed_robot(other, {}, joints)
+    steps[1].append((links, joints))
+    first, second = Bodies(one, a.printing, _split(one, other)), Bodies(other, b.printing, _split(other, one))
+    prefixed = "AB"[at] if prefix else ""
+    return Pairing(first, second, _bodies(first, second), links, joints, prefix, prefixed, tolerance, steps)
 
 
 def _split(one: Robot, other: Robot) -> frozenset[str]:
-    """Return the fixed joints of a robot that move in the other one."""
     found = []
     for joint in one.joints:
         twin = other.joint_to.get(joint.child)
@@ -98,108 +112,6 @@ def _bodies(a: Bodies, b: Bodies) -> dict[str, str]:
     return {top: found[top] for top in a.members if top in found}
 
 
-def _joints(a: Bodies, b: Bodies, bodies: Mapping[str, str]) -> dict[str, str]:
-    """Return the joints of B that A calls otherwise: those that move the same bodies, and those that fix a link."""
-    found: dict[str, str] = {}
-    for top, goal in bodies.items():
-        mine, theirs = a.robot.joint_to.get(top), b.robot.joint_to.get(goal)
-        if mine is not None and theirs is not None and mine.name != theirs.name:
-            found[theirs.name] = mine.name
-    for joint in b.robot.joints:
-        mine = a.robot.joint_to.get(joint.child)
-        if mine is not None and mine.is_fixed and joint.is_fixed and joint.name not in {*found, *a.robot.joint}:
-            found |= {joint.name: mine.name} if mine.name not in b.robot.joint else {}
-    # A name that a joint of B gets must be free, or become free.
-    taken = {name for name in b.robot.joint if name not in found}
-    for name in sorted(taken & set(found.values())):
-        found[name] = f"{name} (of B)"
-    return found
-
-
-# A prefix is one if so many of the names that could have it do.
-_MOST = 0.6
-
-
-def prefix_of(a: Robot, b: Robot) -> str:
-    """Return what the names of most links of ``b`` begin with that those of ``a`` do not have; empty for nothing."""
-    mine, theirs = [link.name for link in a.links], [link.name for link in b.links]
-    ends = [other[: -len(name)] for name in mine for other in theirs if other.endswith(name) and other != name]
-    best = max(sorted(set(ends)), key=ends.count, default="")
-    count = ends.count(best)
-    is_most = count > max(1, len(set(mine) & set(theirs))) and count >= _MOST * min(len(mine), len(theirs))
-    return best if is_most else ""
-
-
-def without_prefix(robot: Robot, prefix: str) -> Robot:
-    """Return a robot whose names have lost a prefix, unless the shorter name is taken."""
-
-    def shorter(names: Iterable[str]) -> dict[str, str]:
-        every = set(names)
-        cut = {name: name.removeprefix(prefix) for name in every if name.startswith(prefix) and name != prefix}
-        return {name: short for name, short in cut.items() if short not in every}
-
-    return renamed(robot, shorter(robot.link), shorter(robot.joint))
-
-
-def _new_names(a: Bodies, b: Bodies, tolerance: float) -> dict[str, str]:
-    """Return the links of B that are links of A under another name: B's name -> A's name.
-
-    Such a link is in the same place and moves in the same way, or is placed by the joint of the same name.
-    """
-    here = {name: name for name in a.robot.link if name in b.robot.link}
-    found: dict[str, str] = {}
-    waiting = [link.name for link in a.robot.walk() if link.name not in here]
-    again = bool(waiting) and len(here) < len(b.robot.link)
-    while again:
-        again = False
-        for name in waiting:
-            taken = {*here.values()}
-            spare = [link.name for link in b.robot.walk() if link.name not in taken] if name not in here else []
-            rated = [(_likeness(a, b, name, other, here, tolerance), -at) for at, other in enumerate(spare)]
-            best, at = max(rated, default=(0.0, 0))
-            if best > 0:
-                found[spare[-at]], here[name] = name, spare[-at]
-                again = True  # what is attached to it may be recognised now
-    return found
-
-
-def _likeness(a: Bodies, b: Bodies, one: str, other: str, here: Mapping[str, str], tolerance: float) -> float:
-    """Return how similar a link of B is to one of A; 0 if it cannot be the same."""
-    above, below = a.robot.joint_to.get(one), b.robot.joint_to.get(other)
-    if above is None and below is None:
-        same_root = any(here.get(name) in b.members[b.robot.root] for name in a.members[a.robot.root])
-        if same_root and not _same_place(a, b, one, other, here, tolerance):
-            return 0.0
-        same_joint = False
-    else:
-        if above is not None and below is not None and above.is_fixed != below.is_fixed:
-            return 0.0
-        same_joint = (
-            above is not None
-            and below is not None
-            and above.name == below.name
-            and here.get(above.parent) == below.parent
-        )
-        if not same_joint and not _same_place(a, b, one, other, here, tolerance):
-            return 0.0
-    first, second = a.robot.link[one], b.robot.link[other]
-    mine = {here[joint.child] for joint in a.robot.joints_from.get(one, ()) if joint.child in here}
-    theirs = {joint.child for joint in b.robot.joints_from.get(other, ())}
-    points = 1.0 + 4.0 * same_joint + 3.0 * bool(mine & theirs) + (first.inertial == second.inertial)
-    points += len(first.collision) == len(second.collision) and len(first.visual) == len(second.visual)
-    return points + SequenceMatcher(None, one, other, autojunk=False).ratio()
-
-
-def _same_place(a: Bodies, b: Bodies, one: str, other: str, here: Mapping[str, str], tolerance: float) -> bool:
-    """Return True if two links have the same place in a link that both have, and move alike in it."""
-    for start, goal in ((a.top[one], b.top[other]), (a.above(a.top[one]), b.above(b.top[other]))):
-        names = a.members[start] if start is not None else []
-        anchor = next((name for name in names if name in here and b.top[here[name]] == goal), None)
-        if anchor is not None:
-            return same_motion((a, b), (anchor, here[anchor]), (one, other), tolerance)
-    return False
-
-
 def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:
     """Yield new, removed and renamed links and joints; what is attached to a new or removed link goes with it."""
     a, b = pairing.a.robot, pairing.b.robot
@@ -213,11 +125,11 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             yield Item(JOINT, joint.name, "existence", text, *_values(word, joint.name))
     # The keys are the names in B without its prefix.
     for new, old in sorted(pairing.links.items(), key=lambda pair: pairing.a.order[pair[1]]):
-        yield Item(NAME, old, "name", renamed_text("link", old, new), old, new)
+        yield Item(NAME, old, "name", renamed("link", old, new), old, new)
     for new, old in pairing.joints.items():
         joint = a.joint.get(old)
         if joint is not None and (fixed_names or not joint.is_fixed):
-            yield Item(NAME, old, "name", renamed_text("joint", old, new), old, new)
+            yield Item(NAME, old, "name", renamed("joint", old, new), old, new)
 
 
 def _only(robot: Robot, other: Robot, not_carried: frozenset[str], word: str) -> Iterator[Item]:

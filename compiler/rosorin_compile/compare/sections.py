@@ -6,108 +6,89 @@ What one of two formats has no word for is a topic that is not compared; how muc
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
-from functools import cache, reduce
-from typing import Any, NamedTuple
+from functools import cache
+from typing import Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.source.wording import plural
+from rosorin_compile.source.xml.elements import canonical, tree_of
 
 from .describe import Describer
-from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Side
-from .elements import Context, Key, context_of, meanings, spelt
-from .frames import Coordinate
+from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .pairing import Pairing
 from .sentences import is_number, size_of, text_of
+from .shapes import ONE_BOX
 from .walk import Difference, Leaves, Shapes, compare_leaves, leaves, section_words
 
-# The topics that a format may lack, and what one of each is called.
-_WORDS = {
-    "mass": "mass",
-    "collision": "collision shape",
-    "visual": "visual shape",
-    "effort": "effort limit",
-    "velocity": "velocity limit",
-    "mimic": "mimic",
-    "dynamics": "damping or friction",
-    "armature": "armature",
-    "stiffness": "spring",
-    "simulation": "thing of a simulation",
-    "actuator": "actuator",
-    "calibration": "calibration",
-    "safety": "safety controller",
-    "pose": "named pose",
-    "servo": "servo group",
-    "sensor": "sensor",
-    "drive": "drive",
-    "contact": "disabled contact",
-    "publisher": "publisher",
-    "edge": "transform of other nodes",
-    "fixed joint name": "name of fixed joints",
-    "urdf_elements": "element for URDF alone",
+# The topics that a format may lack: what one of each is called, the kind of thing, and how its quantities begin.
+_TOPICS: Mapping[str, tuple[str, ...]] = {
+    "mass": ("mass", "link", "mass", "centre of mass", "inertia"),
+    "collision": ("collision shape", "link", "collision"),
+    "visual": ("visual shape", "link", "visual"),
+    "effort": ("effort limit", "joint", "limit effort"),
+    "velocity": ("velocity limit", "joint", "limit velocity"),
+    "mimic": ("mimic", "joint", "mimic"),
+    "dynamics": ("damping or friction", "joint", "damping", "friction"),
+    "armature": ("armature", "joint", "armature"),
+    "stiffness": ("spring", "joint", "stiffness", "spring"),
+    "simulation": ("thing of a simulation", "", ""),
+    "actuator": ("actuator", "joint", "actuator", "kp", "kv"),
+    "calibration": ("calibration", "joint", "calibration"),
+    "safety": ("safety controller", "joint", "safety"),
+    "pose": ("named pose", "pose", ""),
+    "servo": ("servo group", "servo of", ""),
+    "sensor": ("sensor", "sensor", ""),
+    "drive": ("drive", "drive", ""),
+    "contact": ("disabled contact", "contacts", ""),
+    "publisher": ("publisher", "frame", "publisher", "topic"),
+    "edge": ("transform of other nodes", "", ""),
+    "fixed joint name": ("name of fixed joints", "", ""),
+    "urdf_elements": ("element for URDF alone", "", ""),
 }
-# The topic of a quantity by its first words.
-_OF_JOINTS = {
-    "limit effort": "effort",
-    "limit velocity": "velocity",
-    "mimic": "mimic",
-    "damping": "dynamics",
-    "friction": "dynamics",
-    "armature": "armature",
-    "stiffness": "stiffness",
-    "spring": "stiffness",
-    "actuator": "actuator",
-    "kp": "actuator",
-    "kv": "actuator",
-    "calibration": "calibration",
-    "safety": "safety",
-    "element": "urdf_elements",
-}
-_OF_LINKS = {
-    **dict.fromkeys(("mass", "centre of mass", "inertia"), "mass"),
-    "collision": "collision",
-    "visual": "visual",
-    "element": "urdf_elements",
+# What every format has of some kinds of things.
+_ALWAYS = {
+    "joint": ("", "type", "child", "axis", "limit lower", "limit upper"),
+    "link": ("",),
+    "frame": ("", "parent", "origin"),
+    "robot": ("",),
 }
 # What a writer leaves out as a whole, by an option or by its nature, rather than here and there.
 _WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
 _OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are compared between robots of one format alone
-_ALWAYS = "always"  # the topic of what every format has
+_ELSEWHERE = ("mass", "collision", "visual", "urdf_elements")  # topics that other functions compare
 # What is zero where it is not given.
 _ZERO = ("damping", "friction", "armature", "stiffness", "spring reference", "kv")
-_MOST = 50
 
 
-class Sections(NamedTuple):
-    """What differs, the topics that are not compared, and the lines that say so."""
-
-    items: list[Item]
-    topics: frozenset[str]
-    not_compared: list[str]
-
-
-def compare_sections(pairing: Pairing, sides: tuple[Side, Side], coordinates: Mapping[str, Coordinate]) -> Sections:
-    """Compare two robots in everything but frames, masses and shapes."""
+def compare_sections(
+    pairing: Pairing, sides: tuple[Side, Side], flipped: Mapping[str, bool], report: Report
+) -> frozenset[str]:
+    """Report what differs besides frames, masses and shapes; return the topics that are not compared."""
     robots = pairing.a.robot, pairing.b.robot
     lacking = sides[0].format.lacks | sides[1].format.lacks
-    old, new = (_leaves(robot, lacking, sides) for robot in robots)
-    topics, lines = _not_compared(sides, (old, new))
+    # The sections of a side have the names of its source.
+    old, new = (_leaves(side.robot, lacking, sides) for side in sides)
+    old = pairing.named(0, old, new)
+    new = pairing.named(1, new, old)
+    topics, lines = _not_compared(sides, robots, (old, new))
+    report.not_compared.extend(lines)
     for side, robot in zip((old, new), robots, strict=True):
         _without_topics(side, topics, robot)
-    _only_shared(old, new, robots, coordinates)
+    _only_shared(old, new, robots, flipped)
     _without_equals(old, new)
+    if "urdf_elements" not in topics:
+        _add_elements(old, new, robots)
     precisions = pairing.a.precision, pairing.b.precision
     differences = compare_leaves(old, new, precisions, pairing.tolerance)
     describer = Describer(robots[0], (old, new), precisions, pairing.tolerance)
-    found = {text: _item(one, text) for one, text in reversed(list(describer.describe(_once(differences, robots))))}
-    items = [*found.values()][::-1]
-    if "urdf_elements" not in topics:
-        items += _elements(pairing)
-    return Sections(items, topics, lines)
+    found = {text: _item(one, text) for one, text in reversed(list(describer.describe(differences)))}
+    report.items.extend([*found.values()][::-1])
+    return topics
 
 
 def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
@@ -129,12 +110,14 @@ def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> 
         found["root in simulation", "root in simulation"] = words
     for group in robot.servos:
         found.pop(("servo", group.name))
-        entry: dict[str, Any] = {"rad per pulse": group.rad_per_pulse * (-1.0 if group.flipped else 1.0)}
-        entry["zero pulse"] = float(group.zero_pulse)
+        entry = found["servo of", group.joints[0] if group.joints else group.name] = {
+            "rad per pulse": group.rad_per_pulse * (-1.0 if group.flipped else 1.0),
+            "zero pulse": float(group.zero_pulse),
+        }
         if sides[0].format is YAML is sides[1].format:
             lowest, highest = map(float, group.pulse_range)
             entry |= {"group": group.name, "lowest pulse": lowest, "highest pulse": highest}
-        found |= {("servo of", joint): dict(entry) for joint in group.joints}
+            entry["joints"] = group.joints[1:]
     return found
 
 
@@ -144,23 +127,25 @@ def _with_braking(joint: Joint) -> Joint:
     return replace(joint, dynamics=dynamics, actuator=actuator)
 
 
-def _topic(kind: str, quantity: str, is_placed: bool) -> str:
-    """Return the topic of a leaf; of a section of a package, its word."""
-    if kind == "joint":
-        found = next((topic for words, topic in _OF_JOINTS.items() if quantity.startswith(words)), "")
-        own = ("", "type", "child", "axis", "limit lower", "limit upper")
-        return found or (_ALWAYS if quantity in own else "simulation")
-    if kind == "link":
-        found = next((topic for words, topic in _OF_LINKS.items() if quantity.startswith(words)), "")
-        return found or (_ALWAYS if not quantity else "simulation")
-    if kind == "frame":
-        return "edge" if not is_placed else "publisher" if quantity in ("publisher", "topic") else _ALWAYS
+def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
+    """Return the topic of a leaf; None for what every format has. A section of a package is a topic of its own."""
+    kind, name = thing
+    if kind == "frame" and name not in robot.joint_to:
+        return "edge"
+    if quantity in _ALWAYS.get(kind, ()):
+        return None
+    if kind in ("joint", "link", "robot") and quantity.startswith("element"):
+        return "urdf_elements"
+    if kind == "robot":
+        return "mode" if quantity == "modes" else "simulation"
     if kind == "material":
         return "" if quantity in ("rgba", "texture") else "simulation"
-    if kind == "robot":
-        return {"modes": "mode"}.get(quantity) or ("simulation" if quantity.startswith("mjcf") else "urdf_elements")
-    own = {"height map": "collision", "pose": "pose", "servo of": "servo", "contacts": "contact"}
-    return own.get(kind) or _section_topics().get(kind, "simulation")
+    if kind == "height map":
+        return "collision" if quantity in ("", "heights", "cell", "origin") else ONE_BOX
+    if kind == "pose" and quantity and quantity not in robot.joint:
+        return "simulation"
+    found = (topic for topic, (_, of, *words) in _TOPICS.items() if of == kind and quantity.startswith(tuple(words)))
+    return next(found, _section_topics().get(kind, "simulation"))
 
 
 @cache
@@ -176,23 +161,28 @@ def _words_of_packages() -> frozenset[str]:
     return frozenset(word for name, word in section_words().items() if name not in known)
 
 
-def _not_compared(sides: tuple[Side, Side], both: tuple[Leaves, Leaves]) -> tuple[frozenset[str], list[str]]:
+def _not_compared(
+    sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves]
+) -> tuple[frozenset[str], list[str]]:
     """Return the topics that are not compared between two robots of these formats, and the sentences that say so."""
-    counts = [_counts(found, side.robot) for found, side in zip(both, sides, strict=True)]
+    counts = [_counts(found, robot) for found, robot in zip(both, robots, strict=True)]
     alike = sides[0].format is sides[1].format
     topics: set[str] = set() if alike else set(_OF_DESCRIPTIONS)
     lines: list[str] = []
     for at, (side, other) in enumerate((sides, sides[::-1])):
-        lacks = [topic for topic in _WORDS if topic in side.format.lacks - other.format.lacks]
-        if side.format is not YAML:
-            lacks += [topic for topic in counts[1 - at] if topic in _words_of_packages()]
+        lacks = [topic for topic in _TOPICS if topic in side.format.lacks - other.format.lacks]
+        lacks += [] if side.format is YAML else [topic for topic in counts[1 - at] if topic in _words_of_packages()]
         empty = [t for t in _WHOLE if not alike and t not in side.format.lacks and not counts[at][t]]
         for missing, why in ((lacks, "a format without a word for it"), (empty, "which leaves out all of it")):
-            said = [f"{count} {_counted(topic, count)}" for topic in missing if (count := counts[1 - at][topic])]
-            lines += [f"{', '.join(said)}: {side.label} is {side.format.named}, {why}"] if said else []
+            words = []
+            for topic in missing:
+                word, of, rest = _TOPICS.get(topic, (topic,))[0].partition(" of ")
+                count = counts[1 - at][topic]
+                words += [f"{count} {plural(word, count)}{of}{rest}"] if count else []
+            lines += [f"{', '.join(words)}: {side.label} is {side.format.named}, {why}"] if words else []
         topics |= {*lacks, *empty, *side.format.lacks}
     if not alike and "contact" not in topics:
-        # What a simulation excludes beside what was asked for are the contacts of neighbours.
+        # What a simulation excludes besides are the contacts of neighbours.
         topics.add("contact")
         some = [one["contact"] for one in counts]
         if any(some):
@@ -201,38 +191,23 @@ def _not_compared(sides: tuple[Side, Side], both: tuple[Leaves, Leaves]) -> tupl
 
 
 def _counts(found: Leaves, robot: Robot) -> Counter[str]:
-    """Return how many things of each topic a robot has."""
-    things: dict[str, set[Any]] = {}
+    things: set[tuple[str, Any]] = set()
     for (kind, name), entry in found.items():
         for quantity, value in (entry or {"": None}).items():
-            key: Any = (kind, name)
-            topic = _topic(kind, quantity, name in robot.joint_to)
-            own = things.setdefault(topic, set())
-            if kind == "root in simulation":  # every robot has it
-                continue
+            topic = _topic((kind, name), quantity, robot) or ""
+            keys: Iterable[Any] = [(kind, name)]
             if topic == "publisher":
-                own |= {value} if quantity == "publisher" else set()
+                keys = [value] if quantity == "publisher" else []
             elif isinstance(value, Shapes):
-                own |= {(*key, at) for at in range(len(value.shapes))}
-            else:
-                own |= value if isinstance(value, frozenset) else {key}
-    counts = Counter({topic: len(some) for topic, some in things.items()})
-    for topic, has in _OF_ROBOTS.items():
-        counts[topic] = has(robot)
+                keys = enumerate([name] * len(value.shapes))
+            elif isinstance(value, frozenset):
+                keys = value
+            things |= {(topic, key) for key in keys if kind != "root in simulation"}  # every robot has that
+    counts = Counter(topic for topic, _ in things)
+    counts["fixed joint name"] = len([joint for joint in robot.joints if joint.is_fixed])
+    texts = [robot.urdf_elements, *(one.urdf_elements for some in (robot.links, robot.joints) for one in some)]
+    counts["urdf_elements"] = sum(map(len, texts))
     return counts
-
-
-_OF_ROBOTS: Mapping[str, Callable[[Robot], int]] = {
-    "servo": lambda robot: len(robot.servos),
-    "fixed joint name": lambda robot: sum(joint.is_fixed for joint in robot.joints),
-    "urdf_elements": lambda robot: sum(len(one.urdf_elements) for one in (robot, *robot.links, *robot.joints)),
-}
-
-
-def _counted(topic: str, count: int) -> str:
-    """Return what so many things of a topic are called: "names of fixed joints"."""
-    word, of, rest = _WORDS.get(topic, topic).partition(" of ")
-    return f"{plural(word, count)}{of}{rest}"
 
 
 def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None:
@@ -240,15 +215,15 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
     for thing in [*found]:
         kind, name = thing
         entry = found[thing]
-        gone = {quantity: _topic(kind, quantity, name in robot.joint_to) for quantity in entry or {"": None}}
-        for quantity, topic in gone.items():
-            if topic in topics or (topic in _OF_LINKS.values() and kind != "height map"):
+        of = {quantity: _topic((kind, name), quantity, robot) for quantity in entry or {"": None}}
+        for quantity, topic in of.items():
+            if topic in topics or (topic in _ELSEWHERE and kind != "height map"):
                 entry.pop(quantity, None)
-        if not entry and (kind not in ("link", "joint", "frame") or all(topic in topics for topic in gone.values())):
+        if not entry and (kind not in _ALWAYS or (kind == "frame" and all(one in topics for one in of.values()))):
             del found[thing]
 
 
-def _only_shared(old: Leaves, new: Leaves, robots: tuple[Robot, Robot], coordinates: Mapping[str, Coordinate]) -> None:
+def _only_shared(old: Leaves, new: Leaves, robots: tuple[Robot, Robot], flipped: Mapping[str, bool]) -> None:
     """Take out what is compared elsewhere, and of links and joints what only one robot has."""
     placed = {*robots[0].joint_to, *robots[1].joint_to}
     for thing in {**old, **new}:
@@ -259,14 +234,14 @@ def _only_shared(old: Leaves, new: Leaves, robots: tuple[Robot, Robot], coordina
             old.pop(thing, None)
             new.pop(thing, None)
         elif first is not None and second is not None:
-            _reduce(thing, (first, second), robots, coordinates)
+            _reduce(thing, (first, second), robots, flipped)
 
 
 def _reduce(
     thing: tuple[str, str],
     entries: tuple[dict[str, Any], dict[str, Any]],
     robots: tuple[Robot, Robot],
-    coordinates: Mapping[str, Coordinate],
+    flipped: Mapping[str, bool],
 ) -> None:
     """Take out of the entries of a thing what is compared elsewhere, and what is no difference."""
     kind, name = thing
@@ -274,13 +249,9 @@ def _reduce(
     gone: set[str] = set()
     if kind == "frame" and name in robots[0].joint_to:
         gone = {"parent", "origin"}
-        publishers = [entry.get("publisher") for entry in entries]
-        if name in robots[1].joint_to and publishers[0] is not None and publishers[0] == publishers[1]:
-            for entry, robot in zip(entries, robots, strict=True):
-                entry["kind of publisher"] = robot.joint_to[name].publisher.kind
     elif kind == "joint":
         types = [entry.get("type") for entry in entries]
-        free = "continuous" in types or (name in coordinates and coordinates[name].same_limits)
+        free = "continuous" in types or flipped.get(name)
         gone = {"child", "axis"} | ({"limit lower", "limit upper"} if free else set())
         gone |= keys - {"type"} if "fixed" in types else set()
         for entry in entries:
@@ -316,19 +287,6 @@ def _without_equals(old: Leaves, new: Leaves) -> None:
             side |= {(kind, str(number)): entry for number, entry in enumerate(left, 1)}
 
 
-def _once(differences: Sequence[Difference], robots: tuple[Robot, Robot]) -> list[Difference]:
-    """Return differences without those of servos that another joint of the same groups has, too."""
-    groups = [{joint: group.name for group in robot.servos for joint in group.joints} for robot in robots]
-    first: dict[tuple[Any, ...], str] = {}
-    found = []
-    for one in differences:
-        kind, name, quantity = one.address
-        key = (quantity, *(group.get(name) for group in groups))
-        if kind != "servo of" or not quantity or first.setdefault(key, name) == name:
-            found.append(one)
-    return found
-
-
 def _item(one: Difference, text: str) -> Item:
     kind, name, quantity = one.address
     if quantity == "mimic joint":
@@ -344,53 +302,44 @@ def _item(one: Difference, text: str) -> Item:
 
 
 def _scalar(value: Any) -> float | str | None:
-    if value is None or isinstance(value, str):
-        return value
+    if isinstance(value, str) or (not value and not is_number(value)):
+        return value or None
     if isinstance(value, tuple) and value and isinstance(value[0], tuple):
         return size_of(value)
     return float(value) if is_number(value) else text_of(value)
 
 
-def _elements(pairing: Pairing) -> Iterator[Item]:
-    """Yield the elements for URDF that are new or gone, by what they mean."""
-    a, b = pairing.a.robot, pairing.b.robot
-    context = context_of(a, a.asks_for_humble or b.asks_for_humble)
-    places = [("the robot", a.urdf_elements, b.urdf_elements)]
-    places += [(n, a.link[n].urdf_elements, b.link[n].urdf_elements) for n in a.link if n in b.link]
-    places += [(n, a.joint[n].urdf_elements, b.joint[n].urdf_elements) for n in a.joint if n in b.joint]
-    for name, mine, theirs in places:
-        whole = name == "the robot"
-        if mine == theirs and not whole:
-            continue
-        old, new = meanings(mine, context), meanings(theirs, context)
-        lost, found = old - new, new - old
-        if whole:
-            lost, found = lost - _brought(b, context), found - _brought(a, context)
-            lost, found = lost | (_always(a, b, context) - new), found | (_always(b, a, context) - old)
-        gone, fresh = sorted(map(spelt, lost.elements())), sorted(map(spelt, found.elements()))
-        parts = [
-            f"{len(texts)} {word} ({_short(texts[0])})" for texts, word in ((fresh, "new"), (gone, "removed")) if texts
-        ]
-        if parts:
-            text = f"URDF elements of {name}: {', '.join(parts)}"
-            yield Item(OTHER, name, "urdf_elements", text, "; ".join(gone) or None, "; ".join(fresh) or None)
+def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
+    """Add the elements for URDF of what both robots have, without those that outputs make of other words."""
+    a, b = robots
+    brought = [_brought(robot) for robot in robots]
+    places: list[tuple[str, Any, Any]] = [("the robot", a, b)]
+    places += [(name, a.link[name], b.link[name]) for name in a.link if name in b.link]
+    places += [(name, a.joint[name], b.joint[name]) for name in a.joint if name in b.joint]
+    for name, *both in places:
+        spelt = [_spelt(one.urdf_elements) for one in both]
+        for at, side in enumerate((old, new)):
+            made = brought[1 - at] - spelt[1 - at] if name == "the robot" else frozenset()
+            side[f"URDF elements of {name}", name] = {"": spelt[at] - made}
 
 
-def _brought(robot: Robot, context: Context) -> Counter[Key]:
-    """Return the elements that outputs of a robot make of the words of its description."""
-    return meanings([text for texts in _by_output(robot) for text in texts], context)
-
-
-def _always(robot: Robot, other: Robot, context: Context) -> Counter[Key]:
-    """Return the elements that every output of a description brings, where the other robot is a file and has none."""
-    made = [] if other.outputs else [meanings(texts, context) for texts in _by_output(robot)]
-    return reduce(lambda one, two: one & two, made) if made else Counter()
-
-
-def _by_output(robot: Robot) -> list[Sequence[str]]:
+def _brought(robot: Robot) -> frozenset[str]:
     known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
-    return [one.brings(robot, output) for one, output in known if one.brings]
+    return _spelt([text for one, output in known if one.brings for text in one.brings(robot, output)])
 
 
-def _short(text: str) -> str:
-    return f"{text[:_MOST]}..." if len(text) > _MOST else text
+def _spelt(texts: Iterable[str]) -> frozenset[str]:
+    """Return elements of XML in one spelling; of <gazebo> the elements in it."""
+    found: list[str] = []
+    for text in texts:
+        try:
+            elements = [*tree_of(f"<all>{text}</all>")]
+        except ValueError:
+            found.append(" ".join(text.split()))
+            continue
+        for element in elements:
+            reference = element.get("reference", "")
+            inner = [*element] if element.tag == "gazebo" and not (element.text or "").strip() else []
+            start = f'<gazebo reference="{reference}">' if reference else ""
+            found += [f"{start}{canonical(child)}" for child in inner] if inner else [canonical(element)]
+    return frozenset(found)

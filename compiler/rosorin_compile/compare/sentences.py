@@ -6,7 +6,6 @@ Numbers are short, with the digits that tell them apart. Small steps are in mm, 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -78,21 +77,6 @@ def far(distance: float, angle: float, verbs: bool = False) -> str:
     values = (("moved ", distance, "m"), ("turned ", angle, "rad"))
     parts = [f"{verb if verbs else ''}{amount(value, unit)}" for verb, value, unit in values if value > _LEAST]
     return " and ".join(parts) or "0 mm"
-
-
-_NUMBERS = r"(?: [-+]?[0-9.]+(?:e[-+]?[0-9]+)?)*"
-# Where a sentence begins to say how much: values, a remark, or the steps of a pose.
-_VALUES = re.compile(rf"{_NUMBERS} \S+ -> | \(|: (?=origin |roll |pitch |yaw )|: (?:new|removed), ")
-
-
-def brief(texts: Iterable[str]) -> str:
-    """Return what several sentences are about, each once and without its numbers; of many the first ones.
-
-    >>> brief(["arm mass 1 -> 2 kg (+1.0 kg)", "lid moved 20.0 mm in arm: origin x 0 -> 0.02 m"])
-    'arm mass, lid moved 20.0 mm in arm'
-    """
-    heads = (_VALUES.split(text, maxsplit=1)[0].rstrip(":") for text in texts)
-    return several(list(dict.fromkeys(heads)))
 
 
 def with_remark(text: str, remark: str) -> str:
@@ -218,11 +202,6 @@ def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None
         return f"{joint} counts the other way round: axis {row(old)} -> {row(new)}"
     before, after = text_of(old, new), text_of(new, old)
     return with_remark(f"{joint} axis {before} -> {after}", f"turned {amount(angle, 'rad')}" if angle > NOISE else "")
-
-
-def mimic_text(leader: str, multiplier: float = 1.0, offset: float = 0.0) -> str:
-    """Return what a joint follows; nothing without a leader."""
-    return f"{leader} * {number(multiplier)} + {number(offset)}" if leader else "nothing"
 
 
 def centre_change(link: str, old: Vector, new: Vector, least: float = 0.0) -> str:

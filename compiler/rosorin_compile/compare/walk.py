@@ -7,7 +7,7 @@ or a small dataclass of a format, whose fields are named after the kind of thing
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -21,6 +21,7 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.source.xml.elements import values_of
 
 from .precision import NOISE, TURNS, Precision, exact, joined
+from .sentences import is_number
 from .solids import Solid, match, solids_of
 
 
@@ -95,12 +96,11 @@ def compare_leaves(
     return found
 
 
-class _Comparison:
+class _Comparison(NamedTuple):
     """The comparison of two leaves, within how well both are known."""
 
-    def __init__(self, precisions: tuple[Precision, Precision], tolerance: float) -> None:
-        self.precisions = precisions
-        self.tolerance = tolerance
+    precisions: tuple[Precision, Precision]
+    tolerance: float
 
     def same(self, kind: str, quantity: str, old: Any, new: Any) -> bool:
         if old is new or (type(old) is type(new) and old == new):
@@ -114,7 +114,7 @@ class _Comparison:
             rest = match(first, second, self.tolerance)
             return not rest.old and not rest.new
         key = "position" if kind == "pose" else "xyz" if quantity == "centre of mass" else quantity.rpartition(" ")[2]
-        if _is_number(old) and _is_number(new):
+        if is_number(old) and is_number(new):
             return self._near(key, (old,), (new,))
         if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
             if quantity == "inertia":
@@ -124,7 +124,7 @@ class _Comparison:
         return bool(old == new)
 
     def _same_items(self, kind: str, key: str, old: Sequence[Any], new: Sequence[Any]) -> bool:
-        if all(map(_is_number, (*old, *new))):
+        if all(map(is_number, (*old, *new))):
             return self._near(key, old, new)
         return all(self.same(kind, key, *both) for both in zip(old, new, strict=True))
 
@@ -156,18 +156,10 @@ def known_inertia(
 ) -> float:
     """Return how far entries of two inertias (kg*m^2) may be apart that mean the same, turned axes included."""
     largest = max(map(abs, (*old, *new)), default=0.0)
-    numbers, turns = (
-        joined(*values)
-        for values in zip(
-            *((p("ixx", *six), TURNS * p("rpy", 1.0)) for p, six in zip(precisions, (old, new), strict=True)),
-            strict=True,
-        )
-    )
+    one, other = precisions
+    numbers = joined(one("ixx", *old), other("ixx", *new))
+    turns = TURNS * joined(one("rpy", 1.0), other("rpy", 1.0))
     return TURNS * numbers + largest * (turns + tolerance)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 class Shapes(NamedTuple):
@@ -206,7 +198,6 @@ def leaves(value: Any) -> Leaves:
 
 
 def _robot(robot: Robot, found: Leaves) -> None:
-    """Add the leaves of a robot."""
     _own = found.setdefault(("robot", "robot"), {})
     if robot.name:
         _own["name"] = robot.name
@@ -376,7 +367,7 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
             inner = getattr(value, name)
             # A number that is not zero by default is named beside the number that it becomes.
             has_numbers = is_dataclass(default) and not isinstance(default, Pose)
-            if inner != default or has_numbers or (_is_number(default) and default):
+            if inner != default or has_numbers or (is_number(default) and default):
                 whole = name in ("values", "mjcf")  # they hold words by name
                 _flatten(inner, path if whole else _below(path, name.replace("_", " ")), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
@@ -386,7 +377,7 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
             if len(entry) == count:  # it has nothing but a name
                 entry[place] = True
     else:
-        entry[path] = float(value) if _is_number(value) else value
+        entry[path] = float(value) if is_number(value) else value
 
 
 @cache
@@ -396,8 +387,3 @@ def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
 
 def _below(path: str, key: object) -> str:
     return f"{path} {key}".strip()
-
-
-def frames_of(found: Leaves) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the frames of a value, each with its leaves."""
-    return ((name, entry) for (kind, name), entry in found.items() if kind == "frame")

@@ -16,14 +16,13 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.messages import and_here
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.proof import Proof
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.rule_registry import Rule
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document, MarkupError
 
-    from .imported import Imported, LeftOut, ReadOptions
+    from .imported import Imported, LeftOut, Proof, ReadOptions
     from .mesh_files import Searched
     from .templating import Templates
     from .unsupported import Unsupported
@@ -215,7 +214,7 @@ class Format:
 
     # Comparing two robots or two texts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # the links that an output has
-    lacks: frozenset[str] = frozenset()  # topics that it cannot express (see ``compare.not_compared``)
+    lacks: frozenset[str] = frozenset()  # topics that it cannot express (see ``compare.sections``)
     leaves_out: Callable[[Robot, str], bool] | None = None  # whether it has no such link by nature
     why: str = ""  # the reason
     adds: Callable[[Robot, str, Robot], bool] | None = None  # whether a link of a file stands for something else

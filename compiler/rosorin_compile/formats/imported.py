@@ -219,3 +219,22 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
     if isinstance(value, Real):
         return float(value)
     raise TypeError(f"{subject(path)} is of the type {type(value).__name__}, which no description holds")
+
+
+class Proof(NamedTuple):
+    """How what was made of a source differs from it, in texts by feature.
+
+    ``wrong`` was not reported before, ``known`` was. ``said`` is the sentence about what the engine has shown;
+    ``unknown`` is why it did not answer, empty if it did. ``counts`` is the number of objects of the source by kind.
+    """
+
+    wrong: Mapping[str, Sequence[str]] = {}
+    known: Mapping[str, Sequence[str]] = {}
+    said: str = ""
+    unknown: str = ""
+    counts: Mapping[str, int] = {}
+
+    @property
+    def texts(self) -> list[str]:
+        """All differences that were not reported before, feature by feature."""
+        return [text for texts in self.wrong.values() for text in texts]

@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.compare.elements import Context, context_of, element_differences
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
@@ -26,6 +25,7 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.elements import tree_of
 
+from ..elements import Context, context_of, element_differences
 from .blocks import Unsayable, block
 from .drives import Driven, driven
 from .sensors import Seen, entry, gazebo_of, overlay, seen, without_collisions

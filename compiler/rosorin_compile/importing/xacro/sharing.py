@@ -15,7 +15,6 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
-from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.language.arguments import choices, combinations, declared
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
@@ -25,6 +24,7 @@ from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 
 from ..reimport import ENDING, read_record, text_of
+from ..same_model import model_differences
 from .build import Program
 from .merge import Merged, merged, renewed
 from .tree import File

@@ -15,7 +15,6 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
@@ -31,6 +30,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.elements import canonical, tree_of
 
 from ..read_back import by_elements, read_back, without_words
+from ..same_model import model_differences
 from .tree import FLAG, LIST, NAME, NUMBER, WORDS, XML, Place, Variable, literal, place_of
 from .write_yaml import PROBE
 

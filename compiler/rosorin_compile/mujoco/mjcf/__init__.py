@@ -39,9 +39,8 @@ from .settings import SETTINGS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.compare.proof import Proof
     from rosorin_compile.formats.format import Refusal
-    from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.formats.imported import Imported, Proof
     from rosorin_compile.formats.mesh_files import Searched
     from rosorin_compile.formats.templating import Templates
     from rosorin_compile.model import Output, Robot

@@ -8,12 +8,12 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from rosorin_compile.compare.changes import Change
-from rosorin_compile.compare.committed import compare
-from rosorin_compile.compare.text_report import TextDifference, shorten
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
+from rosorin_compile.output.committed import compare
+from rosorin_compile.output.text_report import TextDifference, shorten
 from rosorin_compile.source.diagnostics import printable
 
 from .meshes import settle

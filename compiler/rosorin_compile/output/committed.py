@@ -8,14 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from rosorin_compile.compare.changes import Change, find_changes
+from rosorin_compile.compare.pairs import Pair, pair_of, with_new_names
 from rosorin_compile.formats import FORMATS, Artifact, Format
 from rosorin_compile.model import Robot
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import printable
 
-from .changes import Change, find_changes
-from .pairs import Pair, pair_of, with_new_names
-from .sentences import brief
 from .text_report import CHANGED, EXTRA, MISSING, NOT_TEXT, TextDifference, differing_values, report_lines, unified
 
 _MISSING = "missing; rosorin-compile all writes it"
@@ -36,10 +35,6 @@ class Comparison(NamedTuple):
     texts: tuple[TextDifference, ...]
     same: bool
     pairs: tuple[Pair, ...] = ()
-
-    def brief(self) -> str:
-        """Return what changed, each once and without its numbers; of many the first ones."""
-        return brief(change.text for change in self.changes)
 
 
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:

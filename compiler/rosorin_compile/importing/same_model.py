@@ -7,15 +7,14 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 
+from rosorin_compile.compare.describe import Describer
+from rosorin_compile.compare.precision import NOISE, Precision
+from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Ellipsoid, Joint, Link, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher
 from rosorin_compile.model.shape import plain
-
-from .describe import Describer
-from .precision import NOISE, Precision
-from .walk import compare_leaves, leaves
 
 _PUBLISHED = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 
@@ -30,7 +29,7 @@ def model_differences(
     """
     if carried_by_urdf:
         one, other = _in_urdf(_without_lacking(one, other)), _in_urdf(other)
-    sides = leaves(one), leaves(other)
+    sides = leaves(replace(one, source=other.source)), leaves(other)
     known = _of(tolerance), _of(tolerance)
     describer = Describer(one, sides, known, tolerance)
     return [text for _, text in describer.describe(compare_leaves(*sides, known, tolerance))]
@@ -39,7 +38,8 @@ def model_differences(
 def section_differences(one: Robot, other: Robot, section: str) -> list[str]:
     """Return in which values two robots differ in one section, such as ``moveit``."""
     empty = Robot("", (), ())
-    return model_differences(*(replace(empty, **{section: getattr(robot, section)}) for robot in (one, other)))
+    first, second = (replace(empty, **{section: getattr(robot, section)}) for robot in (one, other))
+    return model_differences(first, second)
 
 
 def _of(tolerance: float) -> Precision:
@@ -56,7 +56,8 @@ def _without_lacking(one: Robot, other: Robot) -> Robot:
 def _in_urdf(robot: Robot) -> Robot:
     """Return a robot with what a URDF says of its links and joints."""
     links, joints = tuple(map(_link, robot.links)), tuple(map(_joint, robot.joints))
-    return replace(robot, links=links, joints=joints, mjcf_elements=())
+    materials = tuple(replace(material, mjcf={}) for material in robot.materials)
+    return replace(robot, links=links, joints=joints, materials=materials, mjcf_elements=())
 
 
 def _link(link: Link) -> Link:

@@ -1,6 +1,7 @@
 """Overlays: one robot drawn under another one, and which links moved, for a page of changes.
 
-What moved itself is told apart from what only went with it. A shape that is where it was needs no second picture.
+Links that moved themselves are distinguished from those that were only carried. A shape that is where it was is not
+drawn twice.
 """
 
 from __future__ import annotations
@@ -9,18 +10,18 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from rosorin_compile.compare.bodies import Bodies, same_motion
+from rosorin_compile.compare.diff import not_carried, pair_sides
+from rosorin_compile.compare.difference import Difference
+from rosorin_compile.compare.names import renamed_robot
+from rosorin_compile.compare.pairs import Pair
+from rosorin_compile.compare.precision import Precision, exact
+from rosorin_compile.compare.shapes import pieces_of
+from rosorin_compile.compare.solids import Solid, match
 from rosorin_compile.model import Link, Mesh, Pose, Robot, Shape
 from rosorin_compile.model.geometry import pose_of
 
-from .bodies import Bodies, same_motion
-from .diff import not_carried, pair_sides
-from .difference import Difference
-from .pairs import Pair
-from .precision import Precision, exact
-from .renaming import renamed
-from .shapes import pieces_of
-from .solids import Solid, match
-from .undo import undo_all
+from .before import robot_before
 
 # What became of a link. One that was carried is attached to one that moved.
 MOVED, CARRIED, SHAPED, NEW, REMOVED = "moved", "carried", "shaped", "new", "removed"
@@ -75,7 +76,7 @@ class Overlay(NamedTuple):
 
 def before(robot: Robot, pairs: Sequence[Pair]) -> Overlay:
     """Return what a robot was under what it is; ``pairs`` are the artifacts that differ, before and after."""
-    old = undo_all(robot, pairs)
+    old = robot_before(robot, pairs)
     return Overlay(old, moves(old, robot))
 
 
@@ -94,7 +95,7 @@ def of_two(difference: Difference, prefix: str | None) -> Overlay:
     for robot, names in ((first, old_links), (second, links)):
         frames |= {joint.name: names[joint.child] for joint in robot.joints if joint.child in robot.link}
         frames |= {name: names[name] for name in robot.link}
-    old = renamed(first, old_links, old_joints)
+    old = renamed_robot(first, old_links, old_joints)
     missing, _ = not_carried(pairing, a, b)
     unknown = {links.get(name, old_links.get(name, name)) for name in missing}
     return Overlay(old, moves(old, b.robot, difference.tolerance, (a.printing, b.printing), unknown), frames)
@@ -173,8 +174,7 @@ class _Moves:
     def _same(self, above: str, name: str) -> bool:
         ways = [side.joints_between(side.top[above], side.top[name]) or [] for side in (self.old, self.new)]
         followers = [[joint.mimic for joint in way] for way in ways]
-        ends = (above, above), (name, name)
-        return followers[0] == followers[1] and same_motion((self.old, self.new), *ends, self.tolerance)
+        return followers[0] == followers[1] and same_motion(self.old, self.new, above, name, self.tolerance)
 
     def _gone(self, name: str, purpose: str) -> list[Shape]:
         """Return the old shapes of a link that none of the links fixed to it has now."""

@@ -6,17 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.compare.precision import POSE_NOISE as _NEAR
+from rosorin_compile.compare.precision import printed
+from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Mesh
+from rosorin_compile.output.committed import Comparison, compare, lines
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.tree import locate
 from rosorin_compile.source.wording import listed
-
-from .committed import Comparison, compare, lines
-from .precision import POSE_NOISE as _NEAR
-from .precision import printed
-from .walk import Address, Leaves, compare_leaves, leaves
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Artifact

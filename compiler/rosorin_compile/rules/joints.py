@@ -46,7 +46,7 @@ _NOT_NEGATIVE = {
 }
 
 
-@rule("axis-zero", "An axis is zero: no direction.", "Name the direction, such as `[0, 0, 1]`.", JOINTS)
+@rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
 @rule("axis-not-unit", "An axis is not of unit length.", "Scale it to length 1.", JOINTS, "joint", "always")
 @per_joint
 def axes(case: Case, joint: Joint) -> Iterator[Diagnostic]:

@@ -327,11 +327,7 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
 
 
 def explain(
-    robot: FilePath | Request,
-    names: Sequence[str],
-    arguments: Values = None,
-    packages: Packages = None,
-    pose: str = "",
+    robot: FilePath | Request, names: Sequence[str], arguments: Values = None, packages: Packages = None, pose: str = ""
 ) -> Explained:
     """Return the poses of frames, links, joints, sensors or parts, and the line of YAML behind each number.
 

@@ -26,18 +26,8 @@ from rosorin_compile.source.project import ON_STDIN, Description
 from rosorin_compile.source.wording import counted
 from rosorin_compile.viewer.changed import Pictures
 
+from . import command as cli
 from .answer import FINE, PROBLEMS
-from .command import (
-    Options,
-    check_options,
-    command,
-    depfile_options,
-    flag,
-    full_option,
-    hook_option,
-    notes_option,
-    page_options,
-)
 from .depfile import check_depfile, write_depfile
 from .registry import commands
 from .run import Run, count, for_each, nothing_written, write_page
@@ -53,19 +43,18 @@ def _checks() -> dict[str, list[tuple[str, str]]]:
     return {"Checks (see check CHECK --help)": [(one.name, one.help) for one in commands("checks").values()]}
 
 
-@command("check", exits="0 no differences, 1 differences or errors", sections=_checks)
-@check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
-@hook_option()
-@notes_option
-@flag(
-    "--every-argument",
-    help="compile with all combinations of arguments that have a list of values; do not compare",
+@cli.command("check", exits="0 no differences, 1 differences or errors", sections=_checks)
+@cli.check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
+@cli.hook_option()
+@cli.notes_option
+@cli.flag(
+    "--every-argument", help="compile with all combinations of arguments that have a list of values; do not compare"
 )
-@flag("--staged", help="compare what Git has staged for the next commit, not the files on disk")
-@full_option
-@page_options("write a page that shows the robots, as committed and as compiled, and the changes")
-@depfile_options("required with --depfile")
-def run(options: Options) -> int:
+@cli.flag("--staged", help="compare what Git has staged for the next commit, not the files on disk")
+@cli.full_option
+@cli.page_options("write a page that shows the robots, as committed and as compiled, and the changes")
+@cli.depfile_options("required with --depfile")
+def run(options: cli.Options) -> int:
     """Compile each robot and compare with its artifacts."""
     if options.staged:
         return _check_staged(options)
@@ -98,9 +87,9 @@ def _staged_files(here: Path) -> Iterator[Path]:
 
 
 def _run_git(folder: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(folder), *arguments]
+    cli.command = ["git", "-C", str(folder), *arguments]
     try:
-        done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603 - the user's own Git
+        done = subprocess.run(cli.command, capture_output=True, check=False)  # noqa: S603 - the user's own Git
     except FileNotFoundError:
         raise RequestError("--staged: Git is not installed") from None
     if done.returncode:
@@ -109,7 +98,7 @@ def _run_git(folder: Path, *arguments: str) -> str:
     return os.fsdecode(done.stdout)
 
 
-def _check_staged(options: Options) -> int:
+def _check_staged(options: cli.Options) -> int:
     """Check the staged files in a copy of the repository, so that messages have the paths of the repository."""
     absolute = [word for word in options.words if Path(word).is_absolute()]
     if absolute:
@@ -126,7 +115,7 @@ def _check_staged(options: Options) -> int:
             os.chdir(here)
 
 
-def _check(options: Options) -> int:
+def _check(options: cli.Options) -> int:
     if options.every_argument and options.html is not None:
         raise RequestError("--html shows a comparison with what is committed; it does not go with this option")
     check_depfile(options)

@@ -211,8 +211,7 @@ def per_link(examine: Callable[[Case, Link], Iterable[Diagnostic]]) -> Callable[
 
     @wraps(examine)
     def check(case: Case) -> Iterator[Diagnostic]:
-        for link in case.robot.links:
-            yield from examine(case, link)
+        return (found for link in case.robot.links for found in examine(case, link))
 
     return check
 
@@ -222,7 +221,6 @@ def per_joint(examine: Callable[[Case, Joint], Iterable[Diagnostic]]) -> Callabl
 
     @wraps(examine)
     def check(case: Case) -> Iterator[Diagnostic]:
-        for joint in case.robot.joints:
-            yield from examine(case, joint)
+        return (found for joint in case.robot.joints for found in examine(case, joint))
 
     return check

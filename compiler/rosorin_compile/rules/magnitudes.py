@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from rosorin_compile.language.expression.syntax import NUMERIC
 from rosorin_compile.language.schema import subject, unit_at
@@ -36,65 +36,52 @@ _DEGREES = re.compile(r"([-+]?\d+\.(\d+))\s*deg\Z")
 STAND_INS_SHOWN = 8
 
 
-class Remarkable(NamedTuple):
+@dataclass
+class Remarkable:
     """Values that need a closer look, with their paths, parents before children, in the order of the tree.
 
     ``numbers``: bare numbers beyond a full turn, except efforts and velocities in limits of joints; ``degrees``:
-    quantities in degrees with decimals; ``texts`` and ``keys``: those with characters that XML cannot carry;
-    ``stand_ins``: mappings whose source marks them as stand-ins.
+    quantities in degrees with decimals; ``texts``, and ``keys`` by the path with the key: those with characters that
+    XML cannot carry; ``stand_ins``: mappings whose source marks them as stand-ins.
     """
 
-    numbers: list[tuple[Path, float]]
-    degrees: list[tuple[Path, Quantity]]
-    texts: list[tuple[Path, str]]
-    keys: list[tuple[Path, str]]
-    stand_ins: list[tuple[Path, Map]]
-
-    def size(self) -> int:
-        """Return the number of all values."""
-        return sum(len(values) for values in (self.numbers, self.degrees, self.texts, self.keys, self.stand_ins))
+    numbers: list[tuple[Path, float]] = field(default_factory=list)
+    degrees: list[tuple[Path, Quantity]] = field(default_factory=list)
+    texts: list[tuple[Path, str]] = field(default_factory=list)
+    keys: list[tuple[Path, str]] = field(default_factory=list)
+    stand_ins: list[tuple[Path, Map]] = field(default_factory=list)
 
 
 def collect(tree: Map) -> Remarkable:
     """Return the remarkable values of a tree; a shared piece without any is visited once."""
-    found = Remarkable([], [], [], [], [])
+    found = Remarkable()
     plain: set[int] = set()
-    plain_keys: set[str] = set()
 
-    def visit(node: Map | Seq, path: Path) -> None:
-        if isinstance(node, Seq) and set(map(type, node)) == {float} and _is_small(min(node)) and _is_small(max(node)):
-            return
-        before = found.size()
-        if isinstance(node, Map):
-            source = node.get("source")
-            if isinstance(source, Map) and source.get("status") == "stand_in":
-                found.stand_ins.append((path, node))
-            for name in [name for name in node if name not in plain_keys]:
-                if NOT_XML.search(name):
-                    found.keys.append(((*path, name), name))
-                else:
-                    plain_keys.add(name)
+    def visit(node: Map | Seq, path: Path) -> bool:
+        """Return True if nothing was found."""
+        before = list(map(len, vars(found).values()))
+        source = node.get("source") if isinstance(node, Map) else None
+        if isinstance(node, Map) and isinstance(source, Map) and source.get("status") == "stand_in":
+            found.stand_ins.append((path, node))
         for key, item in node.items() if isinstance(node, Map) else enumerate(node):
+            inner = (*path, key)
+            if isinstance(key, str) and NOT_XML.search(key):
+                found.keys.append((inner, key))
             if isinstance(item, (Map, Seq)):
-                if id(item) not in plain:
-                    visit(item, (*path, key))
+                if id(item) not in plain and visit(item, inner):
+                    plain.add(id(item))
             elif type(item) in NUMERIC:
                 is_strength = key in ("effort", "velocity") and path[:1] == ("joints",) and path[2:] == ("limit",)
                 if isinstance(item, Quantity) and item.dimension == ANGLE and "." in item.text:
-                    found.degrees.append(((*path, key), item))
-                elif not (_is_small(item) or is_strength or has_unit(item)):
-                    found.numbers.append(((*path, key), item))
-            elif isinstance(item, str) and not (item.isascii() and item.isprintable()) and NOT_XML.search(item):
-                found.texts.append(((*path, key), item))
-        if found.size() == before:
-            plain.add(id(node))
+                    found.degrees.append((inner, item))
+                elif not (-FULL_TURN <= item <= FULL_TURN or is_strength or has_unit(item)):
+                    found.numbers.append((inner, item))
+            elif isinstance(item, str) and NOT_XML.search(item):
+                found.texts.append((inner, item))
+        return before == list(map(len, vars(found).values()))
 
     visit(tree, ())
     return found
-
-
-def _is_small(value: float) -> bool:
-    return -FULL_TURN <= value <= FULL_TURN
 
 
 @rule(

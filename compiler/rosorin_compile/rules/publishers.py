@@ -107,28 +107,16 @@ def _clashing(active: list[Claim]) -> list[Claim]:
 def _two(case: Case, child: str, active: list[Claim], combination: Combination) -> Diagnostic:
     owners = list(dict.fromkeys(claim.owner for claim in active))
     parents = list(dict.fromkeys(claim.step.parent for claim in active))
-    what = f'the transform into "{child}"'
-    if active[0].step.is_silent:
-        message = f"{active[-1].owner} and nobody are both to publish {what}"
-    elif len(owners) == 1:
-        message = f"{owners[0]} publishes {what} {'twice' if len(active) == 2 else 'many times'}"
-    else:
-        message = f"{'both ' if len(owners) == 2 else ''}{listed(owners)} publish {what}"
-    message += f"{f', below {quoted(parents)}' if len(parents) > 1 else ''}{in_words(combination)}"
-    related = [
-        ("nobody publishes it here" if one.step.is_silent else f"also published here, by {one.owner}", one.path)
-        for one in active[:-1]
-    ]
+    what = f"{listed(owners)} {'publishes twice' if len(owners) == 1 else 'publish'}"
+    what = f"nobody and {active[-1].owner} are to publish" if active[0].step.is_silent else what
+    message = f'{what} the transform into "{child}"{f", below {quoted(parents)}" if len(parents) > 1 else ""}'
+    related = [(f"also published here, by {claim.owner}", claim.path) for claim in active[:-1]]
     help = "a frame has one publisher at a time: remove one, or give the edges conditions that exclude each other"
     joint = case.robot.joint.get(active[0].step.joint)
     if joint is not None and joint.publisher.kind == ROBOT_STATE_PUBLISHER:
-        if _turn_of_urdf(case, joint):
-            help = "robot_state_publisher publishes every joint of its URDF in every mode: choose the publisher by an"
-            help += ' argument of the build instead, publisher: "${publisher}"'
-        elif len(parents) > 1:
-            help = "a frame has one parent and one publisher at a time: remove one, or keep the joint for programs that"
-            help += f' read the description, with publisher: {{none: WHY}} in "{joint.name}"'
-    return case.problem("two-publishers", message, active[-1].path, help, related=related)
+        help = "robot_state_publisher publishes every joint of its URDF in every mode: choose the publisher by an"
+        help += ' argument of the build, publisher: "${publisher}", or keep the joint for other programs, {none: WHY}'
+    return case.problem("two-publishers", message + in_words(combination), active[-1].path, help, related=related)
 
 
 @Check

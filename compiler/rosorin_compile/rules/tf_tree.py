@@ -246,24 +246,20 @@ def _cut_off(case: Case, published: list[Step], piece: set[str], top: str, combi
     across = [step for step in published if step.edge is not None and (step.parent in piece) != (step.child in piece)]
     lost = next(step for step in across if not holds(step.when, combination))
     names = quoted(name for name in case.robot.link if name in piece)
-    message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}:"
-    message += f" {lost.parent} -> {lost.child} is not published then"
-    stamps = [(sensor.name, frame) for sensor in case.robot.sensors for frame in sensor.stamps if frame in piece]
-    related = [(f'sensor "{name}" stamps its messages with "{frame}"', ("sensors", name)) for name, frame in stamps]
-    help = f'name the publisher of "{top}", or keep that transform in every mode'
-    return case.problem("split-tf", message, lost.path, help, related=related)
+    message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}"
+    help = f'name the publisher of "{top}", or keep {lost.parent} -> {lost.child} in every mode'
+    return case.problem("split-tf", message, lost.path, help)
 
 
 # --- frames in the headers of messages ---
 
 
 class _Stamp(NamedTuple):
-    """A frame that messages are stamped with, by whom, and where; ``explicit`` is False for a default."""
+    """A frame that messages are stamped with, by whom, and where."""
 
     frame: str
     owner: str
     path: Path
-    explicit: bool
 
 
 def _stamps(case: Case) -> Iterator[_Stamp]:
@@ -272,10 +268,10 @@ def _stamps(case: Case) -> Iterator[_Stamp]:
         declared = exists(case.tree, (*path, "stamps"))
         for index, frame in enumerate(sensor.stamps):
             own = (*path, "frame") if index == 0 else (*path, "optical", "frame")
-            yield _Stamp(frame, f'sensor "{sensor.name}"', (*path, "stamps", index) if declared else own, declared)
+            yield _Stamp(frame, f'sensor "{sensor.name}"', (*path, "stamps", index) if declared else own)
     for name, entry in case.section("publishers").items():
         for index, frame in enumerate((entry or {}).get("stamps", ())):
-            yield _Stamp(frame, f'publisher "{name}"', ("publishers", name, "stamps", index), True)
+            yield _Stamp(frame, f'publisher "{name}"', ("publishers", name, "stamps", index))
 
 
 @rule("unknown-frame-id", help="Correct the name under `stamps`, or name the publisher of the frame.", topic=FRAMES)
@@ -309,13 +305,13 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
 
 def _not_on_tf(case: Case, stamp: _Stamp, missing: Combination, silent: list[Step]) -> Diagnostic:
     """Return the problem of a frame that is not there in a combination of modes; {} is always."""
-    when = in_words(missing)
-    message = f'tf2 does not know the frame "{stamp.frame}"{when}, which {stamp.owner} stamps its messages with'
+    message = f'tf2 does not know the frame "{stamp.frame}"{in_words(missing)}, which {stamp.owner} stamps its'
     joint = case.robot.joint_to.get(stamp.frame)
-    turns = [step for step in active_in(silent, missing) if step.child == stamp.frame] if when else []
+    turns = [step for step in active_in(silent, missing) if step.child == stamp.frame] if missing else []
     related = [("nobody publishes it then", step.path) for step in turns]
-    if joint is not None and not when:
+    if joint is not None and not missing:
         related = [(f'nobody publishes joint "{joint.name}"', case.publisher(joint))]
-    help = f"name its publisher{' in that mode' if turns else ''}"
-    help += "" if stamp.explicit else ", or what the messages are stamped with: stamps: [FRAME]"
-    return case.problem("unknown-frame-id", message, stamp.path, help, related=related, severity=WARNING)
+    help = "name its publisher, or what the messages are stamped with: stamps: [FRAME]"
+    return case.problem(
+        "unknown-frame-id", f"{message} messages with", stamp.path, help, related=related, severity=WARNING
+    )

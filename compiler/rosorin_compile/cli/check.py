@@ -87,9 +87,9 @@ def _staged_files(here: Path) -> Iterator[Path]:
 
 
 def _run_git(folder: Path, *arguments: str) -> str:
-    cli.command = ["git", "-C", str(folder), *arguments]
+    command = ["git", "-C", str(folder), *arguments]
     try:
-        done = subprocess.run(cli.command, capture_output=True, check=False)  # noqa: S603 - the user's own Git
+        done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603 - the user's own Git
     except FileNotFoundError:
         raise RequestError("--staged: Git is not installed") from None
     if done.returncode:

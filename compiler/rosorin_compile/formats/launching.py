@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.language.expression import parsed
 from rosorin_compile.model import Robot
-from rosorin_compile.rules.conditions import combinations, holds, modes_in
+from rosorin_compile.rules.publishers import combinations, holds, modes_in
 
 if TYPE_CHECKING:
     from .static_tf import StaticTransform

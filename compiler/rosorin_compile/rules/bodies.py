@@ -15,7 +15,7 @@ from rosorin_compile.source.tree import Path, at, exists
 from rosorin_compile.source.units import has_unit
 
 from .case import Case, number, per_link
-from .sizes import diagonal, longest
+from .shapes import diagonal, longest
 
 DENSEST = 22_590.0  # kg/m^3: osmium at 20 degrees (CRC Handbook of Chemistry and Physics)
 LIGHTEST = 1.0  # kg/m^3: air has 1.2, aerogels that can be held more than 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from typing import NamedTuple
 
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.model.joint import SEVERAL_COORDINATES, UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, nearest, swaps
 from rosorin_compile.source.rule_registry import FRAMES, Check, rule
@@ -13,56 +13,20 @@ from rosorin_compile.source.tree import Path, exists
 from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case
-from .conditions import MAX_MODES, Combination, combinations, holds, in_words, is_legal, modes_in
 from .kinematics import WORLD_FRAMES
-
-
-class Step(NamedTuple):
-    """A transform: a joint, an edge, or a turn in the list of publishers of a joint.
-
-    ``edge`` is the index of an edge, None for a joint. ``joint`` is empty for an edge of its own. ``path`` is that of
-    the name of the parent.
-    """
-
-    parent: str
-    child: str
-    publisher: Publisher
-    joint: str
-    when: str
-    edge: int | None
-    path: Path
-
-    @property
-    def is_silent(self) -> bool:
-        """Whether it is the turn of a joint in which nobody publishes it."""
-        return self.publisher.kind == UNPUBLISHED and self.joint != ""
-
-
-def all_steps(case: Case) -> list[Step]:
-    """Return the transforms of joints, then those of edges and turns whose conditions are valid."""
-    found = [
-        Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent"))
-        for one in case.robot.joints
-    ]
-    return found + [
-        Step(edge.parent, edge.child, edge.publisher, edge.joint, edge.when, index, case.edge(index, "parent"))
-        for index, edge in enumerate(case.robot.edges)
-        if is_legal(case, edge)
-    ]
-
-
-def legal_steps(case: Case) -> list[Step]:
-    """Return the transforms that are published in some combination of modes."""
-    return [step for step in all_steps(case) if not step.is_silent]
-
-
-def _silent_turns(case: Case) -> list[Step]:
-    return [step for step in all_steps(case) if step.is_silent and step.edge is not None]
-
-
-def active_in(published: Iterable[Step], combination: Combination) -> list[Step]:
-    """Return the transforms that are published in a combination of modes."""
-    return [step for step in published if holds(step.when, combination)]
+from .publishers import (
+    MAX_MODES,
+    Combination,
+    Step,
+    active_in,
+    all_steps,
+    combinations,
+    holds,
+    in_words,
+    legal_steps,
+    modes_in,
+    silent_turns,
+)
 
 
 def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
@@ -212,7 +176,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent (split-tf)."""
-    published, silent = legal_steps(case), _silent_turns(case)
+    published, silent = legal_steps(case), silent_turns(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
     if not case.robot.is_tree or not modes:
         return
@@ -279,7 +243,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
     """Messages are stamped with a frame that does not exist. As a warning: tf2 does not know it in some mode."""
     robot, stamps = case.robot, list(_stamps(case))
     frames = {*robot.link, *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    published, silent = (legal_steps(case), _silent_turns(case)) if stamps else ([], [])
+    published, silent = (legal_steps(case), silent_turns(case)) if stamps else ([], [])
     modes = modes_in(robot, [step.when for step in (*published, *silent)])
     is_checked = robot.is_tree and len(modes) <= MAX_MODES and len(frames) > 1
     reported: set[str] = set()

@@ -127,7 +127,7 @@ def _number(joint: Joint, text: str, expected: Dimension) -> float:
     if unit is not None:
         raise RequestError(f'{subject} has an unknown unit: "{unit}"')
     try:
-        number = evaluate(text, {}.__getitem__) if value is None else value
+        number = evaluate(text, dict[str, object]().__getitem__) if value is None else value
     except ExpressionError as problem:
         raise RequestError(f"{subject} cannot be read: {text}: {problem.message}") from None
     if isinstance(number, bool) or not isinstance(number, (int, float)):

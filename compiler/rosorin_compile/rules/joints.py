@@ -142,7 +142,9 @@ def negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:
     """Validate the signs of what simulations and servos read."""
     if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
         return  # a part calculates the others from it
-    values = {("dynamics", key): joint.dynamics for key in ("damping", "friction", "armature", "stiffness")}
+    values: dict[tuple[str, str], object] = {
+        ("dynamics", key): joint.dynamics for key in ("damping", "friction", "armature", "stiffness")
+    }
     values |= {("actuator", key): joint.actuator for key in ("damping", "armature", "kp", "kv")}
     found = {path: getattr(owner, path[1], 0.0) or 0.0 for path, owner in values.items()}
     found["mjcf", "springyield"] = joint.mjcf.get("springyield", 0.0)

@@ -10,14 +10,13 @@ from typing import Any
 
 from rosorin_compile.language.expression.syntax import NUMERIC
 from rosorin_compile.language.schema import subject, unit_at
-from rosorin_compile.model import Link, Vector
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, OUTPUTS, Check, rule
 from rosorin_compile.source.tree import Map, Path, Seq, at, written
 from rosorin_compile.source.units import ANGLE, Quantity, has_unit
 from rosorin_compile.source.wording import first_of
 
-from .case import Case, number, per_link
+from .case import Case, number
 
 # A little more than one turn, so that 6.2832 passes for 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad
@@ -109,12 +108,10 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
             groups.setdefault((path[:-1], unit), []).append((path, value))
     for (_, unit), ((path, value), *others) in groups.items():
         related = [case.related(f"and {number(other)} {unit} here", more) for more, other in others]
-        message = f"{subject(list(path))} is {number(value)} {unit}"
-        if unit == "rad":
-            id, message, help = "angle-looks-like-degrees", f"{message}, more than a full turn", "deg"
-        else:
-            id, help = "length-looks-like-millimetres", "mm"
-        yield _looks_like(case, id, message, path, value, (help, unit), related=related)
+        what, is_angle = f"{subject(list(path))} is {number(value)} {unit}", unit == "rad"
+        id = "angle-looks-like-degrees" if is_angle else "length-looks-like-millimetres"
+        what += ", more than a full turn" if is_angle else ""
+        yield _looks_like(case, id, what, path, value, ("deg" if is_angle else "mm", unit), related=related)
 
 
 _MEANT = {"deg": "degrees", "mm": "millimetres", "deg/s": "degrees"}
@@ -151,30 +148,20 @@ def _suspect(case: Case, path: Path, value: float) -> str:
 
 
 @Check
-def joint_turns(case: Case) -> Iterator[Diagnostic]:
-    """Bare angles in ``rpy`` of joints within a full turn that are round numbers (angle-looks-like-degrees)."""
-    for joint in case.robot.joints:
-        if any(joint.origin.rpy):
-            yield from _turn(case, joint.origin.rpy, case.joint(joint))
-
-
-@Check
-@per_link
-def link_turns(case: Case, link: Link) -> Iterator[Diagnostic]:
-    """Bare angles in ``rpy`` of links and shapes (angle-looks-like-degrees)."""
-    if link.inertial is not None:
-        yield from _turn(case, link.inertial.pose.rpy, case.link(link.name, "inertial"))
-    for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
-        for index, shape in enumerate(shapes):
-            yield from _turn(case, shape.pose.rpy, case.link(link.name, purpose, index))
-
-
-def _turn(case: Case, rpy: Vector, path: Path) -> Iterator[Diagnostic]:
-    for index, angle in enumerate(rpy):
-        place = (*path, "rpy", index)
-        if HALF_TURN < abs(angle) <= FULL_TURN and not angle * 2 % 1 and not has_unit(at(case.tree, place)):
-            message = f"{subject(list(place))} is {number(angle)} rad, more than half a turn"
-            yield _looks_like(case, "angle-looks-like-degrees", message, place, angle, ("deg", "rad"), severity=WARNING)
+def turns(case: Case) -> Iterator[Diagnostic]:
+    """Bare angles in ``rpy`` within a full turn that are round numbers (angle-looks-like-degrees)."""
+    poses = [(joint.origin, case.joint(joint)) for joint in case.robot.joints]
+    for link in case.robot.links:
+        poses += [(link.inertial.pose, case.link(link.name, "inertial"))] if link.inertial else []
+        for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
+            poses += [(shape.pose, case.link(link.name, purpose, index)) for index, shape in enumerate(shapes)]
+    for pose, path in poses:
+        for index, angle in enumerate(pose.rpy):
+            place = (*path, "rpy", index)
+            if HALF_TURN < abs(angle) <= FULL_TURN and not angle * 2 % 1 and not has_unit(at(case.tree, place)):
+                what = f"{subject(list(place))} is {number(angle)} rad, more than half a turn"
+                units = ("deg", "rad")
+                yield _looks_like(case, "angle-looks-like-degrees", what, place, angle, units, severity=WARNING)
 
 
 @rule("angle-looks-like-radians", help="Write `90 deg`, or `1.5708 rad`.", topic=NUMBERS)

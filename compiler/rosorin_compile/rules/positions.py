@@ -11,7 +11,7 @@ from rosorin_compile.language.schema import sections
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
-from rosorin_compile.source.rule_registry import JOINTS, POSES, Check, rule
+from rosorin_compile.source.rule_registry import JOINTS, POSES, rule
 from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.wording import first_of
 
@@ -64,6 +64,10 @@ def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[
 
 def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:
     """Yield a warning if a value of a joint is beyond its limits."""
+    soft = joint.safety.soft_lower_limit if joint.safety and path[-1] == "soft_upper_limit" else None
+    if soft is not None and soft >= value:
+        message = f'the soft limits of joint "{joint.name}" leave it no room to move'
+        yield case.problem(id, message, path[:-1], "widen them, or leave them out", within=True)
     interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
     lower, upper = joint.limits_of(interface)
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
@@ -100,20 +104,6 @@ def _driven(case: Case, joint: Joint) -> tuple[Joint, float, float] | None:
     ends = range_of(leader)
     low, high = sorted(joint.mimic.multiplier * end + joint.mimic.offset for end in ends) if ends else (0.0, 0.0)
     return (leader, low, high) if ends else None
-
-
-@Check
-def room_to_move(case: Case) -> Iterator[Diagnostic]:
-    """Soft limits must leave a joint room to move."""
-    for joint in case.robot.joints:
-        safety = joint.safety if joint.moves else None
-        if safety is None or safety.soft_lower_limit is None or safety.soft_upper_limit is None:
-            continue
-        ends = (safety.soft_lower_limit, safety.soft_upper_limit)
-        if ends[0] >= ends[1]:
-            message = f'the soft limits of joint "{joint.name}", {_span(ends, joint)}, leave it no room to move'
-            path, help = case.joint(joint, "safety_controller"), "widen them, or leave them out"
-            yield case.problem("beyond-joint-limit", message, path, help, within=True)
 
 
 def range_of(joint: Joint) -> tuple[float, float] | None:

@@ -86,14 +86,12 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
 
 def _at_line(made: Diagnostic, text: str, line: int, column: int) -> Diagnostic:
     """Move a diagnostic to a line and column of its text, if the file has that line letter by letter."""
-    if made.span is None:
+    wanted = text.split("\n")[line - 1]
+    moved = at_name(made, wanted.strip(), line) if wanted.strip() else made
+    if moved.span is None or moved is made:
         return made
-    span, wanted = made.span, text.split("\n")[line - 1]
-    there = span.line + line - (0 if span.source.line(span.line)[span.column - 1 :].startswith("|") else 1)
-    start = span.source.line(there).find(wanted, span.column - 1 if line == 1 and there == span.line else 0)
-    if start < 0 or not wanted.strip():
-        return made
-    return replace(made, span=span._replace(line=there, column=start + max(1, column), length=1))
+    indent = len(wanted) - len(wanted.lstrip())
+    return replace(moved, span=moved.span._replace(column=moved.span.column + max(0, column - 1 - indent), length=1))
 
 
 def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:

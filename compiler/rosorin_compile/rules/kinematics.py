@@ -34,13 +34,10 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
         for use in _mentions(case, kind, option):
             if use.name not in known:
                 by_name.setdefault(use.name, []).append(use)
-        for name, (first, *others) in by_name.items():
+        for name, uses in by_name.items():
             otherwise, own = f'add "{name}" to {kind}s, or name an existing one', (MOUNT,) if kind == "link" else ()
-            help = _namesake(robot, kind, name) or case.suggest(first.path, name, real, otherwise, own)
-            also, same = case.also(first.path, ((one.path, one.what, one.key) for one in others), first.key)
-            for path, what, related in ((first.path, first.what, also), *((*one, []) for one in same)):
-                message = f'there is no {kind} "{name}", {what}'
-                yield case.problem(f"unknown-{kind}", message, path, help, related=related, key=first.key)
+            help = _namesake(robot, kind, name) or case.suggest(uses[0].path, name, real, otherwise, own)
+            yield from case.unknown(f"unknown-{kind}", f'there is no {kind} "{name}"', uses, help)
 
 
 def _mentions(case: Case, kind: str, option: str) -> Iterator[Reference]:

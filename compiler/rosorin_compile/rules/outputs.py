@@ -129,17 +129,13 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
 
 def _outside(file: str) -> str:
     """Return why a file name is not one in the outputs folder; empty if it is."""
-    if file.startswith("/") or _DRIVE.match(file):
-        return "has an absolute name"
-    if "\\" in file:
-        return "has a backslash in its name"
     parts = file.split("/")
-    if len(parts) > MAX_FOLDERS:
-        return f"is in more than {MAX_FOLDERS} folders"
-    if ".." in parts:
-        return "would be outside the outputs folder"
-    if file != posixpath.normpath(file) or not file.strip() or file == ".":
-        return "is not the name of a file"
-    if any(part.casefold() == ".git" for part in parts) or not file.isprintable():
-        return "has a name that no artifact may have"
-    return ""
+    reasons = {
+        "has an absolute name": file.startswith("/") or _DRIVE.match(file),
+        "has a backslash in its name": "\\" in file,
+        f"is in more than {MAX_FOLDERS} folders": len(parts) > MAX_FOLDERS,
+        "would be outside the outputs folder": ".." in parts,
+        "is not the name of a file": file != posixpath.normpath(file) or not file.strip() or file == ".",
+        "has a name that no artifact may have": ".git" in file.casefold().split("/") or not file.isprintable(),
+    }
+    return next((reason for reason, applies in reasons.items() if applies), "")

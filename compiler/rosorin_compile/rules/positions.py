@@ -151,17 +151,15 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
                 yield _motionless(case, joint, path, f'pose "{pose.name}" moves', key=True)
             elif joint is not None and joint.moves and joint.mimic is not None:
                 message = f'pose "{pose.name}" places joint "{name}", which follows "{joint.mimic.joint}": no effect'
-                help = f'place "{joint.mimic.joint}" instead'
-                yield case.problem("ignored-key", message, path, help, key=True)
-    options = [case.formats[one.backend].options for one in case.robot.outputs if one.backend in case.formats]
-    bases = [one.options.get("base", "fixed") for one in case.robot.outputs]
-    if not any("base" in one for one in options) or "free" in bases or case.robot.moveit is not None:
-        return  # moveit places the virtual joint of its own
-    for pose in case.robot.poses:
-        if pose.base is not None:
+                yield case.problem("ignored-key", message, path, f'place "{joint.mimic.joint}" instead', key=True)
+        outputs = [one for one in case.robot.outputs if one.backend in case.formats]
+        has_base = any("base" in case.formats[one.backend].options for one in outputs)
+        is_free = any(one.options.get("base") == "free" for one in outputs)
+        # moveit places the virtual joint of its own
+        if pose.base is not None and has_base and not is_free and case.robot.moveit is None:
             message = f'pose "{pose.name}" places the base, which is fixed in every output: no effect'
-            path, help = ("poses", pose.name, "base"), "write base: free in the output"
-            yield case.problem("ignored-key", message, path, help, severity=NOTE, key=True)
+            help = "write base: free in the output"
+            yield case.problem("ignored-key", message, ("poses", pose.name, "base"), help, severity=NOTE, key=True)
 
 
 def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:

@@ -32,7 +32,6 @@ _KINDS = {word: kind for kind, word in KINDS.items()}
 # The kinds of what gets its name in a section for a simulation, by the word of the schema.
 _DEFINED = {"actuator": ACTUATOR, "tendon": TENDON, "constraint": EQUALITY, "sensor of MuJoCo": SENSOR}
 _DEFINED |= {"contact pair": "pair"}
-_MAX_RELATED = 3
 
 
 class Named(NamedTuple):
@@ -174,33 +173,27 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         kind = _KINDS.get(one.kind, one.kind)
         if names and (names.is_ambiguous(kind, one.name) or not names.has(kind, one.name)):
             wrong.setdefault((kind, one.name), []).append(one)
-    for (kind, name), (first, *others) in wrong.items():
-        also, same = case.also(first.path, ((one.path, one.what, one.key) for one in others), first.key)
-        for path, what, related in ((first.path, first.what, also[:_MAX_RELATED]), *((*one, []) for one in same)):
-            id, message, help = _worded(names or _Names(case), kind, name, what, path)
-            yield case.problem(id, message, path, help, related=related, key=first.key)
+    for (kind, _), uses in wrong.items():
+        id, message, help = _worded(names or _Names(case), kind, uses[0])
+        yield from case.unknown(id, message, uses, help)
 
 
-def _worded(names: _Names, kind: str, name: str, what: str, path: Path) -> tuple[str, str, str]:
+def _worded(names: _Names, kind: str, use: Reference) -> tuple[str, str, str]:
     """Return the rule, the message and the help for an unknown name."""
-    robot, word = names.robot, _WORDS.get(kind, kind)
+    robot, word, name = names.robot, _WORDS.get(kind, kind), use.name
     if kind == JOINT and name in robot.joint:
         joint = robot.joint[name]
-        if joint.is_fixed:
-            return "joint-is-fixed", f'joint "{name}", {what}, is fixed', "name a joint that moves"
-        parts = " or ".join(f'"{name}{end}"' for end in ENDS[joint.type])
-        message = f'joint "{name}", {what}, is {joint.type} and has no single position'
-        return "joint-has-no-position", message, f"name one of the joints that MuJoCo has for it: {parts}"
+        parts = " or ".join(f'"{name}{end}"' for end in ENDS.get(joint.type, ()))
+        help = f"name one of the joints that MuJoCo has for it: {parts}" if parts else ""
+        id = "joint-is-fixed" if joint.is_fixed else "joint-has-no-position"
+        return id, f'joint "{name}" is {joint.type} and has no single position', help
     if names.is_ambiguous(kind, name):
-        message = f'several shapes are called "{name}", {what}: in the MJCF none of them has that name'
+        message = f'several shapes are called "{name}": in the MJCF none of them has that name'
         return "unknown-name", message, "name one as LINK_collision_1 or LINK_visual_1, by its place in its link"
-    if kind == JOINT and name == _free_joint(robot):
-        message = f'there is no joint "{name}", {what}: the base of every output is fixed'
-        return "unknown-joint", message, "write base: free in the output of the MJCF"
     id = {JOINT: "unknown-joint", BODY: "unknown-link"}.get(kind, "unknown-name")
-    otherwise = f"name a{'n' if word[0] in 'aei' else ''} {word} of the robot"
-    known = names.by_kind.get(kind, ())
-    return id, f'there is no {word} "{name}", {what}', names.case.suggest(path, name, known, otherwise)
+    help = names.case.suggest(use.path, name, names.by_kind.get(kind, ()), f"name another {word} of the robot")
+    is_base = kind == JOINT and name == _free_joint(robot)
+    return id, f'there is no {word} "{name}"', "write base: free in the output of the MJCF" if is_base else help
 
 
 @rule("name-twice", help="Give one of them another name; in a part, names get its prefix.", topic=SIMULATED)

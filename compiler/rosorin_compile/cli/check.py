@@ -223,14 +223,13 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
     """Return the arguments that cause a problem, as the end of a sentence; empty if all do."""
     if len(where) == len(tried):
         return ""
-    columns = [set(column) for column in zip(*where, strict=True)]
-    used = [[value for value in values if value in column] for (_, values), column in zip(varied, columns, strict=True)]
-    causes = [
-        f"{name}={' or '.join(values)}"
-        for (name, every), values in zip(varied, used, strict=True)
-        if len(values) < len(every)
+    columns = [
+        [value for value in values if any(row[index] == value for row in where)]
+        for index, (_, values) in enumerate(varied)
     ]
-    if prod(map(len, used)) == len(where) and causes:
+    named = [(name, used) for (name, values), used in zip(varied, columns, strict=True) if len(used) < len(values)]
+    if named and prod(map(len, columns)) == len(where):
+        causes = [f"{name}={' or '.join(used)}" for name, used in named]
         return f" (with {', '.join(causes)})"
     first = ", ".join(f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True))
     more = f", and in {counted(len(where) - 1, 'other combination')}" if len(where) > 1 else ""
@@ -240,9 +239,8 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
 def _summary(varied: Sequence[Choice], tried: int, failed: int) -> str:
     """Return how many combinations were tried and how many of them have errors."""
     if not varied:
-        return "no argument with a list of values is left open; compiled once, " + ("with errors" if failed else "fine")
-    count = prod(len(values) for _, values in varied)
-    names = ", ".join(name for name, _ in varied)
+        return f"no argument with a list of values is left open; compiled once, {'with errors' if failed else 'fine'}"
+    count, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
     result = f"{failed:,} with errors" if failed else "all fine"
     if tried < count:
         return f"{tried:,} of {count:,} combinations of {names} compiled, {result}; set some of them for the others"

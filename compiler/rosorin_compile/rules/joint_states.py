@@ -119,17 +119,17 @@ def position(joint: Joint, text: str) -> float:
 
 
 def _number(joint: Joint, text: str, expected: Dimension) -> float:
-    value = Quantity.parse(text)
-    if value is None and _NUMBER.fullmatch(text):
-        return float(text)
-    subject = f'the position of joint "{joint.name}"'
-    unit = unknown_unit(text) if value is None else None
-    if unit is not None:
-        raise RequestError(f'{subject} has an unknown unit: "{unit}"')
-    try:
-        number = evaluate(text, dict[str, object]().__getitem__) if value is None else value
-    except ExpressionError as problem:
-        raise RequestError(f"{subject} cannot be read: {text}: {problem.message}") from None
+    subject, number = f'the position of joint "{joint.name}"', Quantity.parse(text)
+    if number is None and _NUMBER.fullmatch(text):
+        number = float(text)
+    elif number is None:
+        unit = unknown_unit(text)
+        if unit is not None:
+            raise RequestError(f'{subject} has an unknown unit: "{unit}"')
+        try:
+            number = evaluate(text, dict[str, object]().__getitem__)
+        except ExpressionError as problem:
+            raise RequestError(f"{subject} cannot be read: {text}: {problem.message}") from None
     if isinstance(number, bool) or not isinstance(number, (int, float)):
         raise RequestError(f"{subject} is no number: {text}")
     dimension = dimension_of(number)

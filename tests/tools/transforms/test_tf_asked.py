@@ -91,7 +91,7 @@ def test_edges_with_a_pose_are_answered_and_modes_told(project: Path, capsys: Sh
     )
     said = tf(capsys, "map", "odom", code=1)
     assert "error[transform-not-known]: map -> odom, on the way from map to odom, depends on the mode\n" in said
-    assert "say which mode is on: --mode NAME" in said
+    assert "choose a mode: --mode NAME" in said
     assert "- Translation: [2.000, 0.000, 0.000]" in tf(capsys, "map", "odom", "--mode", "not mapping")
     edit(file, "publisher: amcl, when: not mapping, ", "publisher: amcl, when: not mapping and not mapping, ")
     edit(file, "  - {parent: map, child: odom, publisher: slam, when: mapping, moving: false, xyz: [1, 0, 0]}\n", "")
@@ -116,7 +116,7 @@ AMISS = [
     ("base_link laser --joint joint9=1", 'there is no joint "joint9"; did you mean "joint5"?'),
     ("base_link laser --joint lidar_joint=1", 'joint "lidar_joint" is fixed: it never moves'),
     ("base_link laser --joint joint1=5cm", 'joint "joint1" is revolute: 5cm is a length (m), not an angle (rad)'),
-    ("base_link laser --joint joint1=5parsec", 'the position of joint "joint1" has a unit that nobody knows: "parsec"'),
+    ("base_link laser --joint joint1=5parsec", 'the position of joint "joint1" has an unknown unit: "parsec"'),
     ("base_link laser --joint joint1=one", 'the position of joint "joint1" cannot be read: one: '),
     ("base_link laser --joint joint1=1e999", 'the position of joint "joint1" is not finite: 1e999'),
     ("base_link laser --joint joint1=[1]", 'the position of joint "joint1" is no number: [1]'),

@@ -119,7 +119,8 @@ def position(joint: Joint, text: str) -> float:
 
 
 def _number(joint: Joint, text: str, expected: Dimension) -> float:
-    subject, number = f'the position of joint "{joint.name}"', Quantity.parse(text)
+    subject = f'the position of joint "{joint.name}"'
+    number: object = Quantity.parse(text)
     if number is None and _NUMBER.fullmatch(text):
         number = float(text)
     elif number is None:

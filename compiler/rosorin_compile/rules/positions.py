@@ -85,7 +85,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
         offset = joint.mimic.offset if joint.mimic else 0.0
         path = (*path, "offset" if abs(offset) > max(abs(low), abs(high)) + slack else "multiplier")
     elif id == "pose-beyond-limit":
-        first = last = dict(case.robot.positions(str(path[1]))).get(joint.name, 0.0)
+        first = last = case.robot.positions(str(path[1])).get(joint.name, 0.0)
         called = f'pose "{path[1]}" {"places" if len(path) > 2 else "leaves"}'
     if first < low - slack or last > high + slack:
         shown = number(first) if first == last else f"{number(first)} to {number(last)}"

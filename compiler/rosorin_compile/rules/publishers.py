@@ -134,9 +134,16 @@ class Step(NamedTuple):
         """Whether it is the turn of a joint in which nobody publishes it."""
         return self.publisher.kind == UNPUBLISHED and self.joint != ""
 
+    @property
+    def owner(self) -> str:
+        """Who publishes it, in words."""
+        static = f'static_transform_publisher "{self.publisher.name}"'
+        name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or "nobody"
+        return f'{name} (joint "{self.joint}")' if self.joint else name
 
-def all_steps(case: Case) -> list[Step]:
-    """Return the transforms of joints, then those of edges and turns whose conditions are valid."""
+
+def all_steps(case: Case, legal: bool = True) -> list[Step]:
+    """Return the transforms of joints, then those of edges and turns; with ``legal`` only those of valid conditions."""
     found = [
         Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent"))
         for one in case.robot.joints
@@ -144,7 +151,7 @@ def all_steps(case: Case) -> list[Step]:
     return found + [
         Step(edge.parent, edge.child, edge.publisher, edge.joint, edge.when, index, case.edge(index, "parent"))
         for index, edge in enumerate(case.robot.edges)
-        if is_legal(case, edge)
+        if not legal or is_legal(case, edge)
     ]
 
 
@@ -166,41 +173,29 @@ def active_in(published: Iterable[Step], combination: Combination) -> list[Step]
 # --- publishers ---
 
 
-class Claim(NamedTuple):
-    """A transform into a frame that somebody publishes: in words who, and the path of the frame or its publisher."""
-
-    owner: str
-    path: Path
-    step: Step
-
-
-def _claims(case: Case) -> dict[str, list[Claim]]:
-    """Return who publishes the transform into each frame that an edge leads to, joints first.
+def _claims(case: Case) -> dict[str, list[Step]]:
+    """Return the transforms into each frame that an edge leads to, joints first.
 
     Into another frame only a joint leads, and nobody else can publish that. Of a link with two parents only the first
     is taken: that is the cause. Edges with an invalid condition are left out.
     """
     led_to = {edge.child for edge in case.robot.edges}
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []
-    by_child: dict[str, list[Claim]] = {}
+    by_child: dict[str, list[Step]] = {}
     for step in sorted(steps, key=lambda step: (step.edge is not None, not step.joint)):
         claims = by_child.setdefault(step.child, [])
-        if step.edge is not None:
-            path, is_claim = case.edge(step.edge, "child"), step.joint or step.publisher.kind != UNPUBLISHED
-        else:
-            joint = case.robot.joint[step.joint]
-            path = _turn_of_urdf(case, joint) or case.end(joint, "child")
-            is_claim = step.publisher.kind != UNPUBLISHED and not claims
-        if is_claim:
-            owner = _owner(step.publisher) + (f' (joint "{step.joint}")' if step.joint else "")
-            claims.append(Claim(owner, path, step))
+        is_published = step.publisher.kind != UNPUBLISHED
+        if (is_published and not claims) if step.edge is None else (is_published or step.joint):
+            claims.append(step)
     return by_child
 
 
-def _owner(publisher: Publisher) -> str:
-    if publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-        return f'static_transform_publisher "{publisher.name}"'
-    return publisher.name or "nobody"
+def _place(case: Case, step: Step) -> Path:
+    """Return the path of the child of an edge, or of the publisher of a joint."""
+    if step.edge is not None:
+        return case.edge(step.edge, "child")
+    joint = case.robot.joint[step.joint]
+    return _turn_of_urdf(case, joint) or case.end(joint, "child")
 
 
 def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
@@ -221,14 +216,14 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
     bare = {edge.child for edge in edges if edge.publisher.kind == UNPUBLISHED and not edge.joint}
     bare |= {edge.child for edge in edges if not is_legal(case, edge)}
     for child, claims in _claims(case).items():
-        modes = modes_in(case.robot, [claim.step.when for claim in claims])
+        modes = modes_in(case.robot, [claim.when for claim in claims])
         if len(modes) > MAX_MODES:
             message = f'the publishers of "{child}" depend on {len(modes)} modes together: too many to check'
-            yield case.problem("too-many-modes", message, claims[-1].path, severity=WARNING)
+            yield case.problem("too-many-modes", message, _place(case, claims[-1]), severity=WARNING)
             continue
         gap: Combination | None = None
         for combination in combinations(modes):
-            active = [claim for claim in claims if holds(claim.step.when, combination)]
+            active = [claim for claim in claims if holds(claim.when, combination)]
             clashing = _clashing(active)
             if clashing:
                 yield _two(case, child, clashing, combination)
@@ -238,33 +233,35 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
             if gap is not None and child not in bare:
                 first, *others = claims
                 message = f'nobody publishes the transform into "{child}"{in_words(gap)}'
-                related = [(f"published here when {one.step.when}, by {one.owner}", one.path) for one in others]
-                help = f"add {'an entry' if first.step.joint else 'an edge'} for that case, or widen the condition"
-                path = case.edge(first.step.edge or 0, "when")
+                related = [(f"published here when {one.when}, by {one.owner}", _place(case, one)) for one in others]
+                help = f"add {'an entry' if first.joint else 'an edge'} for that case, or widen the condition"
+                path = case.edge(first.edge or 0, "when")
                 yield case.problem("unpublished-edge", message, path, help, related=related, severity=WARNING)
 
 
-def _clashing(active: list[Claim]) -> list[Claim]:
+def _clashing(active: list[Step]) -> list[Step]:
     """Return the claims that contradict each other; an edge may publish a joint that is on no topic."""
-    owners = [claim for claim in active if not claim.step.is_silent]
-    joints = {claim.step.joint for claim in owners if claim.step.joint}
-    silent = [claim for claim in active if claim.step.is_silent and claim.step.joint in joints]
+    owners = [claim for claim in active if not claim.is_silent]
+    joints = {claim.joint for claim in owners if claim.joint}
+    silent = [claim for claim in active if claim.is_silent and claim.joint in joints]
     return owners if len(owners) > 1 else [*silent, *owners] if silent else []
 
 
-def _two(case: Case, child: str, active: list[Claim], combination: Combination) -> Diagnostic:
+def _two(case: Case, child: str, active: list[Step], combination: Combination) -> Diagnostic:
     owners = list(dict.fromkeys(claim.owner for claim in active))
-    parents = list(dict.fromkeys(claim.step.parent for claim in active))
+    parents = list(dict.fromkeys(claim.parent for claim in active))
     what = f"{listed(owners)} {'publishes twice' if len(owners) == 1 else 'publish'}"
-    what = f"nobody and {active[-1].owner} are to publish" if active[0].step.is_silent else what
+    what = f"nobody and {active[-1].owner} are to publish" if active[0].is_silent else what
     message = f'{what} the transform into "{child}"{f", below {quoted(parents)}" if len(parents) > 1 else ""}'
-    related = [(f"also published here, by {claim.owner}", claim.path) for claim in active[:-1]]
+    related = [(f"also published here, by {claim.owner}", _place(case, claim)) for claim in active[:-1]]
     help = "a frame has one publisher at a time: remove one, or give the edges conditions that exclude each other"
-    joint = case.robot.joint.get(active[0].step.joint)
+    joint = case.robot.joint.get(active[0].joint)
     if joint is not None and joint.publisher.kind == ROBOT_STATE_PUBLISHER:
         help = "robot_state_publisher publishes every joint of its URDF in every mode: choose the publisher by an"
         help += ' argument of the build, publisher: "${publisher}", or keep the joint for other programs, {none: WHY}'
-    return case.problem("two-publishers", message + in_words(combination), active[-1].path, help, related=related)
+    return case.problem(
+        "two-publishers", message + in_words(combination), _place(case, active[-1]), help, related=related
+    )
 
 
 @Check

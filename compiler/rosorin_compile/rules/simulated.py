@@ -152,8 +152,9 @@ class _Names:
 
     def is_ambiguous(self, kind: str, name: str) -> bool:
         """Return True if several shapes have a name, which none of them has in the MJCF."""
-        is_geom = any(named.kind == GEOM and named.name == name for named in self.all)
-        return kind == GEOM and len(self.shapes.get(name, ())) > 1 and not is_geom
+        if kind != GEOM or len(self.shapes.get(name, ())) < 2:
+            return False
+        return not any(named.kind == GEOM and named.name == name for named in self.all)
 
 
 @rule("unknown-name", help="Correct the name.", topic=SIMULATED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from typing import NamedTuple
 
@@ -87,13 +88,12 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges lead, with the joints between, back to where they began, in some combination of modes."""
     if not case.robot.is_tree or not case.robot.edges:
         return
-    core = legal_steps(case)
-    while True:  # leave out what no transform leads to, or on from
+    core: list[Step] = []
+    left = legal_steps(case)
+    while _circle(left) and len(left) != len(core):  # leave out what no transform leads to, or on from
+        core = left
         parents, children = {step.parent for step in core}, {step.child for step in core}
         left = [step for step in core if step.parent in children and step.child in parents]
-        if len(left) == len(core):
-            break
-        core = left
     modes = modes_in(case.robot, [step.when for step in core])
     modes = [] if len(modes) > MAX_MODES else modes
     circle = next(filter(None, (_circle(active_in(core, one) if modes else core) for one in combinations(modes))), [])
@@ -107,12 +107,18 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 
 def _circle(steps: list[Step]) -> list[Step]:
     """Return the first circle in transforms, parents before children; empty if there is none."""
-    while True:  # what is left has a parent each, so that every way up ends in a circle
-        children = {step.child for step in steps}
-        left = [step for step in steps if step.parent in children]
-        if len(left) == len(steps):
-            break
-        steps = left
+    below: dict[str, list[str]] = {}
+    for step in steps:
+        below.setdefault(step.parent, []).append(step.child)
+    count = Counter(step.child for step in steps)
+    ready = [name for name in below if not count[name]]
+    for name in ready:
+        for child in below.get(name, ()):
+            count[child] -= 1
+            if not count[child]:
+                ready.append(child)
+    # No root leads to the others: every way up from them ends in a circle.
+    steps = [step for step in steps if count[step.child] and count[step.parent]]
     above = {step.child: step for step in reversed(steps)}
     walked: dict[str, Step] = {}
     here = next((step.child for step in steps), "")
@@ -153,7 +159,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
     if not case.robot.is_tree or not case.robot.published_by(UNPUBLISHED):
         return
     # Edges with an invalid condition count: the condition is reported, and not what follows from it.
-    published = [step for step in all_steps(case) if not step.is_silent]
+    published = [step for step in all_steps(case, legal=False) if not step.is_silent]
     links, reached = set(case.robot.link), {step.child for step in published}
     parts = _pieces_with(published, links)
     main = max(parts, key=lambda piece: len(piece & links), default=set())

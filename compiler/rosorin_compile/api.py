@@ -40,10 +40,9 @@ from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.output.check_outputs import compare_committed, judged
 from rosorin_compile.request import FilePath, Request
 from rosorin_compile.rules import joint_states
-from rosorin_compile.rules import pulses as servo_pulses
 from rosorin_compile.rules import transform as frame_transforms
 from rosorin_compile.rules.check import plugged
-from rosorin_compile.rules.conditions import check_modes
+from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source.diagnostics import (
     ERROR,
     NOTE,
@@ -326,11 +325,7 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
 
 
 def explain(
-    robot: FilePath | Request,
-    names: Sequence[str],
-    arguments: Values = None,
-    packages: Packages = None,
-    pose: str = "",
+    robot: FilePath | Request, names: Sequence[str], arguments: Values = None, packages: Packages = None, pose: str = ""
 ) -> Explained:
     """Return the poses of frames, links, joints, sensors or parts, and the line of YAML behind each number.
 
@@ -492,15 +487,15 @@ def pulses(
     case, diagnostics = _case(Request.of(robot, arguments, packages, trust=trust))
     if case is None:
         return Pulses(diagnostics=diagnostics)
-    groups = servo_pulses.servos(case.robot)
-    servos = tuple(map(servo_pulses.summary, groups))
+    groups = joint_states.servos(case.robot)
+    servos = tuple(map(joint_states.summary, groups))
     if model is not None:
         if not Path(model).is_file():
             raise RequestError(no_file(Path(model)))
         compared = against_model(case.robot, Path(model).read_bytes())
         comparison = ModelComparison(str(model), compared.joints, compared.pulses, compared.differences)
         return Pulses(servos, model=comparison, diagnostics=diagnostics, robot=case.robot)
-    found = servo_pulses.joint_pulses(case.robot, values or {}, pose, unit)
+    found = joint_states.joint_pulses(case.robot, values or {}, pose, unit)
     beyond = _beyond_limits(case, [{one.joint: one.position for one in found}], strict)
     posed = next((one.positions for one in case.robot.poses if pose and one.name == pose), {})
     without = tuple(name for name in posed if not any(name in group.joints for group in groups))

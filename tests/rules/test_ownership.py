@@ -19,7 +19,7 @@ from rosorin_compile.formats.frames import publishing
 from rosorin_compile.formats.launch_conditions import condition, in_frontends, in_python
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Link, Robot
-from rosorin_compile.rules.conditions import combinations, holds
+from rosorin_compile.rules.publishers import combinations, holds
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.viewer.frame_trees import frame_trees

@@ -15,17 +15,7 @@ from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.load import LoadError
 
 from .answer import FINE, PROBLEMS
-from .command import (
-    Decorator,
-    Options,
-    command,
-    flag,
-    option,
-    page_options,
-    robot_options,
-    texts,
-    words_argument,
-)
+from .command import Decorator, Options, command, flag, option, page_options, robot_options, texts, words_argument
 from .run import Run, find_robot, named, take_stdin, write_page
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from rosorin_compile.language.expression import ExpressionError
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.rules.conditions import MAX_MODES, combinations, holds, modes_in
+from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, vector
 from rosorin_compile.source.wording import first_of, listed

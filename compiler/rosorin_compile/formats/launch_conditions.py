@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.model import Robot
-from rosorin_compile.rules.conditions import combinations, holds, modes_in
+from rosorin_compile.rules.publishers import combinations, holds, modes_in
 
 # What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.
 STATES = ("true", "false", "True", "False")

@@ -18,7 +18,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
 from rosorin_compile.rules.case import first_fed
-from rosorin_compile.rules.conditions import modes_in
+from rosorin_compile.rules.publishers import modes_in
 from rosorin_compile.source.bounded import python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Output, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.conditions import holds, modes_in
+from rosorin_compile.rules.publishers import holds, modes_in
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, did_you_mean, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, exists

@@ -138,22 +138,18 @@ class Case:
         """Return a second place."""
         return Related(message, self._place(path, key))
 
-    def also(
-        self, first: Path, others: Iterable[tuple[Path, str, bool]], key: bool = False
-    ) -> tuple[list[Related], list[tuple[Path, str]]]:
-        """Split the further uses of what is wrong at a path into other places, and uses at the same place.
+    def unknown(self, rule: str, message: str, uses: Sequence[Reference], help: str) -> Iterator[Diagnostic]:
+        """Yield a problem at the first use of a name, with the other places; again for each use at the same place.
 
-        Each of ``others`` is a path, a description of the use, and whether it is a key. All uses of a part share the
-        places of its text: each use is reported.
+        All uses of a part share the places of its text: each use is reported.
         """
-        place, related, same = self._place(first, key), dict[Span, Related](), []
-        for path, what, is_key in others:
-            span = self._place(path, is_key)
-            if span == place:
-                same.append((path, what))
-            else:
-                related.setdefault(span, Related(f"also used here: {what}", span))
-        return list(related.values()), same
+        first, *others = [(use, self._place(use.path, use.key)) for use in uses]
+        places = {span: Related(f"also used here: {use.what}", span) for use, span in others if span != first[1]}
+        for use, span in (first, *others):
+            if span == first[1]:
+                related = places.values() if use is first[0] else ()
+                text = f"{message}, {use.what}"
+                yield self.problem(rule, text, use.path, help, related=related, key=first[0].key)
 
     def _place(self, path: Path, key: bool = False) -> Span:
         return mistake_place(self.scope, self.tree, path, "", key)[0].span
@@ -211,8 +207,7 @@ def per_link(examine: Callable[[Case, Link], Iterable[Diagnostic]]) -> Callable[
 
     @wraps(examine)
     def check(case: Case) -> Iterator[Diagnostic]:
-        for link in case.robot.links:
-            yield from examine(case, link)
+        return (found for link in case.robot.links for found in examine(case, link))
 
     return check
 
@@ -222,7 +217,6 @@ def per_joint(examine: Callable[[Case, Joint], Iterable[Diagnostic]]) -> Callabl
 
     @wraps(examine)
     def check(case: Case) -> Iterator[Diagnostic]:
-        for joint in case.robot.joints:
-            yield from examine(case, joint)
+        return (found for joint in case.robot.joints for found in examine(case, joint))
 
     return check

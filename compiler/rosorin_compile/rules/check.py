@@ -25,21 +25,17 @@ from rosorin_compile.source.tree import Path as TreePath
 
 from . import (
     bodies,
-    conditions,
     drive,
     frames,
     joints,
     kinematics,
     magnitudes,
-    materials,
     names,
     outputs,
     positions,
     publishers,
-    sight,
-    simulated_marks,
-    simulated_names,
-    sizes,
+    shapes,
+    simulated,
     tf_tree,
     urdf_elements,
 )
@@ -49,12 +45,16 @@ if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 # The modules whose checks run, in this order; then those of sections for ROS and MuJoCo.
-_MODULES = (kinematics, frames, joints, positions, drive, bodies, sizes, conditions, publishers, tf_tree, outputs)
-_MODULES += (magnitudes, materials, urdf_elements, simulated_names, simulated_marks, names, sight)
+_MODULES = (
+    *(kinematics, frames, joints, positions, drive, bodies, shapes, publishers, tf_tree, outputs),
+    *(magnitudes, urdf_elements, simulated, names),
+)
 _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")
 # Rules that compare a number with another, such as a size or a limit.
-_COMPARING = ("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible")
-_COMPARING += ("mimic-beyond-limit", "pose-beyond-limit", "size-implausible")
+_COMPARING = (
+    *("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible"),
+    *("mimic-beyond-limit", "pose-beyond-limit", "size-implausible"),
+)
 # Rules about all numbers of a robot together: one wrong number is reason enough.
 _OF_ALL_NUMBERS = ("collisions-stale",)
 

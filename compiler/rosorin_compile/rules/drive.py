@@ -33,7 +33,6 @@ PARALLEL = math.cos(math.radians(30))  # an axis this near to its direction is m
 RADIUS_APART = 0.05  # of a radius that is given: more is another number, such as the diameter
 UNEVEN = 0.001  # m
 LEAST = 1e-4  # m between wheels that are apart
-_TURNING = ("revolute", "continuous")
 # Which wheels are farther along x or y than which others, by what their names say.
 _PAIRS = {
     MECANUM: (
@@ -54,18 +53,14 @@ class _Named(NamedTuple):
     path: Path
 
 
-def _path(drive: Drive, role: str, index: int) -> Path:
-    single = drive.kind == MECANUM or (drive.kind == TRICYCLE and role == "steering")
-    return ("drive", drive.kind, role) if single else ("drive", drive.kind, role, index)
-
-
 def _named(case: Case, drive: Drive) -> list[_Named]:
-    return [
-        _Named(role, case.robot.joint[name], _path(drive, role, index))
-        for role, names in drive.joints.items()
-        for index, name in enumerate(names)
-        if name in case.robot.joint
-    ]
+    found = []
+    for role, names in drive.joints.items():
+        is_single = drive.kind == MECANUM or (drive.kind == TRICYCLE and role == "steering")
+        for index, name in enumerate(names):
+            path: Path = ("drive", drive.kind, role) if is_single else ("drive", drive.kind, role, index)
+            found += [_Named(role, case.robot.joint[name], path)] if name in case.robot.joint else []
+    return found
 
 
 @rule("drive-joint", help="Name the joint of a wheel: continuous, moved by itself.", topic=JOINTS)
@@ -73,25 +68,21 @@ def joints(case: Case) -> Iterator[Diagnostic]:
     """A joint of the drive does not turn, follows another or is named twice; a warning where a wheel has limits."""
     seen: dict[str, Path] = {}
     for role, joint, path in _named(case, case.robot.drive) if case.robot.drive else ():
-        what = "the steering" if role == "steering" else "a wheel"
-        severity, related = "", [("the joint", case.joint(joint))]
-        message = f'joint "{joint.name}" '
         if joint.name in seen:
-            message, help = f"{message}is named twice in the drive", "name each joint once"
-            related = [("named first here", seen[joint.name])]
-        elif joint.type not in _TURNING:
-            message, help = f"{message}is {joint.type}: {what} turns", "name a joint that turns"
+            what = "named twice in the drive"
+        elif joint.type not in ("revolute", "continuous"):
+            what = f"{joint.type}, and does not turn"
         elif joint.mimic is not None:
-            message += f'follows "{joint.mimic.joint}": {what} of a drive is moved by itself'
-            help = "name a joint that has no mimic"
-        elif role != "steering" and joint.type == "revolute":
-            message, help = f"{message}is revolute and has limits: a wheel turns on", "type: continuous"
-            severity = WARNING
+            what = f'a follower of "{joint.mimic.joint}"'
         else:
-            seen.setdefault(joint.name, path)
-            continue
+            what = "revolute and has limits: a wheel turns on" * (role != "steering" and joint.type == "revolute")
+        if what:
+            severity = WARNING if "turns on" in what else ""
+            related = [("the joint", case.joint(joint))]
+            yield case.problem(
+                "drive-joint", f'joint "{joint.name}" is {what}', path, related=related, severity=severity
+            )
         seen.setdefault(joint.name, path)
-        yield case.problem("drive-joint", message, path, help, related=related, severity=severity)
 
 
 def _sound(case: Case) -> Drive | None:
@@ -104,8 +95,8 @@ def _sound(case: Case) -> Drive | None:
         and not any(circles(case))
         and all(joint.mimic is None or joint.mimic.joint in robot.joint for joint in robot.joints)
         and (not drive.frame or drive.frame in robot.link)
-        and all(name in robot.joint for name in named)
-        and all(robot.joint[name].type in _TURNING and norm(robot.joint[name].axis) > 0 for name in named)
+        and all(name in robot.joint and robot.joint[name].type in ("revolute", "continuous") for name in named)
+        and all(norm(robot.joint[name].axis) > 0 for name in named)
         and len(set(named)) == len(named)
     )
     return drive if is_sound else None
@@ -118,38 +109,25 @@ def axes(case: Case) -> Iterator[Diagnostic]:
     if drive is None:
         return
     for role, joint, path in _named(case, drive):
-        axis = axis_in_base(case.robot, drive, joint.name)
-        where = f'in "{drive.frame or case.robot.root}" at zero'
-        level, rolls = math.hypot(*axis[:2]), drive.kind != OMNI
-        message, severity, help = f'the axis of joint "{joint.name}" is {_direction(axis)} {where}: ', "", ""
+        x, y, z = axis = axis_in_base(case.robot, drive, joint.name)
+        rolls, what, severity = role != "steering" and drive.kind != OMNI, "", ""
         if role == "steering":
-            if abs(axis[2]) >= PARALLEL:
-                continue
-            message, help = f"{message}a steering joint turns about z", "correct the axis, or the pose"
-        elif level < PARALLEL:
-            message, help = f"{message}the axle of a wheel is level", "correct the axis, or the pose of the joint"
-        elif rolls and abs(axis[1]) < PARALLEL:
-            message += "a wheel that goes forward, along x, turns about y"
-            help = "correct the axis, or name the frame whose x points forward: frame"
-        elif rolls and axis[1] < 0:
-            message, severity = f"{message}it turns backward where the base goes forward; controllers take +y", WARNING
-            help = "turn the axis round, or accept it: simulate follows the axis"
-        else:
-            if rolls and exists(case.tree, case.joint(joint, "axis")) and lies_across(case, joint):
-                message = f'the axis of joint "{joint.name}" is across "{joint.child}", the wheel that it turns'
-                help = "a cylinder is along z: give the shape rpy: [90 deg, 0, 0], or correct the axis"
-                yield case.problem("axis-across", message, case.joint(joint, "axis"), help)
-            continue
-        related = [("the axis", case.joint(joint, "axis"))]
-        yield case.problem("drive-axis", message, path, help, related=related, severity=severity)
-
-
-def _direction(axis: Vector) -> str:
-    """Return an axis in few digits: +y, or [0.7, 0, 0.7]."""
-    for index, letter in enumerate("xyz"):
-        if abs(axis[index]) > 1 - 1e-9:
-            return f"{'-' if axis[index] < 0 else '+'}{letter}"
-    return f"[{', '.join(number(round(c, 3) + 0.0) for c in axis)}]"
+            what = "a steering joint turns about z" * (abs(z) < PARALLEL)
+        elif math.hypot(x, y) < PARALLEL:
+            what = "the axle of a wheel is level"
+        elif rolls and abs(y) < PARALLEL:
+            what = "a wheel that goes forward, along x, turns about y"
+        elif rolls and y < 0:
+            what, severity = "it turns backward where the base goes forward; controllers take +y", WARNING
+        elif rolls and exists(case.tree, case.joint(joint, "axis")) and lies_across(case, joint):
+            message = f'the axis of joint "{joint.name}" is across "{joint.child}", the wheel that it turns'
+            help = "a cylinder is along z: give the shape rpy: [90 deg, 0, 0], or correct the axis"
+            yield case.problem("axis-across", message, case.joint(joint, "axis"), help)
+        if what:
+            direction = f"[{', '.join(number(round(c, 3) + 0.0) for c in axis)}]"
+            message = f'the axis of joint "{joint.name}" is {direction} in "{drive.frame or case.robot.root}": {what}'
+            related = [("the axis", case.joint(joint, "axis"))]
+            yield case.problem("drive-axis", message, path, related=related, severity=severity)
 
 
 @rule("drive-places", help="Correct the names, or the poses of the joints.", topic=JOINTS)
@@ -158,43 +136,33 @@ def places(case: Case) -> Iterator[Diagnostic]:
     drive = _sound(case)
     if drive is None:
         return
-    at = {name: place_in_base(case.robot, drive, name) for names in drive.joints.values() for name in names}
-    found = list(_misplaced(case, drive, at))[:1]
-    if found:
-        yield found[0]
-        return
-    radii = {name: drive.radius or rolling_radius(case.robot, name) for name in drive.wheels}
-    are_known = all(radii.values())
-    if drive.kind in STEERED:
-        yield from _axle(case, drive, at)
-    elif drive.kind == OMNI and are_known and not _moves(case):
-        message = "the wheels of the drive cannot move the base in all directions: along x, along y, and turning"
-        yield case.problem("drive-places", message, ("drive", OMNI), "three wheels or more, not all along one line")
-    if are_known and len(drive.wheels) > 1:
-        bottoms = sorted((at[name][2] - (radii[name] or 0.0), name) for name in drive.wheels)
-        (low, lowest), (high, highest) = bottoms[0], bottoms[-1]
-        if high - low > UNEVEN:
-            message = f'wheel "{highest}" ends {1000 * (high - low):.3g} mm above wheel "{lowest}": not on one floor'
-            role, index = next((r, names.index(highest)) for r, names in drive.joints.items() if highest in names)
-            help = "correct the pose of one, or its radius"
-            yield case.problem("drive-places", message, _path(drive, role, index), help, severity=WARNING)
-
-
-def _misplaced(case: Case, drive: Drive, at: dict[str, Vector]) -> Iterator[Diagnostic]:
-    """Yield the wheels that are on another side of their partners than their names say."""
+    path_of = {joint.name: path for _, joint, path in _named(case, drive)}
+    at = {name: place_in_base(case.robot, drive, name) for name in path_of}
     for first, second, along, how in _PAIRS.get(drive.kind, ()):
-        for index, wheel in enumerate(drive.joints[first]):
+        for wheel in drive.joints[first]:
             other = min(drive.joints[second], key=lambda name: at[wheel][along] - at[name][along])
             if at[wheel][along] - at[other][along] < LEAST:
-                numbers = " and ".join(number(round(at[name][along], 6)) for name in (wheel, other))
-                message = f'wheel "{wheel}" is named {first.replace("_", " ")}, but is not {how} "{other}":'
-                message += f' {"xy"[along]} {numbers} m in "{drive.frame or case.robot.root}"'
-                related = [("the other wheel", _path(drive, second, drive.joints[second].index(other)))]
+                message = f'wheel "{wheel}" is named {first.replace("_", " ")}, but is not {how} "{other}": '
+                message += f"{'xy'[along]} {number(at[wheel][along])} and {number(at[other][along])} m"
+                related = [("the other wheel", path_of[other])]
                 help = "correct the names, the poses of the joints, or frame: x points forward, y left"
-                yield case.problem("drive-places", message, _path(drive, first, index), help, related=related)
+                yield case.problem("drive-places", message, path_of[wheel], help, related=related)
+                return
+    radii = {name: drive.radius or rolling_radius(case.robot, name) for name in drive.wheels}
+    if drive.kind in STEERED:
+        yield from _axle(case, drive, at, path_of)
+    elif drive.kind == OMNI and all(radii.values()) and not _moves(case):
+        message = "the wheels of the drive cannot move the base in all directions: along x, along y, and turning"
+        yield case.problem("drive-places", message, ("drive", OMNI), "three wheels or more, not all along one line")
+    bottoms = sorted((at[name][2] - (radii[name] or 0.0), name) for name in drive.wheels)
+    if all(radii.values()) and bottoms and bottoms[-1][0] - bottoms[0][0] > UNEVEN:
+        high, low = bottoms[-1], bottoms[0]
+        message = f'wheel "{high[1]}" ends {1000 * (high[0] - low[0]):.3g} mm above wheel "{low[1]}": not on one floor'
+        help = "correct the pose of one, or its radius"
+        yield case.problem("drive-places", message, path_of[high[1]], help, severity=WARNING)
 
 
-def _axle(case: Case, drive: Drive, at: dict[str, Vector]) -> Iterator[Diagnostic]:
+def _axle(case: Case, drive: Drive, at: dict[str, Vector], path_of: dict[str, Path]) -> Iterator[Diagnostic]:
     """Yield problems of the axle that is not steered."""
     rolling = drive.joints.get("rolling", ())
     fixed = rolling or tuple(name for name in drive.wheels if not steering_of(case.robot, drive, name))
@@ -204,11 +172,10 @@ def _axle(case: Case, drive: Drive, at: dict[str, Vector]) -> Iterator[Diagnosti
         yield case.problem("drive-places", message, ("drive", drive.kind), help, key=True)
         return
     axle = sum(at[name][0] for name in fixed) / len(fixed)
-    for index, name in enumerate(drive.steering):
+    for name in drive.steering:
         if abs(at[name][0] - axle) < LEAST:
             message = f'the steering joint "{name}" is on the axle that the base turns about: no wheelbase'
-            help = "correct the poses of the joints"
-            yield case.problem("drive-places", message, _path(drive, "steering", index), help)
+            yield case.problem("drive-places", message, path_of[name])
 
 
 def _moves(case: Case) -> bool:
@@ -224,29 +191,24 @@ def _moves(case: Case) -> bool:
 def radii(case: Case) -> Iterator[Diagnostic]:
     """The radius of a wheel is unknown or not positive; a warning if `radius` is not that of the shapes."""
     drive = _sound(case)
-    if drive is None:
+    radius, place = drive.radius if drive else None, ("drive", "radius")
+    if radius is not None and radius <= 0:
+        yield case.problem("drive-radius", f"the radius of the wheels is {number(radius)} m", place)
         return
-    if drive.radius is not None and drive.radius <= 0:
-        message = f"the radius of the wheels is {number(drive.radius)} m"
-        yield case.problem("drive-radius", message, ("drive", "radius"), "write a positive length")
-        return
-    for _, joint, path in _named(case, drive):
-        shown = rolling_radius(case.robot, joint.name) if joint.name in drive.wheels else None
-        if joint.name in drive.wheels and drive.radius is None and not shown:
+    for _, joint, path in _named(case, drive) if drive else ():
+        shown = rolling_radius(case.robot, joint.name) if drive and joint.name in drive.wheels else radius or 1.0
+        if radius is None and not shown:
             message = f'no round shape of link "{joint.child}" gives the radius of the wheel of joint "{joint.name}"'
-            help = "write it: drive: {radius: 40 mm}; or give the wheel a cylinder to collide with"
-            yield case.problem("drive-radius", message, path, help)
+            yield case.problem("drive-radius", message, path)
             return
-        if drive.radius is not None and shown and abs(shown - drive.radius) > RADIUS_APART * drive.radius:
-            message = f'the radius is {number(drive.radius)} m, but the wheel of joint "{joint.name}" has {shown:.4g} m'
+        if radius is not None and shown and abs(shown - radius) > RADIUS_APART * radius:
+            message = f'the radius is {number(radius)} m, but the wheel of joint "{joint.name}" has {shown:.4g} m'
             help = "correct one of the two; a diameter is twice the radius"
-            yield case.problem("drive-radius", message, ("drive", "radius"), help, severity=WARNING)
+            yield case.problem("drive-radius", message, place, help, severity=WARNING)
             return
 
 
-@rule(
-    "wheel-in-body", help="Correct `xyz` or add `disabled_contacts`.", topic=JOINTS, accept="joint", imported="always"
-)
+@rule("wheel-in-body", help="Correct `xyz`, or disable the contact.", topic=JOINTS, accept="joint", imported="always")
 def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
     """A warning: a wheel of the drive is inside a shape of the body that carries it. Meshes are not examined."""
     drive, robot = _sound(case), case.robot
@@ -257,8 +219,7 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
     for _, joint, _ in _named(case, drive):
         shapes = robot.link[joint.child].collision if joint.name in drive.wheels else ()
         discs = [(one.pose.transform(), one.geometry) for one in shapes if isinstance(one.geometry, Cylinder)]
-        faces = [(turn, geometry.length / 2) for turn, geometry in discs]
-        points = [turn.apply((0.0, 0.0, side)) for turn, half in faces for side in (-half, half)]
+        points = [turn.apply((0.0, 0.0, side * disc.length / 2)) for turn, disc in discs for side in (-1, 1)]
         bodies = [joint.parent, *(name for name, _ in robot.fixed_neighbours(joint.parent))] if points else []
         for name in bodies:
             step = places[name].inverse().then(places[joint.child])
@@ -276,8 +237,8 @@ def _holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
     geometry, back = shape.geometry, shape.pose.transform().inverse()
     local = [back.apply(step.apply(point)) for point in points]
     if isinstance(geometry, Box):
-        bounds = [(geometry.lower[axis], geometry.upper[axis]) for axis in range(3)]
-        return all(low < point[axis] < high for point in local for axis, (low, high) in enumerate(bounds))
+        low, high = geometry.lower, geometry.upper
+        return all(low[axis] < point[axis] < high[axis] for point in local for axis in range(3))
     if isinstance(geometry, Sphere):
         return all(math.hypot(*point) < geometry.radius for point in local)
     if isinstance(geometry, (Cylinder, Capsule)):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from rosorin_compile.language.schema import joint_unit, subject
-from rosorin_compile.model import Cylinder, Joint, Limit
+from rosorin_compile.model import Cylinder, Joint
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -17,36 +17,17 @@ from rosorin_compile.source.wording import first_of, listed
 
 from .case import Case, number, per_joint
 
-# Axes that were measured, printed to five digits, miss 1 by about 1e-5.
-AXIS_TOLERANCE = 1e-3
+AXIS_TOLERANCE = 1e-3  # axes that were measured, printed to five digits, miss 1 by about 1e-5
 ZERO_AXIS = 1e-9
 DEFAULT_AXIS = (1.0, 0.0, 0.0)
 ALONG = 0.9  # cosine: an axle within 25 degrees of an axis is parallel to it
 SHOWN = 8
 ROUNDING = 1e-6  # relative, of numbers that are read from a file which has both
-
 _SEVERAL = ("axis", "limit", "actuator", "calibration", "safety_controller")
-_WITHOUT_EFFECT = {
-    "fixed": (*_SEVERAL, "dynamics"),
-    "floating": _SEVERAL,
-    "ball": _SEVERAL,
-    "planar": ("actuator",),
-}
-_STRENGTHS = {
-    "effort": ("N*m", "N", "no force in ROS, unlimited force in MuJoCo"),
-    "velocity": ("rad/s", "m/s", "a controller that keeps to it never moves the joint"),
-}
-_NOT_NEGATIVE = {
-    "damping": "it would drive the joint instead of braking it",
-    "friction": "it would drive the joint instead of braking it",
-    "armature": "no rotor has such an inertia",
-    "stiffness": "the spring would push away from where it is at rest",
-    "kp": "the servo would drive the joint away from its target",
-    "kv": "the servo would drive the joint instead of braking it",
-}
+_WITHOUT_EFFECT = {"fixed": (*_SEVERAL, "dynamics"), "floating": _SEVERAL, "ball": _SEVERAL, "planar": ("actuator",)}
 
 
-@rule("axis-zero", "An axis is zero: no direction.", "Name the direction, such as `[0, 0, 1]`.", JOINTS)
+@rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
 @rule("axis-not-unit", "An axis is not of unit length.", "Scale it to length 1.", JOINTS, "joint", "always")
 @per_joint
 def axes(case: Case, joint: Joint) -> Iterator[Diagnostic]:
@@ -73,53 +54,34 @@ def axes(case: Case, joint: Joint) -> Iterator[Diagnostic]:
 def limits(case: Case, joint: Joint) -> Iterator[Diagnostic]:
     """Validate limits: readers of URDF require some, and no joint can have others."""
     path, limit, called = case.joint(joint, "limit"), joint.limit, f'joint "{joint.name}"'
-    if limit is None:
-        if joint.type in ("revolute", "prismatic"):
-            help = "add limit: {lower: , upper: , effort: , velocity: }"
-            help += ", or make it continuous" if joint.type == "revolute" else ""
+    is_bounded = joint.type in ("revolute", "prismatic")
+    if limit is None or not (joint.moves or joint.type == "planar"):
+        if limit is None and is_bounded:
+            help = "add limit: {lower: , upper: , effort: , velocity: }, or make a revolute joint continuous"
             yield case.problem("limit-missing", f"{called} is {joint.type} and has no limit", path, help)
         return
-    if not joint.moves and joint.type != "planar":
-        return
-    ends = ["lower", "upper"] if joint.type in ("revolute", "prismatic") else []
+    ends = ["lower", "upper"] if is_bounded else []
     missing = [key for key in (*ends, "effort", "velocity") if getattr(limit, key) is None]
     if missing:
-        id, why = "limit-incomplete", "readers of URDF refuse a limit without effort and velocity"
-        if {"lower", "upper"} & set(missing):
-            id, why = "limit-missing", "without lower and upper it is locked in ROS and free in MuJoCo"
-        message = f"the limit of {called} lacks {listed(missing)}"
-        yield case.problem(id, message, path, f"add {listed(missing)}: {why}", within=True)
-    yield from _ends(case, joint, limit)
-    for key, (turning, sliding, effect) in _STRENGTHS.items():
-        value: float | None = getattr(limit, key)
-        if value is not None and value < 0:
-            strength = sliding if joint.type in ("prismatic", "planar") else turning
-            message = f"the {key} limit of {called} is {number(value)} {strength}, below zero"
-            yield case.problem("limit-negative", message, (*path, key), "write it without the sign")
-        elif value == 0:
-            message = f"the {key} limit of {called} is zero: {effect}"
-            yield case.problem("limit-zero", message, (*path, key), f"give the {key} that the joint really has")
-
-
-def _ends(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
-    path, lower, upper = case.joint(joint, "limit"), limit.lower, limit.upper
-    if joint.type == "continuous":
-        key = next((key for key in ("lower", "upper") if getattr(limit, key) is not None), "")
-        if key:
-            message = f'joint "{joint.name}" is continuous: it turns without end and has no {key} limit'
-            help = "make it revolute, or remove lower and upper"
-            yield case.problem("limit-on-continuous", message, (*path, key), help, key=True)
-    elif lower is not None and upper is not None and lower >= upper:
-        unit_ = "rad" if joint.type == "revolute" else "m"
-        message = f'the lower limit {number(lower)} {unit_} of joint "{joint.name}" is '
+        id = "limit-missing" if {"lower", "upper"} & set(missing) else "limit-incomplete"
+        message = f"the limit of {called} lacks {listed(missing)}, which readers of URDF require"
+        yield case.problem(id, message, path, f"add {listed(missing)}", within=True)
+    lower, upper = limit.lower, limit.upper
+    key = "lower" if lower is not None else "upper"
+    if joint.type == "continuous" and getattr(limit, key) is not None:
+        message = f"{called} is continuous: it turns without end and has no {key} limit"
+        yield case.problem("limit-on-continuous", message, (*path, key), key=True)
+    elif joint.type != "continuous" and lower is not None and upper is not None and lower >= upper:
+        id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
+        message = f"the lower limit {number(lower)} {joint.unit} of {called} is {what} its upper limit {number(upper)}"
         related = [("the upper limit", (*path, "upper"))]
-        if lower > upper:
-            message += f"above its upper limit {number(upper)} {unit_}"
-            yield case.problem("limit-swapped", message, (*path, "lower"), related=related)
-        else:
-            message += f"its upper limit {number(upper)} {unit_}: locked in ROS, free in MuJoCo"
-            help = "make the joint fixed, or give it room to move"
-            yield case.problem("limit-equal", message, (*path, "lower"), help, related=related)
+        yield case.problem(id, f"{message} {joint.unit}", (*path, "lower"), related=related)
+    for key in ("effort", "velocity"):
+        value: float | None = getattr(limit, key)
+        if value is not None and value <= 0:
+            id, what = ("limit-negative", "below zero") if value < 0 else ("limit-zero", "zero")
+            message = f"the {key} limit of {called} is {f'{number(value)}, ' if value else ''}{what}"
+            yield case.problem(id, message, (*path, key))
 
 
 @Check
@@ -180,45 +142,39 @@ def negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:
     """Validate the signs of what simulations and servos read."""
     if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
         return  # a part calculates the others from it
-    for part, values in (("dynamics", joint.dynamics), ("actuator", joint.actuator)):
-        for key, effect in _NOT_NEGATIVE.items():
-            value = getattr(values, key, 0.0) or 0.0
-            if value < 0:
-                path = case.joint(joint, part, key)
-                message = f'the {key} of joint "{joint.name}" is {number(value)}{case.stands_in(path)}, below zero'
-                yield case.problem("dynamics-negative", f"{message}: {effect}", path, "write it without the sign")
-    path = case.joint(joint, "mjcf")
-    spring, pair = joint.mjcf.get("springyield"), _numbers(joint, "springdamper")
-    if isinstance(spring, float) and spring < 0:
-        message = f'the springyield of joint "{joint.name}" is {number(spring)}, below zero'
-        yield case.problem("dynamics-negative", message, (*path, "springyield"), "write it without the sign")
+    values: dict[tuple[str, str], object] = {
+        ("dynamics", key): joint.dynamics for key in ("damping", "friction", "armature", "stiffness")
+    }
+    values |= {("actuator", key): joint.actuator for key in ("damping", "armature", "kp", "kv")}
+    found = {path: getattr(owner, path[1], 0.0) or 0.0 for path, owner in values.items()}
+    found["mjcf", "springyield"] = joint.mjcf.get("springyield", 0.0)
+    pair = _numbers(joint, "springdamper")
     if any(pair) and min(pair) <= 0:
-        message = f'the springdamper of joint "{joint.name}" is not above zero'
-        help = "write a time in s and a ratio above zero"
-        yield case.problem("dynamics-negative", message, (*path, "springdamper"), help)
+        found["mjcf", "springdamper"] = -1.0
+    for (part, key), value in found.items():
+        if isinstance(value, (int, float)) and value < 0:
+            path = case.joint(joint, part, key)
+            shown = "not above zero" if key == "springdamper" else f"{number(value)}{case.stands_in(path)}, below zero"
+            yield case.problem("dynamics-negative", f'the {key} of joint "{joint.name}" is {shown}', path)
 
 
 @rule("axis-missing", "A note: moving joints have no axis: x, the default.", "Write `axis: [0, 0, 1]`.", JOINTS)
 @rule("axis-across", "A warning: the axis of a joint is across its wheel.", "Correct it.", JOINTS, "joint", "always")
 def missing_axes(case: Case) -> Iterator[Diagnostic]:
     """Find joints without an axis: one note for all, but for wheels that would tumble."""
-    without: list[Joint] = []
-    for joint in case.robot.joints:
-        if joint.axis != DEFAULT_AXIS or not (joint.moves or joint.type == "planar"):
-            continue
-        if exists(case.tree, case.joint(joint, "axis")):
-            continue
-        if joint.type == "continuous" and lies_across(case, joint):
-            message = f'joint "{joint.name}" has no axis and turns "{joint.child}" about x, across the wheel that it is'
-            help = "write the axis, such as axis: [0, 1, 0]"
-            yield case.problem("axis-across", message, case.joint(joint), help, key=True)
-        else:
-            without.append(joint)
-    if without:
-        names = first_of([f'"{joint.name}"' for joint in without], SHOWN)
-        what = f"joint {names} has" if len(without) == 1 else f"joints {names} have"
-        message = f"{what} no axis: it is x of the frame of the child, [1, 0, 0]"
-        yield case.problem("axis-missing", message, case.joint(without[0]), key=True)
+    moving = [joint for joint in case.robot.joints if joint.moves or joint.type == "planar"]
+    moving = [joint for joint in moving if joint.axis == DEFAULT_AXIS]
+    without = [joint for joint in moving if not exists(case.tree, case.joint(joint, "axis"))]
+    wheels = [joint for joint in without if joint.type == "continuous" and lies_across(case, joint)]
+    for joint in wheels:
+        message = f'joint "{joint.name}" has no axis and turns "{joint.child}" about x, across the wheel that it is'
+        help = "write the axis, such as axis: [0, 1, 0]"
+        yield case.problem("axis-across", message, case.joint(joint), help, key=True)
+    others = [joint for joint in without if joint not in wheels]
+    if others:
+        names = first_of([f'"{joint.name}"' for joint in others], SHOWN)
+        message = f"no axis: {names} {'turns' if len(others) == 1 else 'turn'} about x of the child, [1, 0, 0]"
+        yield case.problem("axis-missing", message, case.joint(others[0]), key=True)
 
 
 def lies_across(case: Case, joint: Joint) -> bool:
@@ -233,62 +189,47 @@ def lies_across(case: Case, joint: Joint) -> bool:
 
 # --- keys of MuJoCo that contradict those of the language ---
 
-_POLYNOMIAL = "leave one of them out, or begin the polynomial of mjcf with the other number"
-
 
 @rule("joint-word", help="Leave one of them out.", topic=SIMULATED)
 def contradictions(case: Case) -> Iterator[Diagnostic]:
     """The `mjcf` of a joint or a tendon contradicts its other keys: formats would differ in what they take."""
     for joint in case.robot.joints:
-        if not joint.mjcf or joint.is_fixed:
-            continue
-        path, called = case.joint(joint), f'joint "{joint.name}"'
-        for word, mine, theirs, other, help in (*_of_dynamics(joint), *_of_limit(joint)):
-            message = f"{called} has {mine} in mjcf, and {theirs} in {'.'.join(other)}"
+        for word, other, theirs in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
+            path = case.joint(joint)
+            message = f'joint "{joint.name}" has another {word} in mjcf than {".".join(other)}, {number(theirs)}'
             related = [("the other one", (*path, *other))]
-            yield case.problem("joint-word", message, (*path, "mjcf", word), help, related=related, key=True)
+            yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:
-            help = "leave it out, or make the joint revolute and write its limit"
-            message = f"{called} is continuous, and has a range in mjcf"
-            yield case.problem("joint-word", message, (*path, "mjcf", "range"), help, key=True)
+            message, path = f'joint "{joint.name}" is continuous, and has a range in mjcf', case.joint(joint)
+            yield case.problem("joint-word", message, (*path, "mjcf", "range"), key=True)
     for name, entry in case.section("tendons").items():
         for word in ("stiffness", "damping"):
             values = (entry.get("mjcf") or {}).get(word)
             if word in entry and values and not _same(values[0], entry[word]):
                 message = f'tendon "{name}" has a {word} of {number(values[0])} in mjcf, and {number(entry[word])}'
-                path = ("tendons", name, "mjcf", word)
-                yield case.problem("joint-word", f"{message} in {word}", path, _POLYNOMIAL, key=True)
+                yield case.problem("joint-word", message, ("tendons", name, "mjcf", word), key=True)
 
 
-def _of_dynamics(joint: Joint) -> Iterator[tuple[str, str, str, tuple[str, str], str]]:
-    """Yield contradictions about damping and spring: the key, both values, the other path, and the way out."""
+def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str], float]]:
+    """Yield the keys of ``mjcf`` that differ from other keys, with the path and the value of those."""
     dynamics, drive = joint.dynamics or Dynamics(), joint.actuator.damping if joint.actuator else 0.0
     pair = _numbers(joint, "springdamper")
     for word, value in (("stiffness", dynamics.stiffness), ("damping", joint.braking)):
         other = ("actuator" if word == "damping" and drive else "dynamics", word)
-        theirs, mine = number(drive if other[0] == "actuator" else value), _numbers(joint, word)
-        if value and mine and not _same(mine[0], value):
-            yield word, f"a {word} of {number(mine[0])}", theirs, other, _POLYNOMIAL
-        if value and pair and min(pair) > 0:
-            help = f"leave one of them out: MuJoCo makes another {word} of springdamper"
-            yield "springdamper", "a springdamper", f"a {word} of {theirs}", other, help
-
-
-def _of_limit(joint: Joint) -> Iterator[tuple[str, str, str, tuple[str, str], str]]:
-    limit = joint.limit
-    if not joint.moves or limit is None:
-        return
-    ends, force = _numbers(joint, "range"), _numbers(joint, "actuatorfrcrange")
-    known = (limit.lower, limit.upper) if joint.type != "continuous" else ()
-    for mine, theirs, key in zip(ends, known, ("lower", "upper"), strict=False):
-        if theirs is not None and not _same(mine, theirs):
-            text = f"a range of {number(ends[0])} to {number(ends[1])}"
-            yield "range", text, number(theirs), ("limit", key), "leave it out, and correct the limit"
+        values, theirs = _numbers(joint, word), drive if other[0] == "actuator" else value
+        if value and values and not _same(values[0], value):
+            yield word, other, theirs
+        if value and pair and min(pair) > 0:  # MuJoCo makes another one of springdamper
+            yield "springdamper", other, theirs
+    limit = joint.limit if joint.moves else None
+    known = (limit.lower, limit.upper) if limit and joint.type != "continuous" else ()
+    for mine, end, key in zip(_numbers(joint, "range"), known, ("lower", "upper"), strict=False):
+        if end is not None and not _same(mine, end):
+            yield "range", ("limit", key), end
             break
-    if force and limit.effort is not None and not _same(max(map(abs, force)), limit.effort):
-        text = f"a force of {number(force[0])} to {number(force[1])}"
-        help = "leave it out, or write the larger of its ends as the effort"
-        yield "actuatorfrcrange", text, number(limit.effort), ("limit", "effort"), help
+    force = _numbers(joint, "actuatorfrcrange")
+    if force and limit and limit.effort is not None and not _same(max(map(abs, force)), limit.effort):
+        yield "actuatorfrcrange", ("limit", "effort"), limit.effort
 
 
 def _numbers(joint: Joint, word: str) -> tuple[float, ...]:

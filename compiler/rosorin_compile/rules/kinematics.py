@@ -34,13 +34,10 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
         for use in _mentions(case, kind, option):
             if use.name not in known:
                 by_name.setdefault(use.name, []).append(use)
-        for name, (first, *others) in by_name.items():
+        for name, uses in by_name.items():
             otherwise, own = f'add "{name}" to {kind}s, or name an existing one', (MOUNT,) if kind == "link" else ()
-            help = _namesake(robot, kind, name) or case.suggest(first.path, name, real, otherwise, own)
-            also, same = case.also(first.path, ((one.path, one.what, one.key) for one in others), first.key)
-            for path, what, related in ((first.path, first.what, also), *((*one, []) for one in same)):
-                message = f'there is no {kind} "{name}", {what}'
-                yield case.problem(f"unknown-{kind}", message, path, help, related=related, key=first.key)
+            help = _namesake(robot, kind, name) or case.suggest(uses[0].path, name, real, otherwise, own)
+            yield from case.unknown(f"unknown-{kind}", f'there is no {kind} "{name}"', uses, help)
 
 
 def _mentions(case: Case, kind: str, option: str) -> Iterator[Reference]:
@@ -72,15 +69,11 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
         if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # an unknown link is reported by itself
             continue
         *first, last = joints
-        number = "two" if len(joints) == 2 else str(len(joints))
-        message = f'link "{child}" is the child of {number} joints, {quoted(one.name for one in joints)}'
-        left, path = _orphans(case), case.end(last, "child")
-        help = f'correct one child: no joint reaches link "{left[0]}"' if len(left) == 1 else ""
-        if len(left) > 1:
-            help = f"swap parent and child of one, or remove it: {quoted(left)} have no parent"
-        ends = [case.end(joint, "child") for joint in joints]
+        left, path, ends = _orphans(case), case.end(last, "child"), [case.end(joint, "child") for joint in joints]
+        message = f'link "{child}" is the child of {len(joints)} joints, {quoted(one.name for one in joints)}'
+        help = f"correct one child: no joint reaches {quoted(left)}" if left else ""
         if any(end[0] == "sensors" for end in ends):
-            message = f'frame "{child}" is defined {"twice" if len(ends) == 2 else f"{number} times"}: by '
+            message = f'frame "{child}" is defined {"twice" if len(ends) == 2 else f"{len(ends)} times"}: by '
             message += listed(map(owner_of_frame, ends))
             is_pair = len(ends) == 2 and ends[0][0] != "sensors"
             help = _own_frame(case, path) if is_pair else "give each a frame of its own"
@@ -167,28 +160,21 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
     roots = [name for name in roots if name not in left]
     carrying = [name for name in roots if name in robot.joints_from]
     alone = [name for name in roots if name not in robot.joints_from]
-    if not carrying and len(alone) > 1:
+    if not carrying:
         carrying, alone = alone, []
-    elif not carrying:
-        alone = []
     if len(carrying) > 1:
         main = max(carrying, key=lambda name: (len(robot.below(name)), name.startswith("base")))
         others = [name for name in carrying if name != main]
-        named = [main, *others[: MAX_NAMED - 1]]
-        number = {2: "two", 3: "three"}.get(len(carrying), str(len(carrying)))
-        more = "" if len(named) == len(carrying) else " among them"
-        message = f"the robot has {number} roots,{more} {quoted(named)}: one link is the root, joints reach the others"
-        related = [case.related("also a root", case.link(name), key=True) for name in named if name != others[0]]
+        message = f"the robot has {len(carrying)} roots, {quoted([main, *others], MAX_NAMED)}: one link is the root"
+        related = [case.related("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])]
         help = f'add a joint with "child: {others[0]}"'
         yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
     frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
     for name in alone:
-        help = f'add a joint with "child: {name}", or remove the link'
-        frame_of: list[tuple[str, Path]] = []
+        help, related_frame = f'add a joint with "child: {name}", or remove the link', []
         suggestion = nearest(name, frames)
         if suggestion:
-            path = case.link(suggestion)
-            frame_of = [("a frame without a link of its own", path if path[-1] == "frame" else (*path, "frame"))]
+            related_frame = [("a frame without a link of its own", case.value(case.link(suggestion), "frame"))]
             help = f'did you mean "{suggestion}"? else {help}'
         message = f'no joint reaches link "{name}"'
-        yield case.problem("unreached-link", message, case.link(name), help, related=frame_of, key=True)
+        yield case.problem("unreached-link", message, case.link(name), help, related=related_frame, key=True)

@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from rosorin_compile.language.expression.syntax import NUMERIC
 from rosorin_compile.language.schema import subject, unit_at
-from rosorin_compile.model import Link, Vector
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, OUTPUTS, Check, rule
 from rosorin_compile.source.tree import Map, Path, Seq, at, written
 from rosorin_compile.source.units import ANGLE, Quantity, has_unit
 from rosorin_compile.source.wording import first_of
 
-from .case import Case, number, per_link
+from .case import Case, number
 
 # A little more than one turn, so that 6.2832 passes for 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad
@@ -36,65 +35,52 @@ _DEGREES = re.compile(r"([-+]?\d+\.(\d+))\s*deg\Z")
 STAND_INS_SHOWN = 8
 
 
-class Remarkable(NamedTuple):
+@dataclass
+class Remarkable:
     """Values that need a closer look, with their paths, parents before children, in the order of the tree.
 
     ``numbers``: bare numbers beyond a full turn, except efforts and velocities in limits of joints; ``degrees``:
-    quantities in degrees with decimals; ``texts`` and ``keys``: those with characters that XML cannot carry;
-    ``stand_ins``: mappings whose source marks them as stand-ins.
+    quantities in degrees with decimals; ``texts``, and ``keys`` by the path with the key: those with characters that
+    XML cannot carry; ``stand_ins``: mappings whose source marks them as stand-ins.
     """
 
-    numbers: list[tuple[Path, float]]
-    degrees: list[tuple[Path, Quantity]]
-    texts: list[tuple[Path, str]]
-    keys: list[tuple[Path, str]]
-    stand_ins: list[tuple[Path, Map]]
-
-    def size(self) -> int:
-        """Return the number of all values."""
-        return sum(len(values) for values in (self.numbers, self.degrees, self.texts, self.keys, self.stand_ins))
+    numbers: list[tuple[Path, float]] = field(default_factory=list)
+    degrees: list[tuple[Path, Quantity]] = field(default_factory=list)
+    texts: list[tuple[Path, str]] = field(default_factory=list)
+    keys: list[tuple[Path, str]] = field(default_factory=list)
+    stand_ins: list[tuple[Path, Map]] = field(default_factory=list)
 
 
 def collect(tree: Map) -> Remarkable:
     """Return the remarkable values of a tree; a shared piece without any is visited once."""
-    found = Remarkable([], [], [], [], [])
+    found = Remarkable()
     plain: set[int] = set()
-    plain_keys: set[str] = set()
 
-    def visit(node: Map | Seq, path: Path) -> None:
-        if isinstance(node, Seq) and set(map(type, node)) == {float} and _is_small(min(node)) and _is_small(max(node)):
-            return
-        before = found.size()
-        if isinstance(node, Map):
-            source = node.get("source")
-            if isinstance(source, Map) and source.get("status") == "stand_in":
-                found.stand_ins.append((path, node))
-            for name in [name for name in node if name not in plain_keys]:
-                if NOT_XML.search(name):
-                    found.keys.append(((*path, name), name))
-                else:
-                    plain_keys.add(name)
+    def visit(node: Map | Seq, path: Path) -> bool:
+        """Return True if nothing was found."""
+        before = list(map(len, vars(found).values()))
+        source = node.get("source") if isinstance(node, Map) else None
+        if isinstance(node, Map) and isinstance(source, Map) and source.get("status") == "stand_in":
+            found.stand_ins.append((path, node))
         for key, item in node.items() if isinstance(node, Map) else enumerate(node):
+            inner = (*path, key)
+            if isinstance(key, str) and NOT_XML.search(key):
+                found.keys.append((inner, key))
             if isinstance(item, (Map, Seq)):
-                if id(item) not in plain:
-                    visit(item, (*path, key))
+                if id(item) not in plain and visit(item, inner):
+                    plain.add(id(item))
             elif type(item) in NUMERIC:
                 is_strength = key in ("effort", "velocity") and path[:1] == ("joints",) and path[2:] == ("limit",)
                 if isinstance(item, Quantity) and item.dimension == ANGLE and "." in item.text:
-                    found.degrees.append(((*path, key), item))
-                elif not (_is_small(item) or is_strength or has_unit(item)):
-                    found.numbers.append(((*path, key), item))
-            elif isinstance(item, str) and not (item.isascii() and item.isprintable()) and NOT_XML.search(item):
-                found.texts.append(((*path, key), item))
-        if found.size() == before:
-            plain.add(id(node))
+                    found.degrees.append((inner, item))
+                elif not (-FULL_TURN <= item <= FULL_TURN or is_strength or has_unit(item)):
+                    found.numbers.append((inner, item))
+            elif isinstance(item, str) and NOT_XML.search(item):
+                found.texts.append((inner, item))
+        return before == list(map(len, vars(found).values()))
 
     visit(tree, ())
     return found
-
-
-def _is_small(value: float) -> bool:
-    return -FULL_TURN <= value <= FULL_TURN
 
 
 @rule(
@@ -122,12 +108,10 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
             groups.setdefault((path[:-1], unit), []).append((path, value))
     for (_, unit), ((path, value), *others) in groups.items():
         related = [case.related(f"and {number(other)} {unit} here", more) for more, other in others]
-        message = f"{subject(list(path))} is {number(value)} {unit}"
-        if unit == "rad":
-            id, message, help = "angle-looks-like-degrees", f"{message}, more than a full turn", "deg"
-        else:
-            id, help = "length-looks-like-millimetres", "mm"
-        yield _looks_like(case, id, message, path, value, (help, unit), related=related)
+        what, is_angle = f"{subject(list(path))} is {number(value)} {unit}", unit == "rad"
+        id = "angle-looks-like-degrees" if is_angle else "length-looks-like-millimetres"
+        what += ", more than a full turn" if is_angle else ""
+        yield _looks_like(case, id, what, path, value, ("deg" if is_angle else "mm", unit), related=related)
 
 
 _MEANT = {"deg": "degrees", "mm": "millimetres", "deg/s": "degrees"}
@@ -164,30 +148,20 @@ def _suspect(case: Case, path: Path, value: float) -> str:
 
 
 @Check
-def joint_turns(case: Case) -> Iterator[Diagnostic]:
-    """Bare angles in ``rpy`` of joints within a full turn that are round numbers (angle-looks-like-degrees)."""
-    for joint in case.robot.joints:
-        if any(joint.origin.rpy):
-            yield from _turn(case, joint.origin.rpy, case.joint(joint))
-
-
-@Check
-@per_link
-def link_turns(case: Case, link: Link) -> Iterator[Diagnostic]:
-    """Bare angles in ``rpy`` of links and shapes (angle-looks-like-degrees)."""
-    if link.inertial is not None:
-        yield from _turn(case, link.inertial.pose.rpy, case.link(link.name, "inertial"))
-    for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
-        for index, shape in enumerate(shapes):
-            yield from _turn(case, shape.pose.rpy, case.link(link.name, purpose, index))
-
-
-def _turn(case: Case, rpy: Vector, path: Path) -> Iterator[Diagnostic]:
-    for index, angle in enumerate(rpy):
-        place = (*path, "rpy", index)
-        if HALF_TURN < abs(angle) <= FULL_TURN and not angle * 2 % 1 and not has_unit(at(case.tree, place)):
-            message = f"{subject(list(place))} is {number(angle)} rad, more than half a turn"
-            yield _looks_like(case, "angle-looks-like-degrees", message, place, angle, ("deg", "rad"), severity=WARNING)
+def turns(case: Case) -> Iterator[Diagnostic]:
+    """Bare angles in ``rpy`` within a full turn that are round numbers (angle-looks-like-degrees)."""
+    poses = [(joint.origin, case.joint(joint)) for joint in case.robot.joints]
+    for link in case.robot.links:
+        poses += [(link.inertial.pose, case.link(link.name, "inertial"))] if link.inertial else []
+        for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
+            poses += [(shape.pose, case.link(link.name, purpose, index)) for index, shape in enumerate(shapes)]
+    for pose, path in poses:
+        for index, angle in enumerate(pose.rpy):
+            place = (*path, "rpy", index)
+            if HALF_TURN < abs(angle) <= FULL_TURN and not angle * 2 % 1 and not has_unit(at(case.tree, place)):
+                what = f"{subject(list(place))} is {number(angle)} rad, more than half a turn"
+                units = ("deg", "rad")
+                yield _looks_like(case, "angle-looks-like-degrees", what, place, angle, units, severity=WARNING)
 
 
 @rule("angle-looks-like-radians", help="Write `90 deg`, or `1.5708 rad`.", topic=NUMBERS)

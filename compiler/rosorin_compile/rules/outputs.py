@@ -13,7 +13,6 @@ from rosorin_compile.model import Output
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, swaps
 from rosorin_compile.source.rule_registry import OUTPUTS, rule
 from rosorin_compile.source.tree import Path, exists
-from rosorin_compile.source.wording import listed
 
 from .case import Case
 
@@ -58,28 +57,17 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
         if "backend" in swaps(option):
             message, help = f'output "{output.name}" has no key "{option}"', 'did you mean "backend"?'
             return case.problem("unknown-key", message, (*path, option), help, key=True)
-    known = [name for name, format in case.formats.items() if format.write is not None]
+    formats = [format for format in case.formats.values() if format.write is not None]
     is_name = not exists(case.tree, (*path, "backend"))  # the name of the output is that of the format
-    help = word_meant(output.backend, known, "backend")
-    by_files = _by_files(case, output, is_name) if help.startswith("known") else ""
-    if by_files or not help.startswith("known"):
-        help = f"{by_files or help} (known: {', '.join(sorted(known))})"
-    elif is_name:
-        help += "; an artifact of your own names its template"
+    help = word_meant(output.backend, [format.name for format in formats], "backend")
+    endings = (f".{output.backend.casefold()}", posixpath.splitext(output.file)[1].casefold())
+    named = [format.name for ending in endings for format in formats if ending in _endings(format)]
+    known = f"known: {', '.join(sorted(format.name for format in formats))}"
+    if help.startswith("known"):
+        help = f'the format of such files is called "{named[0]}"' if named else ""
+    help = f"{help} ({known})" if help else f"{known}; an artifact of your own names its template"
     place = path if is_name else (*path, "backend")
     return case.problem("unknown-backend", f'there is no backend "{output.backend}"', place, help, key=is_name)
-
-
-def _by_files(case: Case, output: Output, is_name: bool) -> str:
-    """Return the suggestion where a format is called like the ending of its files, or by the ending of the file."""
-    for ending in (f".{output.backend.casefold()}", posixpath.splitext(output.file)[1].casefold()):
-        named = [format.name for format in case.formats.values() if format.write and ending in _endings(format)]
-        if len(named) == 1:
-            written = f"{named[0]}: {{file: {output.file}}}" if is_name else f"backend: {named[0]}"
-            return f'the format of {ending} is called "{named[0]}": write {written}'
-        if ending and named:
-            return f"{ending} is what {listed(named)} write"
-    return ""
 
 
 def _endings(format: Format) -> tuple[str, ...]:
@@ -98,18 +86,14 @@ def file_endings(case: Case) -> Iterator[Diagnostic]:
         ending = ending.casefold()
         if format is None or not own or ending in own:
             continue
-        holds, looks = _LANGUAGE.get(own[0], ""), _LANGUAGE.get(ending, "")
-        taken, content = looks, holds
-        if not (holds and looks and holds != looks and (holds, looks) not in _ALSO):
+        holds, taken = _LANGUAGE.get(own[0], ""), _LANGUAGE.get(ending, "")
+        if not holds or not taken or holds == taken or (holds, taken) in _ALSO:
             others = [one.word for one in case.formats.values() if ending in one.endings and one.becomes != format.name]
-            taken, content = others[0] if others and looks and ending != ".xml" else "", format.word
+            holds, taken = format.word, others[0] if others and taken and ending != ".xml" else ""
         if taken:
-            message = f'output "{output.name}" is {content}, and "{output.file}" has the ending of {taken}'
+            message = f'output "{output.name}" is {holds}, and "{output.file}" has the ending of {taken}'
             usual = format.file[format.file.find(".") :] if "." in format.file else own[0]
-            writers = [one.name for one in case.formats.values() if one.write and ending in _endings(one)]
-            help = f"write file: {stem}{usual}"
-            help += f"; {ending} is what {listed(writers)} write{'s' * (len(writers) == 1)}" if writers else ""
-            yield case.problem("file-ending", message, ("outputs", output.name, "file"), help)
+            yield case.problem("file-ending", message, ("outputs", output.name, "file"), f"write file: {stem}{usual}")
 
 
 @rule("outside-outputs", "An artifact would be outside its folder.", "Write a relative name.", OUTPUTS)
@@ -145,17 +129,13 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
 
 def _outside(file: str) -> str:
     """Return why a file name is not one in the outputs folder; empty if it is."""
-    if file.startswith("/") or _DRIVE.match(file):
-        return "has an absolute name"
-    if "\\" in file:
-        return "has a backslash in its name"
     parts = file.split("/")
-    if len(parts) > MAX_FOLDERS:
-        return f"is in more than {MAX_FOLDERS} folders"
-    if ".." in parts:
-        return "would be outside the outputs folder"
-    if file != posixpath.normpath(file) or not file.strip() or file == ".":
-        return "is not the name of a file"
-    if any(part.casefold() == ".git" for part in parts) or not file.isprintable():
-        return "has a name that no artifact may have"
-    return ""
+    reasons = {
+        "has an absolute name": file.startswith("/") or _DRIVE.match(file),
+        "has a backslash in its name": "\\" in file,
+        f"is in more than {MAX_FOLDERS} folders": len(parts) > MAX_FOLDERS,
+        "would be outside the outputs folder": ".." in parts,
+        "is not the name of a file": file != posixpath.normpath(file) or not file.strip() or file == ".",
+        "has a name that no artifact may have": ".git" in file.casefold().split("/") or not file.isprintable(),
+    }
+    return next((reason for reason, applies in reasons.items() if applies), "")

@@ -11,7 +11,7 @@ from rosorin_compile.language.schema import sections
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
-from rosorin_compile.source.rule_registry import JOINTS, POSES, Check, rule
+from rosorin_compile.source.rule_registry import JOINTS, POSES, rule
 from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.wording import first_of
 
@@ -64,42 +64,36 @@ def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[
 
 def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:
     """Yield a warning if a value of a joint is beyond its limits."""
+    soft = joint.safety.soft_lower_limit if joint.safety and path[-1] == "soft_upper_limit" else None
+    if soft is not None and soft >= value:
+        message = f'the soft limits of joint "{joint.name}" leave it no room to move'
+        yield case.problem(id, message, path[:-1], "widen them, or leave them out", within=True)
     interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
     lower, upper = joint.limits_of(interface)
-    if (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
+    low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
+    if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
         return
-    lower, upper = -math.inf if lower is None else lower, math.inf if upper is None else upper
-    driven = _driven(case, joint) if id == "mimic-beyond-limit" else None
-    if lower > upper or (id == "mimic-beyond-limit" and driven is None):
-        return
-    called, bounds, slack = f'joint "{joint.name}"', f"{number(lower)} to {number(upper)}", ROUNDING
-    low = high = float(value) if not isinstance(value, Map) else 0.0
-    related, help = [("its limits", case.joint(joint, "limit"))], ""
-    if driven is not None:
-        leader, low, high = driven
-        slack = SLACK * (upper - lower)
-        message = f'{called} follows "{leader.name}" to {_span((low, high), joint)}'
-        message += f", beyond its own limits of {_span((lower, upper), joint)}"
-        message += case.stands_in(case.joint(joint, "limit"))
+    called, slack = f"the {path[-1]} of".replace("_", " "), ROUNDING
+    related, first, last = [], value, value
+    if id == "mimic-beyond-limit":
+        driven = _driven(case, joint)
+        if driven is None:
+            return
+        leader, first, last = driven
+        slack, called = SLACK * (high - low), f'"{leader.name}" drives'
         related.append(("those of the leader", case.joint(leader, "limit")))
         offset = joint.mimic.offset if joint.mimic else 0.0
-        path = (*path, "offset" if abs(offset) > max(abs(lower), abs(upper)) + slack else "multiplier")
+        path = (*path, "offset" if abs(offset) > max(abs(low), abs(high)) + slack else "multiplier")
     elif id == "pose-beyond-limit":
-        pose, named = str(path[1]), len(path) > 2
-        low = high = dict(case.robot.positions(pose)).get(joint.name, 0.0)
-        bound, side, end = ("lower", "below", lower) if low < lower else ("upper", "above", upper)
-        message = f'pose "{pose}" {"places" if named else "leaves"} {called} at {number(low)} {joint.unit}'
-        message += f", {side} its {bound} limit of {number(end)} {joint.unit}"
-        related = [("the limit", case.joint(joint, "limit", bound))]
-    else:
-        help = (
-            "correct one of the two; left out, it is the limit" if id == "control-limit" else "correct it, or the limit"
-        )
-        what = f"{'calibration ' if path[-2] == 'calibration' else ''}{path[-1]}".replace("_", " ")
-        what = f"{what} {interface}" if id == "control-limit" else what
-        message = f"the {what} of {called} is {number(low)}, beyond its limits of {bounds}"
-    if low < lower - slack or high > upper + slack:
-        yield case.problem(id, message, path, help, related=related, severity=WARNING, key=len(path) == 2)
+        first = last = case.robot.positions(str(path[1])).get(joint.name, 0.0)
+        called = f'pose "{path[1]}" {"places" if len(path) > 2 else "leaves"}'
+    if first < low - slack or last > high + slack:
+        shown = number(first) if first == last else f"{number(first)} to {number(last)}"
+        message = f'{called} joint "{joint.name}" at {shown}, beyond its limits of {number(low)} to {number(high)}'
+        limit = case.joint(joint, "limit")
+        related.append(("the limit", case.value(limit, "lower" if first < low - slack else "upper")))
+        message += case.stands_in(limit)
+        yield case.problem(id, message, path, related=related, severity=WARNING, key=len(path) == 2)
 
 
 def _driven(case: Case, joint: Joint) -> tuple[Joint, float, float] | None:
@@ -110,20 +104,6 @@ def _driven(case: Case, joint: Joint) -> tuple[Joint, float, float] | None:
     ends = range_of(leader)
     low, high = sorted(joint.mimic.multiplier * end + joint.mimic.offset for end in ends) if ends else (0.0, 0.0)
     return (leader, low, high) if ends else None
-
-
-@Check
-def room_to_move(case: Case) -> Iterator[Diagnostic]:
-    """Soft limits must leave a joint room to move."""
-    for joint in case.robot.joints:
-        safety = joint.safety if joint.moves else None
-        if safety is None or safety.soft_lower_limit is None or safety.soft_upper_limit is None:
-            continue
-        ends = (safety.soft_lower_limit, safety.soft_upper_limit)
-        if ends[0] >= ends[1]:
-            message = f'the soft limits of joint "{joint.name}", {_span(ends, joint)}, leave it no room to move'
-            path, help = case.joint(joint, "safety_controller"), "widen them, or leave them out"
-            yield case.problem("beyond-joint-limit", message, path, help, within=True)
 
 
 def range_of(joint: Joint) -> tuple[float, float] | None:
@@ -171,17 +151,15 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
                 yield _motionless(case, joint, path, f'pose "{pose.name}" moves', key=True)
             elif joint is not None and joint.moves and joint.mimic is not None:
                 message = f'pose "{pose.name}" places joint "{name}", which follows "{joint.mimic.joint}": no effect'
-                help = f'place "{joint.mimic.joint}" instead'
-                yield case.problem("ignored-key", message, path, help, key=True)
-    options = [case.formats[one.backend].options for one in case.robot.outputs if one.backend in case.formats]
-    bases = [one.options.get("base", "fixed") for one in case.robot.outputs]
-    if not any("base" in one for one in options) or "free" in bases or case.robot.moveit is not None:
-        return  # moveit places the virtual joint of its own
-    for pose in case.robot.poses:
-        if pose.base is not None:
+                yield case.problem("ignored-key", message, path, f'place "{joint.mimic.joint}" instead', key=True)
+        outputs = [one for one in case.robot.outputs if one.backend in case.formats]
+        has_base = any("base" in case.formats[one.backend].options for one in outputs)
+        is_free = any(one.options.get("base") == "free" for one in outputs)
+        # moveit places the virtual joint of its own
+        if pose.base is not None and has_base and not is_free and case.robot.moveit is None:
             message = f'pose "{pose.name}" places the base, which is fixed in every output: no effect'
-            path, help = ("poses", pose.name, "base"), "write base: free in the output"
-            yield case.problem("ignored-key", message, path, help, severity=NOTE, key=True)
+            help = "write base: free in the output"
+            yield case.problem("ignored-key", message, ("poses", pose.name, "base"), help, severity=NOTE, key=True)
 
 
 def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
@@ -221,22 +199,14 @@ def scales(case: Case) -> Iterator[Diagnostic]:
 def _scale(case: Case, group: ServoGroup, joints: list[Joint]) -> Iterator[Diagnostic]:
     path: Path = ("servos", group.name, "rad_per_pulse")
     step, reach = abs(group.rad_per_pulse), abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
+    message = f'all pulses of the servos "{group.name}" together are {number(reach)} rad or m{case.stands_in(path)}'
     if step >= COARSE and reach >= SEVERAL_TURNS and any(joint.type != "prismatic" for joint in joints):
-        message = (
-            f'a pulse turns the servos "{group.name}" by {number(group.rad_per_pulse)} rad{case.stands_in(path)}, and'
-            f" all of them by {number(round(reach / (2 * math.pi), 1))} turns: this looks like degrees"
-        )
-        yield case.problem("servo-range", message, path)
+        yield case.problem("servo-range", f"{message}: this looks like degrees", path)
     for joint in joints:
-        ends = range_of(joint)
+        ends, limit = range_of(joint), case.joint(joint, "limit")
         if ends and not 1 / OTHER_RANGE <= reach / (ends[1] - ends[0]) <= OTHER_RANGE:
-            limit = case.joint(joint, "limit")
-            message = (
-                f'all pulses of the servos "{group.name}" are {number(reach)} {joint.unit}{case.stands_in(path)}, and'
-                f' joint "{joint.name}" goes from {_span(ends, joint)}{case.stands_in(limit)}'
-            )
-            help = "rad_per_pulse is the way of one pulse, in radians or metres"
-            yield case.problem("servo-range", message, path, help, related=[("its limits", limit)])
+            message += f', and joint "{joint.name}" goes from {_span(ends, joint)}{case.stands_in(limit)}'
+            yield case.problem("servo-range", message, path, related=[("its limits", limit)])
 
 
 # --- followers ---
@@ -248,33 +218,23 @@ def _scale(case: Case, group: ServoGroup, joints: list[Joint]) -> Iterator[Diagn
 def leaders(case: Case) -> Iterator[Diagnostic]:
     """Leaders that are missing or cannot lead, and followers that follow themselves."""
     robot = case.robot
-    for joint in robot.joints:
-        if joint.mimic is None:
-            continue
-        path, called = case.joint(joint, "mimic", "joint"), f'joint "{joint.name}"'
-        leader = robot.joint.get(joint.mimic.joint)
+    for joint in (joint for joint in robot.joints if joint.mimic):
+        path, name = case.joint(joint, "mimic", "joint"), joint.mimic.joint if joint.mimic else ""
+        leader, message = robot.joint.get(name), f'joint "{joint.name}" follows "{name}"'
         if not joint.moves:
-            message = f'{called} is {joint.type} and cannot follow "{joint.mimic.joint}"'
-            help = "remove mimic, or correct the type of the joint"
-            yield case.problem("mimic-fixed", message, path[:-1], help, key=True)
+            yield case.problem("mimic-fixed", f"{message}, but is {joint.type}", path[:-1], key=True)
         elif leader is None:
-            message = f'{called} follows "{joint.mimic.joint}", but there is no such joint'
             moving = [other.name for other in robot.joints if other.moves and other is not joint]
-            help = case.suggest(path, joint.mimic.joint, moving, "name a joint that moves")
-            yield case.problem("mimic-unknown", message, path, help)
+            help = case.suggest(path, name, moving, "name a joint that moves")
+            yield case.problem("mimic-unknown", f"{message}, but there is no such joint", path, help)
         elif not leader.moves:
-            what = "fixed and never moves" if leader.is_fixed else f"{leader.type} and has no single position"
-            message, related = (
-                f'{called} follows "{leader.name}", which is {what}',
-                [("the leader", case.joint(leader))],
-            )
-            yield case.problem("mimic-fixed", message, path, "name a joint that moves", related=related)
+            related = [("the leader", case.joint(leader))]
+            message += f", which is {leader.type} and has no single position"
+            yield case.problem("mimic-fixed", message, path, related=related)
     for first, *others in circles(case):
-        message = f'joint "{first.name}" follows itself'
-        if others:
-            names = [joint.name for joint in (first, *others, first)]
-            message = f"joints follow each other in a circle: {' -> '.join(names)}"
+        names = [joint.name for joint in (first, *others, first)]
         related = [(f'"{joint.name}" follows here', case.joint(joint, "mimic", "joint")) for joint in others]
+        message = f"joints follow each other in a circle: {' -> '.join(names)}"
         yield case.problem("mimic-cycle", message, case.joint(first, "mimic", "joint"), related=related)
 
 
@@ -301,27 +261,18 @@ def order(case: Case) -> Iterator[Diagnostic]:
     follower of a follower is lost unless its leader comes first; and readers of the URDF look for the leader there.
     """
     in_circle = {joint.name for circle in circles(case) for joint in circle}
-    for joint in case.robot.joints:
+    for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):
         mimic = joint.mimic
         leader = case.robot.joint.get(mimic.joint) if mimic else None
-        if leader is None or mimic is None or joint.publisher.kind != ROBOT_STATE_PUBLISHER or leader is joint:
+        if leader is None or mimic is None or leader is joint or not (joint.moves and leader.moves):
             continue
-        if not (joint.moves and leader.moves):
-            continue
-        path = case.joint(joint, "mimic", "joint")
+        path, message = case.joint(joint, "mimic", "joint"), f'joint "{joint.name}" follows "{leader.name}"'
         if leader.publisher.kind != ROBOT_STATE_PUBLISHER:
-            message = f'joint "{joint.name}" follows "{leader.name}", which is not in the URDF: another publishes it'
             related = [("the publisher of the leader", case.publisher(leader))]
-            yield case.problem("mimic-not-published", message, path, related=related)
-        elif (
-            leader.mimic
-            and joint.name.encode() < leader.name.encode()
-            and in_circle.isdisjoint((joint.name, leader.name))
-        ):
+            yield case.problem("mimic-not-published", f"{message}, which is not in the URDF", path, related=related)
+        elif leader.mimic and joint.name.encode() < leader.name.encode() and leader.name not in in_circle:
             first, offset = leader.mimic, mimic.multiplier * leader.mimic.offset + mimic.offset
-            message = f'joint "{joint.name}" follows "{leader.name}", itself a follower that comes later by name:'
-            message += " robot_state_publisher would not move it"
             direct = f"joint: {first.joint}, multiplier: {number(mimic.multiplier * first.multiplier)}"
             help = f"follow the leader directly: {{{direct}{f', offset: {number(offset)}' if offset else ''}}}"
-            related = [(f'"{leader.name}" follows "{first.joint}"', case.joint(leader, "mimic", "joint"))]
-            yield case.problem("mimic-chain", message, path, help, related=related)
+            message += ", itself a follower that comes later by name: robot_state_publisher would not move it"
+            yield case.problem("mimic-chain", message, path, help)

@@ -1,58 +1,201 @@
-"""Publishers: one for each frame in every combination of modes, and each of them is started."""
+"""Who publishes a frame: conditions over modes, one publisher in every mode, and each of them is started."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from itertools import product
 from typing import NamedTuple
 
+from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.language.requested_outputs import is_listed
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Publisher
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Publisher, Robot
 from rosorin_compile.model.joint import UNPUBLISHED
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, UnknownName, did_you_mean
 from rosorin_compile.source.rule_registry import FRAMES, JOINTS, Check, rule
-from rosorin_compile.source.tree import Path, Seq, at, exists
+from rosorin_compile.source.tree import Path, Seq, Text, at, exists
 from rosorin_compile.source.wording import first_of, listed, quoted
 
 from .case import Case, first_fed
-from .conditions import MAX_MODES, Combination, combinations, holds, in_words, is_legal, modes_in
-from .tf_tree import Step, all_steps
+
+MAX_MODES = 10
+_NAME = re.compile(r"[^\W\d]\w*")
+
+Combination = Mapping[str, bool]
 
 
-class Claim(NamedTuple):
-    """A transform into a frame that somebody publishes: in words who, and the path of the frame or its publisher."""
+@rule("unknown-mode", "`when` names a mode that is not in `modes`.", "Correct it, or add the mode.", FRAMES)
+@rule("bad-condition", "`when` is invalid or never true.", 'Combine modes: "slam and not replay".', FRAMES)
+@rule("too-many-modes", "Conditions depend on too many modes.", "Use at most 10 modes for one frame.", FRAMES)
+def legal(case: Case) -> Iterator[Diagnostic]:
+    """Conditions that are invalid, name an unknown mode, or are never true."""
+    for index, edge in enumerate(case.robot.edges):
+        yield from _problems(case, index, edge)
 
-    owner: str
+
+def is_legal(case: Case, edge: Edge) -> bool:
+    """Return True if the condition of an edge is valid."""
+    return not any(_problems(case, 0, edge))
+
+
+def _problems(case: Case, index: int, edge: Edge) -> Iterator[Diagnostic]:
+    if not edge.when:
+        return
+    path, way = case.edge(index, "when"), f"{edge.parent} -> {edge.child}"
+    names = modes_in(case.robot, [edge.when])
+    if len(names) > MAX_MODES:
+        message = f"the condition of {way} depends on {len(names)} modes: too many to check"
+        yield case.problem("too-many-modes", message, path)
+        return
+    try:
+        results = [evaluate(edge.when, combination.__getitem__) for combination in combinations(names)]
+    except ExpressionError as problem:
+        yield _invalid(case, index, edge, problem)
+        return
+    if not all(isinstance(result, bool) for result in results):
+        message = f'the condition "{edge.when}" is not true or false'
+        yield case.problem("bad-condition", message, path)
+    elif not any(results):
+        message = f'the condition "{edge.when}" is never true: {way} would not be published'
+        yield case.problem("bad-condition", message, path, "correct the condition, or remove the edge")
+
+
+def _invalid(case: Case, index: int, edge: Edge, problem: ExpressionError) -> Diagnostic:
+    """Return the diagnostic of a condition that cannot be evaluated, at the column of the mistake."""
+    name, column = problem.unknown, problem.column
+    if name and not name.endswith("()"):
+        help = did_you_mean(name, case.robot.modes, f'add "{name}" to modes')
+        found = case.problem("unknown-mode", f'there is no mode "{name}"', case.edge(index, "when"), help)
+    else:
+        name, reason = " ", problem.message.removeprefix("not an expression: ")
+        message = f'the condition "{edge.when}" cannot be read: {reason}'
+        found = case.problem("bad-condition", message, case.edge(index, "when"))
+    if found.span is None or found.span.length < len(edge.when):
+        return found
+    # The expression is read without the blanks around it; quotes are part of the value's place in the file.
+    is_quoted = isinstance(at(case.tree, case.edge(index, "when")), Text)
+    start = len(edge.when) - len(edge.when.lstrip()) + column + is_quoted
+    return replace(found, span=found.span._replace(column=found.span.column + start, length=max(1, len(name))))
+
+
+def holds(when: str, combination: Combination) -> bool:
+    """Return True if a legal condition is true in a combination of modes."""
+    return not when or bool(evaluate(when, combination.__getitem__))
+
+
+def modes_in(robot: Robot, whens: Iterable[str]) -> list[str]:
+    """Return the modes that conditions name, in the order of the description."""
+    named = {name for when in whens for name in _NAME.findall(when)}
+    return [mode for mode in robot.modes if mode in named]
+
+
+def combinations(modes: list[str]) -> Iterator[Combination]:
+    """Yield every way in which modes can be on and off."""
+    for states in product((False, True), repeat=len(modes)):
+        yield dict(zip(modes, states, strict=True))
+
+
+def in_words(combination: Combination) -> str:
+    """Return a combination as the end of a sentence: ' when "slam" is off'; empty without modes."""
+    states = [f'"{mode}" is {"on" if on else "off"}' for mode, on in combination.items()]
+    return f" when {' and '.join(states)}" if states else ""
+
+
+def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
+    """Return modes by name if the robot has all of them. Raises UnknownName."""
+    for name in modes:
+        if name not in robot.modes:
+            known = did_you_mean(name, robot.modes) or "it has none"
+            raise UnknownName(f'{robot.name} has no mode "{name}"; {known}')
+    return modes
+
+
+# --- transforms ---
+
+
+class Step(NamedTuple):
+    """A transform: a joint, an edge, or a turn in the list of publishers of a joint.
+
+    ``edge`` is the index of an edge, None for a joint. ``joint`` is empty for an edge of its own. ``path`` is that of
+    the name of the parent.
+    """
+
+    parent: str
+    child: str
+    publisher: Publisher
+    joint: str
+    when: str
+    edge: int | None
     path: Path
-    step: Step
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether it is the turn of a joint in which nobody publishes it."""
+        return self.publisher.kind == UNPUBLISHED and self.joint != ""
+
+    @property
+    def owner(self) -> str:
+        """Who publishes it, in words."""
+        static = f'static_transform_publisher "{self.publisher.name}"'
+        name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or "nobody"
+        return f'{name} (joint "{self.joint}")' if self.joint else name
 
 
-def _claims(case: Case) -> dict[str, list[Claim]]:
-    """Return who publishes the transform into each frame that an edge leads to, joints first.
+def all_steps(case: Case, legal: bool = True) -> list[Step]:
+    """Return the transforms of joints, then those of edges and turns; with ``legal`` only those of valid conditions."""
+    found = [
+        Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent"))
+        for one in case.robot.joints
+    ]
+    return found + [
+        Step(edge.parent, edge.child, edge.publisher, edge.joint, edge.when, index, case.edge(index, "parent"))
+        for index, edge in enumerate(case.robot.edges)
+        if not legal or is_legal(case, edge)
+    ]
+
+
+def legal_steps(case: Case) -> list[Step]:
+    """Return the transforms that are published in some combination of modes."""
+    return [step for step in all_steps(case) if not step.is_silent]
+
+
+def silent_turns(case: Case) -> list[Step]:
+    """Return the turns of joints in which nobody publishes them."""
+    return [step for step in all_steps(case) if step.is_silent and step.edge is not None]
+
+
+def active_in(published: Iterable[Step], combination: Combination) -> list[Step]:
+    """Return the transforms that are published in a combination of modes."""
+    return [step for step in published if holds(step.when, combination)]
+
+
+# --- publishers ---
+
+
+def _claims(case: Case) -> dict[str, list[Step]]:
+    """Return the transforms into each frame that an edge leads to, joints first.
 
     Into another frame only a joint leads, and nobody else can publish that. Of a link with two parents only the first
     is taken: that is the cause. Edges with an invalid condition are left out.
     """
     led_to = {edge.child for edge in case.robot.edges}
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []
-    by_child: dict[str, list[Claim]] = {}
+    by_child: dict[str, list[Step]] = {}
     for step in sorted(steps, key=lambda step: (step.edge is not None, not step.joint)):
         claims = by_child.setdefault(step.child, [])
-        if step.edge is not None:
-            path, is_claim = case.edge(step.edge, "child"), step.joint or step.publisher.kind != UNPUBLISHED
-        else:
-            joint = case.robot.joint[step.joint]
-            path = _turn_of_urdf(case, joint) or case.end(joint, "child")
-            is_claim = step.publisher.kind != UNPUBLISHED and not claims
-        if is_claim:
-            owner = _owner(step.publisher) + (f' (joint "{step.joint}")' if step.joint else "")
-            claims.append(Claim(owner, path, step))
+        is_published = step.publisher.kind != UNPUBLISHED
+        if (is_published and not claims) if step.edge is None else (is_published or step.joint):
+            claims.append(step)
     return by_child
 
 
-def _owner(publisher: Publisher) -> str:
-    if publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-        return f'static_transform_publisher "{publisher.name}"'
-    return publisher.name or "nobody"
+def _place(case: Case, step: Step) -> Path:
+    """Return the path of the child of an edge, or of the publisher of a joint."""
+    if step.edge is not None:
+        return case.edge(step.edge, "child")
+    joint = case.robot.joint[step.joint]
+    return _turn_of_urdf(case, joint) or case.end(joint, "child")
 
 
 def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
@@ -73,14 +216,14 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
     bare = {edge.child for edge in edges if edge.publisher.kind == UNPUBLISHED and not edge.joint}
     bare |= {edge.child for edge in edges if not is_legal(case, edge)}
     for child, claims in _claims(case).items():
-        modes = modes_in(case.robot, [claim.step.when for claim in claims])
+        modes = modes_in(case.robot, [claim.when for claim in claims])
         if len(modes) > MAX_MODES:
             message = f'the publishers of "{child}" depend on {len(modes)} modes together: too many to check'
-            yield case.problem("too-many-modes", message, claims[-1].path, severity=WARNING)
+            yield case.problem("too-many-modes", message, _place(case, claims[-1]), severity=WARNING)
             continue
         gap: Combination | None = None
         for combination in combinations(modes):
-            active = [claim for claim in claims if holds(claim.step.when, combination)]
+            active = [claim for claim in claims if holds(claim.when, combination)]
             clashing = _clashing(active)
             if clashing:
                 yield _two(case, child, clashing, combination)
@@ -90,45 +233,35 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
             if gap is not None and child not in bare:
                 first, *others = claims
                 message = f'nobody publishes the transform into "{child}"{in_words(gap)}'
-                related = [(f"published here when {one.step.when}, by {one.owner}", one.path) for one in others]
-                help = f"add {'an entry' if first.step.joint else 'an edge'} for that case, or widen the condition"
-                path = case.edge(first.step.edge or 0, "when")
+                related = [(f"published here when {one.when}, by {one.owner}", _place(case, one)) for one in others]
+                help = f"add {'an entry' if first.joint else 'an edge'} for that case, or widen the condition"
+                path = case.edge(first.edge or 0, "when")
                 yield case.problem("unpublished-edge", message, path, help, related=related, severity=WARNING)
 
 
-def _clashing(active: list[Claim]) -> list[Claim]:
+def _clashing(active: list[Step]) -> list[Step]:
     """Return the claims that contradict each other; an edge may publish a joint that is on no topic."""
-    owners = [claim for claim in active if not claim.step.is_silent]
-    joints = {claim.step.joint for claim in owners if claim.step.joint}
-    silent = [claim for claim in active if claim.step.is_silent and claim.step.joint in joints]
+    owners = [claim for claim in active if not claim.is_silent]
+    joints = {claim.joint for claim in owners if claim.joint}
+    silent = [claim for claim in active if claim.is_silent and claim.joint in joints]
     return owners if len(owners) > 1 else [*silent, *owners] if silent else []
 
 
-def _two(case: Case, child: str, active: list[Claim], combination: Combination) -> Diagnostic:
+def _two(case: Case, child: str, active: list[Step], combination: Combination) -> Diagnostic:
     owners = list(dict.fromkeys(claim.owner for claim in active))
-    parents = list(dict.fromkeys(claim.step.parent for claim in active))
-    what = f'the transform into "{child}"'
-    if active[0].step.is_silent:
-        message = f"{active[-1].owner} and nobody are both to publish {what}"
-    elif len(owners) == 1:
-        message = f"{owners[0]} publishes {what} {'twice' if len(active) == 2 else 'many times'}"
-    else:
-        message = f"{'both ' if len(owners) == 2 else ''}{listed(owners)} publish {what}"
-    message += f"{f', below {quoted(parents)}' if len(parents) > 1 else ''}{in_words(combination)}"
-    related = [
-        ("nobody publishes it here" if one.step.is_silent else f"also published here, by {one.owner}", one.path)
-        for one in active[:-1]
-    ]
+    parents = list(dict.fromkeys(claim.parent for claim in active))
+    what = f"{listed(owners)} {'publishes twice' if len(owners) == 1 else 'publish'}"
+    what = f"nobody and {active[-1].owner} are to publish" if active[0].is_silent else what
+    message = f'{what} the transform into "{child}"{f", below {quoted(parents)}" if len(parents) > 1 else ""}'
+    related = [(f"also published here, by {claim.owner}", _place(case, claim)) for claim in active[:-1]]
     help = "a frame has one publisher at a time: remove one, or give the edges conditions that exclude each other"
-    joint = case.robot.joint.get(active[0].step.joint)
+    joint = case.robot.joint.get(active[0].joint)
     if joint is not None and joint.publisher.kind == ROBOT_STATE_PUBLISHER:
-        if _turn_of_urdf(case, joint):
-            help = "robot_state_publisher publishes every joint of its URDF in every mode: choose the publisher by an"
-            help += ' argument of the build instead, publisher: "${publisher}"'
-        elif len(parents) > 1:
-            help = "a frame has one parent and one publisher at a time: remove one, or keep the joint for programs that"
-            help += f' read the description, with publisher: {{none: WHY}} in "{joint.name}"'
-    return case.problem("two-publishers", message, active[-1].path, help, related=related)
+        help = "robot_state_publisher publishes every joint of its URDF in every mode: choose the publisher by an"
+        help += ' argument of the build, publisher: "${publisher}", or keep the joint for other programs, {none: WHY}'
+    return case.problem(
+        "two-publishers", message + in_words(combination), _place(case, active[-1]), help, related=related
+    )
 
 
 @Check

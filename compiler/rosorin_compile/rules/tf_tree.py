@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from typing import NamedTuple
 
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.model.joint import SEVERAL_COORDINATES, UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, nearest, swaps
 from rosorin_compile.source.rule_registry import FRAMES, Check, rule
@@ -13,56 +14,20 @@ from rosorin_compile.source.tree import Path, exists
 from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case
-from .conditions import MAX_MODES, Combination, combinations, holds, in_words, is_legal, modes_in
 from .kinematics import WORLD_FRAMES
-
-
-class Step(NamedTuple):
-    """A transform: a joint, an edge, or a turn in the list of publishers of a joint.
-
-    ``edge`` is the index of an edge, None for a joint. ``joint`` is empty for an edge of its own. ``path`` is that of
-    the name of the parent.
-    """
-
-    parent: str
-    child: str
-    publisher: Publisher
-    joint: str
-    when: str
-    edge: int | None
-    path: Path
-
-    @property
-    def is_silent(self) -> bool:
-        """Whether it is the turn of a joint in which nobody publishes it."""
-        return self.publisher.kind == UNPUBLISHED and self.joint != ""
-
-
-def all_steps(case: Case) -> list[Step]:
-    """Return the transforms of joints, then those of edges and turns whose conditions are valid."""
-    found = [
-        Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent"))
-        for one in case.robot.joints
-    ]
-    return found + [
-        Step(edge.parent, edge.child, edge.publisher, edge.joint, edge.when, index, case.edge(index, "parent"))
-        for index, edge in enumerate(case.robot.edges)
-        if is_legal(case, edge)
-    ]
-
-
-def legal_steps(case: Case) -> list[Step]:
-    """Return the transforms that are published in some combination of modes."""
-    return [step for step in all_steps(case) if not step.is_silent]
-
-
-def _silent_turns(case: Case) -> list[Step]:
-    return [step for step in all_steps(case) if step.is_silent and step.edge is not None]
-
-
-def active_in(published: Iterable[Step], combination: Combination) -> list[Step]:
-    """Return the transforms that are published in a combination of modes."""
-    return [step for step in published if holds(step.when, combination)]
+from .publishers import (
+    MAX_MODES,
+    Combination,
+    Step,
+    active_in,
+    all_steps,
+    combinations,
+    holds,
+    in_words,
+    legal_steps,
+    modes_in,
+    silent_turns,
+)
 
 
 def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
@@ -123,13 +88,12 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges lead, with the joints between, back to where they began, in some combination of modes."""
     if not case.robot.is_tree or not case.robot.edges:
         return
-    core = legal_steps(case)
-    while True:  # leave out what no transform leads to, or on from
+    core: list[Step] = []
+    left = legal_steps(case)
+    while _circle(left) and len(left) != len(core):  # leave out what no transform leads to, or on from
+        core = left
         parents, children = {step.parent for step in core}, {step.child for step in core}
         left = [step for step in core if step.parent in children and step.child in parents]
-        if len(left) == len(core):
-            break
-        core = left
     modes = modes_in(case.robot, [step.when for step in core])
     modes = [] if len(modes) > MAX_MODES else modes
     circle = next(filter(None, (_circle(active_in(core, one) if modes else core) for one in combinations(modes))), [])
@@ -143,12 +107,18 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 
 def _circle(steps: list[Step]) -> list[Step]:
     """Return the first circle in transforms, parents before children; empty if there is none."""
-    while True:  # what is left has a parent each, so that every way up ends in a circle
-        children = {step.child for step in steps}
-        left = [step for step in steps if step.parent in children]
-        if len(left) == len(steps):
-            break
-        steps = left
+    below: dict[str, list[str]] = {}
+    for step in steps:
+        below.setdefault(step.parent, []).append(step.child)
+    count = Counter(step.child for step in steps)
+    ready = [name for name in below if not count[name]]
+    for name in ready:
+        for child in below.get(name, ()):
+            count[child] -= 1
+            if not count[child]:
+                ready.append(child)
+    # No root leads to the others: every way up from them ends in a circle.
+    steps = [step for step in steps if count[step.child] and count[step.parent]]
     above = {step.child: step for step in reversed(steps)}
     walked: dict[str, Step] = {}
     here = next((step.child for step in steps), "")
@@ -189,7 +159,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
     if not case.robot.is_tree or not case.robot.published_by(UNPUBLISHED):
         return
     # Edges with an invalid condition count: the condition is reported, and not what follows from it.
-    published = [step for step in all_steps(case) if not step.is_silent]
+    published = [step for step in all_steps(case, legal=False) if not step.is_silent]
     links, reached = set(case.robot.link), {step.child for step in published}
     parts = _pieces_with(published, links)
     main = max(parts, key=lambda piece: len(piece & links), default=set())
@@ -212,7 +182,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent (split-tf)."""
-    published, silent = legal_steps(case), _silent_turns(case)
+    published, silent = legal_steps(case), silent_turns(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
     if not case.robot.is_tree or not modes:
         return
@@ -246,24 +216,20 @@ def _cut_off(case: Case, published: list[Step], piece: set[str], top: str, combi
     across = [step for step in published if step.edge is not None and (step.parent in piece) != (step.child in piece)]
     lost = next(step for step in across if not holds(step.when, combination))
     names = quoted(name for name in case.robot.link if name in piece)
-    message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}:"
-    message += f" {lost.parent} -> {lost.child} is not published then"
-    stamps = [(sensor.name, frame) for sensor in case.robot.sensors for frame in sensor.stamps if frame in piece]
-    related = [(f'sensor "{name}" stamps its messages with "{frame}"', ("sensors", name)) for name, frame in stamps]
-    help = f'name the publisher of "{top}", or keep that transform in every mode'
-    return case.problem("split-tf", message, lost.path, help, related=related)
+    message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}"
+    help = f'name the publisher of "{top}", or keep {lost.parent} -> {lost.child} in every mode'
+    return case.problem("split-tf", message, lost.path, help)
 
 
 # --- frames in the headers of messages ---
 
 
 class _Stamp(NamedTuple):
-    """A frame that messages are stamped with, by whom, and where; ``explicit`` is False for a default."""
+    """A frame that messages are stamped with, by whom, and where."""
 
     frame: str
     owner: str
     path: Path
-    explicit: bool
 
 
 def _stamps(case: Case) -> Iterator[_Stamp]:
@@ -272,10 +238,10 @@ def _stamps(case: Case) -> Iterator[_Stamp]:
         declared = exists(case.tree, (*path, "stamps"))
         for index, frame in enumerate(sensor.stamps):
             own = (*path, "frame") if index == 0 else (*path, "optical", "frame")
-            yield _Stamp(frame, f'sensor "{sensor.name}"', (*path, "stamps", index) if declared else own, declared)
+            yield _Stamp(frame, f'sensor "{sensor.name}"', (*path, "stamps", index) if declared else own)
     for name, entry in case.section("publishers").items():
         for index, frame in enumerate((entry or {}).get("stamps", ())):
-            yield _Stamp(frame, f'publisher "{name}"', ("publishers", name, "stamps", index), True)
+            yield _Stamp(frame, f'publisher "{name}"', ("publishers", name, "stamps", index))
 
 
 @rule("unknown-frame-id", help="Correct the name under `stamps`, or name the publisher of the frame.", topic=FRAMES)
@@ -283,7 +249,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
     """Messages are stamped with a frame that does not exist. As a warning: tf2 does not know it in some mode."""
     robot, stamps = case.robot, list(_stamps(case))
     frames = {*robot.link, *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    published, silent = (legal_steps(case), _silent_turns(case)) if stamps else ([], [])
+    published, silent = (legal_steps(case), silent_turns(case)) if stamps else ([], [])
     modes = modes_in(robot, [step.when for step in (*published, *silent)])
     is_checked = robot.is_tree and len(modes) <= MAX_MODES and len(frames) > 1
     reported: set[str] = set()
@@ -309,13 +275,13 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
 
 def _not_on_tf(case: Case, stamp: _Stamp, missing: Combination, silent: list[Step]) -> Diagnostic:
     """Return the problem of a frame that is not there in a combination of modes; {} is always."""
-    when = in_words(missing)
-    message = f'tf2 does not know the frame "{stamp.frame}"{when}, which {stamp.owner} stamps its messages with'
+    message = f'tf2 does not know the frame "{stamp.frame}"{in_words(missing)}, which {stamp.owner} stamps its'
     joint = case.robot.joint_to.get(stamp.frame)
-    turns = [step for step in active_in(silent, missing) if step.child == stamp.frame] if when else []
+    turns = [step for step in active_in(silent, missing) if step.child == stamp.frame] if missing else []
     related = [("nobody publishes it then", step.path) for step in turns]
-    if joint is not None and not when:
+    if joint is not None and not missing:
         related = [(f'nobody publishes joint "{joint.name}"', case.publisher(joint))]
-    help = f"name its publisher{' in that mode' if turns else ''}"
-    help += "" if stamp.explicit else ", or what the messages are stamped with: stamps: [FRAME]"
-    return case.problem("unknown-frame-id", message, stamp.path, help, related=related, severity=WARNING)
+    help = "name its publisher, or what the messages are stamped with: stamps: [FRAME]"
+    return case.problem(
+        "unknown-frame-id", f"{message} messages with", stamp.path, help, related=related, severity=WARNING
+    )

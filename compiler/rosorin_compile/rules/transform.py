@@ -16,7 +16,7 @@ from rosorin_compile.source.rule_registry import ASKING, Rule
 from rosorin_compile.source.wording import listed
 
 from .case import Case
-from .conditions import holds
+from .publishers import holds
 
 RULES = (
     Rule("transform-not-known", "The description has no numbers for a transform.", "Try `--mode NAME`.", ASKING),

@@ -86,14 +86,12 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
 
 def _at_line(made: Diagnostic, text: str, line: int, column: int) -> Diagnostic:
     """Move a diagnostic to a line and column of its text, if the file has that line letter by letter."""
-    if made.span is None:
+    wanted = text.split("\n")[line - 1]
+    moved = at_name(made, wanted.strip(), line) if wanted.strip() else made
+    if moved.span is None or moved is made:
         return made
-    span, wanted = made.span, text.split("\n")[line - 1]
-    there = span.line + line - (0 if span.source.line(span.line)[span.column - 1 :].startswith("|") else 1)
-    start = span.source.line(there).find(wanted, span.column - 1 if line == 1 and there == span.line else 0)
-    if start < 0 or not wanted.strip():
-        return made
-    return replace(made, span=span._replace(line=there, column=start + max(1, column), length=1))
+    indent = len(wanted) - len(wanted.lstrip())
+    return replace(moved, span=moved.span._replace(column=moved.span.column + max(0, column - 1 - indent), length=1))
 
 
 def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
@@ -189,17 +187,12 @@ def _placed(case: Case, message: str, use: _Mention, help: str) -> Diagnostic:
 
 
 def _with_prefix(case: Case, use: _Mention, names: Set[str]) -> str:
-    """Return the suggestion for a name without its prefix: the names that end with it, those of its own part first."""
+    """Return the suggestion for a name without its prefix: that of its part, or the names that end with it."""
     name, prefix = use.found.name, prefix_at(case.tree, use.path)
+    near = nearest(name, [one.removeprefix(prefix) for one in names if prefix and one.startswith(prefix)])
+    if near is not None:
+        return f'did you mean "{prefix if near == name else ""}{near}"?'
     longer = sorted(one for one in names if one.endswith(name) and one != name and not one[-len(name) - 1].isalnum())
-    if prefix + name in longer:
-        return f'did you mean "{prefix}{name}", as this use of the part makes it?'
-    short = [one.removeprefix(prefix) for one in names if prefix and one.startswith(prefix)]
-    if nearest(name, short) is not None:
-        return did_you_mean(name, short)
-    if not longer and nearest(name, names) is None:
-        tails = {"_".join(one.split("_")[-name.count("_") - 1 :]): one for one in sorted(names, reverse=True)}
-        longer = [tails[near]] if (near := nearest(name, tails)) else []
     choice = " or ".join(f'"{one}"' for one in longer[:_MAX_RELATED])
     return f"did you mean {choice}? names have their prefixes here" if longer else ""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION
 from rosorin_compile.language.schema import of_topic
@@ -22,7 +22,7 @@ from rosorin_compile.source.xml import mujoco
 from rosorin_compile.source.xml.elements import Found, found_in
 from rosorin_compile.source.xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON
 
-from .case import Case
+from .case import Case, number
 from .urdf_elements import at_name, mjcf_texts
 
 BALL = "ball"  # a joint of several positions, as those of ENDS
@@ -32,7 +32,6 @@ _KINDS = {word: kind for kind, word in KINDS.items()}
 # The kinds of what gets its name in a section for a simulation, by the word of the schema.
 _DEFINED = {"actuator": ACTUATOR, "tendon": TENDON, "constraint": EQUALITY, "sensor of MuJoCo": SENSOR}
 _DEFINED |= {"contact pair": "pair"}
-_MAX_RELATED = 3
 
 
 class Named(NamedTuple):
@@ -101,7 +100,7 @@ class _Names:
             path: Path = ("sensors", sensor.name)
             for part in sensor.simulated:
                 count = part.replicas.count if part.replicas else 0
-                for end in [f"_{number:0{len(str(count))}}" for number in range(count)] if part.replicas else [""]:
+                for end in [f"_{index:0{len(str(count))}}" for index in range(count)] if part.replicas else [""]:
                     if part.kind == SENSOR_ELEMENT:
                         yield Named(SENSOR, part.name + end, path)
                         yield from [Named(SITE, part.site + end, path)] if part.pose is not None else []
@@ -153,8 +152,9 @@ class _Names:
 
     def is_ambiguous(self, kind: str, name: str) -> bool:
         """Return True if several shapes have a name, which none of them has in the MJCF."""
-        is_geom = any(named.kind == GEOM and named.name == name for named in self.all)
-        return kind == GEOM and len(self.shapes.get(name, ())) > 1 and not is_geom
+        if kind != GEOM or len(self.shapes.get(name, ())) < 2:
+            return False
+        return not any(named.kind == GEOM and named.name == name for named in self.all)
 
 
 @rule("unknown-name", help="Correct the name.", topic=SIMULATED)
@@ -174,33 +174,27 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         kind = _KINDS.get(one.kind, one.kind)
         if names and (names.is_ambiguous(kind, one.name) or not names.has(kind, one.name)):
             wrong.setdefault((kind, one.name), []).append(one)
-    for (kind, name), (first, *others) in wrong.items():
-        also, same = case.also(first.path, ((one.path, one.what, one.key) for one in others), first.key)
-        for path, what, related in ((first.path, first.what, also[:_MAX_RELATED]), *((*one, []) for one in same)):
-            id, message, help = _worded(names or _Names(case), kind, name, what, path)
-            yield case.problem(id, message, path, help, related=related, key=first.key)
+    for (kind, _), uses in wrong.items():
+        id, message, help = _worded(names or _Names(case), kind, uses[0])
+        yield from case.unknown(id, message, uses, help)
 
 
-def _worded(names: _Names, kind: str, name: str, what: str, path: Path) -> tuple[str, str, str]:
+def _worded(names: _Names, kind: str, use: Reference) -> tuple[str, str, str]:
     """Return the rule, the message and the help for an unknown name."""
-    robot, word = names.robot, _WORDS.get(kind, kind)
+    robot, word, name = names.robot, _WORDS.get(kind, kind), use.name
     if kind == JOINT and name in robot.joint:
         joint = robot.joint[name]
-        if joint.is_fixed:
-            return "joint-is-fixed", f'joint "{name}", {what}, is fixed', "name a joint that moves"
-        parts = " or ".join(f'"{name}{end}"' for end in ENDS[joint.type])
-        message = f'joint "{name}", {what}, is {joint.type} and has no single position'
-        return "joint-has-no-position", message, f"name one of the joints that MuJoCo has for it: {parts}"
+        parts = " or ".join(f'"{name}{end}"' for end in ENDS.get(joint.type, ()))
+        help = f"name one of the joints that MuJoCo has for it: {parts}" if parts else ""
+        id = "joint-is-fixed" if joint.is_fixed else "joint-has-no-position"
+        return id, f'joint "{name}" is {joint.type} and has no single position', help
     if names.is_ambiguous(kind, name):
-        message = f'several shapes are called "{name}", {what}: in the MJCF none of them has that name'
+        message = f'several shapes are called "{name}": in the MJCF none of them has that name'
         return "unknown-name", message, "name one as LINK_collision_1 or LINK_visual_1, by its place in its link"
-    if kind == JOINT and name == _free_joint(robot):
-        message = f'there is no joint "{name}", {what}: the base of every output is fixed'
-        return "unknown-joint", message, "write base: free in the output of the MJCF"
     id = {JOINT: "unknown-joint", BODY: "unknown-link"}.get(kind, "unknown-name")
-    otherwise = f"name a{'n' if word[0] in 'aei' else ''} {word} of the robot"
-    known = names.by_kind.get(kind, ())
-    return id, f'there is no {word} "{name}", {what}', names.case.suggest(path, name, known, otherwise)
+    help = names.case.suggest(use.path, name, names.by_kind.get(kind, ()), f"name another {word} of the robot")
+    is_base = kind == JOINT and name == _free_joint(robot)
+    return id, f'there is no {word} "{name}"', "write base: free in the output of the MJCF" if is_base else help
 
 
 @rule("name-twice", help="Give one of them another name; in a part, names get its prefix.", topic=SIMULATED)
@@ -320,3 +314,89 @@ def unknown_in_elements(case: Case) -> Iterator[Diagnostic]:
                 message = f'joint "{name}", {one.where}, is no joint in the MJCF: it is {case.robot.joint[name].type}'
             help = case.suggest(path, name, known, f"name a {word} of the robot or of these elements")
             yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, found.line)
+
+
+# --- values of sites, cameras, lights and bodies ---
+
+_MOVING = ("never", "allowed", "init")
+# How many sizes a site of a form has; those behind them mean nothing.
+_SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
+
+
+@rule("mark-value", help="Correct it as the message says.", topic=SIMULATED)
+def marks(case: Case) -> Iterator[Diagnostic]:
+    """A site, a camera or a light of a simulation has a value that MuJoCo refuses, or contradictory values."""
+    for link in case.robot.links:
+        for mark in link.marked:
+            problems = {"camera": _camera, "light": _light}.get(mark.tag, _site)(mark.values)
+            for key, message, help in (*problems, *(_aimed(mark.values) if mark.tag != "site" else ())):
+                path = case.link(link.name, f"{mark.tag}s", mark.name, key)
+                yield case.problem("mark-value", f'{mark.tag} "{mark.name}" {message}', path, help, key=True)
+
+
+def _site(values: Any) -> Iterator[tuple[str, str, str]]:
+    size = values.get("size")
+    count = 1 if "fromto" in values else _SIZES.get(str(values.get("type", "sphere")), 0)  # fromto gives the length
+    smallest = min(map(float, size[:count]), default=1.0) if isinstance(size, tuple) else 1.0
+    if smallest <= 0:
+        yield "size", f"has a size of {number(smallest)}", "write sizes above zero"
+
+
+def _light(values: Any) -> Iterator[tuple[str, str, str]]:
+    softness, direction = values.get("softness"), values.get("dir")
+    if isinstance(softness, float) and not 0 <= softness <= 1:
+        yield "softness", f"has a softness of {number(softness)}", "write a number from 0 to 1"
+    if isinstance(direction, tuple) and not any(direction):
+        yield "dir", "shines in no direction", "write one, such as [0, 0, -1]"
+
+
+def _camera(values: Any) -> Iterator[tuple[str, str, str]]:
+    of_chip = [word for word in ("focal", "focalpixel", "principal", "principalpixel") if word in values]
+    if of_chip and "sensorsize" not in values:
+        yield of_chip[0], f"has {of_chip[0]} and no sensorsize", "write sensorsize: [WIDTH, HEIGHT] of the chip, in m"
+    if "fovy" in values and "sensorsize" in values:
+        yield "fovy", "has fovy and sensorsize, which exclude each other", "leave one of them out"
+    if "sensorsize" in values and not {"focal", "focalpixel"} & set(values):
+        yield "sensorsize", "has a sensorsize and no focal length", "write focal: [X, Y], in m"
+    output, resolution, fovy = values.get("output"), values.get("resolution"), values.get("fovy")
+    if isinstance(output, tuple) and len(set(output)) < len(output):
+        yield "output", "makes one output twice", "leave one of them out"
+    if isinstance(resolution, tuple) and min(map(float, resolution)) <= 0:
+        yield "resolution", "has a picture without pixels", "write numbers above zero"
+    pairs = [values[word] for word in ("sensorsize", "focal", "focalpixel") if isinstance(values.get(word), tuple)]
+    if any(float(size) <= 0 for pair in pairs for size in pair):
+        yield "sensorsize", "has sizes that are not above zero", "write those of its data sheet"
+    if isinstance(fovy, float) and not 0 < fovy < 180 and values.get("projection") != "orthographic":
+        yield "fovy", f"sees {number(fovy)} degrees", "write an angle between 0 and 180 degrees"
+
+
+def _aimed(values: Any) -> Iterator[tuple[str, str, str]]:
+    mode = str(values.get("mode", "fixed"))
+    if "target" in values and not mode.startswith("targetbody"):
+        yield "target", f"has a target, and its mode is {mode}", "write mode: targetbody"
+    elif mode.startswith("targetbody") and "target" not in values:
+        yield "mode", "has a mode that needs a target", "write target: LINK"
+
+
+@rule("body-value", help="Move it to the root link, or leave it out.", topic=SIMULATED)
+def bodies(case: Case) -> Iterator[Diagnostic]:
+    """A link has an attribute of a body that MuJoCo accepts of the root alone: `mocap`, `sleep`."""
+    world, root = case.robot.root_in_world.world, case.robot.root_in_world.values
+    others = ", ".join(sorted(set(root) - {"align", "group"}))
+    if "align" in root and others:
+        message = f"the root has align and {others}, which MuJoCo does not take together"
+        yield case.problem("body-value", message, ("root", "mjcf", "align"), "leave it out", key=True)
+    bases = {output.options.get("base", "fixed") for output in case.robot.outputs if output.backend == "mjcf"}
+    for link in case.robot.links:
+        path: Path = case.link(link.name, "mjcf")
+        joint = case.robot.joint_to.get(link.name)
+        is_root = joint is None or (world and joint.parent == case.robot.root)
+        is_held = not is_root or (joint is not None and not joint.is_fixed) or ("free" in bases and not world)
+        if link.mjcf.get("mocap") is True and is_held:
+            message = f'link "{link.name}" has mocap: a program moves it, and a joint moves or holds it'
+            help = "only the root link can, with base: fixed in the output, or a link fixed to a root that is the world"
+            yield case.problem("body-value", message, (*path, "mocap"), help, key=True)
+        if link.mjcf.get("sleep") in _MOVING and (not is_root or (("fixed" in bases or not bases) and not world)):
+            message = f'link "{link.name}" has sleep, which only a free base can have'
+            help = "write it in the root link, with base: free in the output, or leave it out"
+            yield case.problem("body-value", message, (*path, "sleep"), help, key=True)

@@ -194,30 +194,6 @@ def test_lenient_takes_more(here: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert compile_robot(here / "x" / "robot.yaml").robot is not None
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["nobody.urdf"], "nobody.urdf is not there"),
-        (["a" * 5000], f"{'a' * 5000} is not there"),
-        (["."], ". is a folder; name the file of the robot in it"),
-        (["little_arm.urdf", "b.urdf"], "import takes one SOURCE, not 2"),
-        (["a:=1"], "import takes one SOURCE, not none"),
-        (["little_arm.urdf", "-a", "x"], '"x" is not NAME=VALUE'),
-        (["little_arm.urdf", "--package", "arm"], '"arm" is not NAME=PATH'),
-        (["little_arm.urdf", "--package", "arm=nowhere"], 'there is no folder "nowhere" for the package arm'),
-        (
-            ["little_arm.urdf", "--name", "a<b"],
-            '"a<b" cannot be the name of a robot: no markup, no quotes, spaces only within',
-        ),
-        (["little_arm.urdf", "-o", "little_arm.urdf"], "little_arm.urdf is no folder; name a new one with -o"),
-    ],
-)
-def test_wrong_usage(here: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
-    assert run(*words) == 2
-    assert capsys.readouterr().err == f"rosorin-compile: {message}\n"
-    assert [path.name for path in here.iterdir()] == ["little_arm.urdf"]
-
-
 def test_a_folder_that_cannot_be_written_is_said(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "file").write_text("", "utf-8")
     assert run("little_arm.urdf", "-o", "file/x") == 1

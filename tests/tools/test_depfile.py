@@ -237,23 +237,6 @@ def test_an_error_leaves_no_depfile(rosorin: Path) -> None:
         assert not (rosorin / "made.d").exists()
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["all", "--depfile", "d"], "a depfile is about one robot, and there are several: left, right; name one"),
-        (["all", "left", "--depfile", "d", "-n"], "--depfile does not go with --dry-run, which writes nothing"),
-        (["all", "left", "--depfile-target", "d"], "--depfile-target goes with --depfile FILE"),
-        (["all", "left", "--only", "urdf", "--prune"], "--only does not go with --prune"),
-        (["print", "left", "urdf", "--depfile", "d"], "write -o FILE, or --depfile-target NAME"),
-        (["print", "left", "urdf", "--depfile-target", "d"], "--depfile-target goes with --depfile FILE"),
-    ],
-)
-def test_what_does_not_go_together(home: Path, capsys: Shown, words: list[str], said: str) -> None:
-    for name in ("left", "right"):
-        write_files(home / "descriptions" / name, {"robot.yaml": f"robot: {name}\nlinks: {{base: {{}}}}\n"})
-    assert said in ask(capsys, *words, code=2)
-
-
 # --only
 
 
@@ -355,19 +338,4 @@ def test_what_differs_is_not_done(project: Path) -> None:
     assert main(["all", "lamp"]) == 0
     edit(project / "descriptions/lamp/more.yaml", "base_link", "base")
     assert main(list(CHECK)) == 1
-    assert not (project / "lamp.d").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (CHECK[:4], "a depfile needs a target: --depfile-target NAME"),
-        (("check", "lamp", *CHECK[4:]), "--depfile-target goes with --depfile FILE"),
-        (("check", *CHECK[2:]), "a depfile is about one robot, and there are several: lamp, other; name one"),
-        ((*CHECK, "--every-argument"), "it does not go with --every-argument"),
-    ],
-)
-def test_what_does_not_go_together_depfile(project: Path, words: tuple[str, ...], said: str, capsys: Shown) -> None:
-    assert main(list(words)) == 2
-    assert said in capsys.readouterr().err
     assert not (project / "lamp.d").exists()

@@ -112,20 +112,6 @@ def test_a_damaged_mapping(base: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert contents(base) == {**before, ".rosorin-compile-deploy.yaml": "robots: {"}
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--map", "urdf"], '"urdf" is not OUTPUT=PLACE, such as urdf=urdf/robot.urdf'),
-        (["--map", "udrf=a"], 'the robot has no output "udrf"; it has '),
-        (["-o", "nowhere"], 'there is no folder "nowhere"; rosorin-compile package makes a new package'),
-        (["another"], "one robot is deployed at a time: rosorin-compile deploy ROBOT -o FOLDER"),
-    ],
-)
-def test_wrong_usage(base: Path, words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert deploy(base, *words) == 2
-    assert f"rosorin-compile: {message}" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("place", ["../x.urdf", "/x.urdf", "a/../../x.urdf"])
 def test_a_mapping_never_leads_out(base: Path, place: str, capsys: pytest.CaptureFixture[str]) -> None:
     before = contents(base.parent)

@@ -109,24 +109,6 @@ def test_names_that_are_refused(name: str, tmp_path: Path, capsys: pytest.Captur
         assert not (tmp_path / "p").exists()
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--maintainer", "Ada"], "\"Ada\" is not a name and an address: --maintainer 'NAME <MAIL>'"),
-        (["--package-version", "1.2"], '"1.2" is no version of a ROS 2 package, which has three numbers: 1.2.3'),
-        (["--license", " "], "the license is one line of text"),
-        (["--url", "example.org"], '"example.org" is no address of a page: https://example.org/robot'),
-        (["--url", "https://a b"], '"https://a b" is no address of a page: https://example.org/robot'),
-        (["--topic", "lidar"], '"lidar" is not SENSOR=TOPIC, such as laser=/scan'),
-        (["--topic", "nose=/scan"], 'the robot has no sensor "nose"; it has camera, lidar, imu'),
-        (["x"], "a package is for one robot: rosorin-compile package ROBOT -o FOLDER"),
-    ],
-)
-def test_wrong_usage(words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["package", str(ROSORIN), "-o", str(tmp_path / "p"), *words]) == 2
-    assert capsys.readouterr().err.endswith(f"rosorin-compile: {message}\n")
-
-
 def test_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = describe(tmp_path, MESHED)
     (path.parent / "meshes").mkdir()

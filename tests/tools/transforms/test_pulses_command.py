@@ -88,28 +88,6 @@ def test_a_pulse_beyond_a_limit_is_a_warning_and_with_strict_an_error(capsys: Sh
     assert f"error[position-beyond-limit]: {message}\n" in pulses(capsys, "joint1=0", "--strict", code=1)
 
 
-AMISS = [
-    ("joint1=500.5", 2, "a pulse is a whole number, 500.5 is none"),
-    ("joint1=nan", 2, "a pulse is a whole number, nan is none"),
-    ("joint1=", 2, '"joint1=" is not JOINT=VALUE'),
-    ("joint1=1001", 1, 'there is no pulse 1001 of joint "joint1": outside the range; 0 to 1000 exist'),
-    ("joint1=130deg", 1, 'no pulse gives the position 2.26893 of joint "joint1": the pulses 0 to 1000 give -2.0944'),
-    ("joint1=1m", 2, 'joint "joint1" is revolute: 1m is a length (m), not an angle (rad)'),
-    ("jiont1=500", 2, 'there is no joint "jiont1"; did you mean "joint1"?'),
-    ("r_joint=500", 2, 'joint "r_joint" has no servo; these have one: joint1, joint2, joint3, joint4, joint5'),
-    ("--pose tock", 2, 'there is no pose "tock"; did you mean "tuck"?'),
-    ("rosorin other joint1=500", 2, 'one robot at a time, and JOINT=VALUE: "other" is neither; '),
-    ("nobody joint1=500", 2, 'no description "nobody": it is no file'),
-    ("--model none.json", 2, 'there is no file "none.json"'),
-]
-
-
-@pytest.mark.usefixtures("rosorin")
-@pytest.mark.parametrize(("words", "code", "message"), AMISS, ids=[words for words, _, _ in AMISS])
-def test_asked_amiss(words: str, code: int, message: str, capsys: Shown) -> None:
-    assert pulses(capsys, *words.split(), code=code).startswith(f"rosorin-compile: {message}")
-
-
 @pytest.mark.usefixtures("rosorin")
 @pytest.mark.parametrize("word", ["500", "30deg", ".5"])
 def test_a_number_without_its_joint_says_how_to_write_it(word: str, capsys: Shown) -> None:

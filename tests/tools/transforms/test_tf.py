@@ -269,43 +269,6 @@ def test_trees_that_do_not_meet_are_told() -> None:
     assert (found.rule, found.message) == ("transform-not-known", "moon and base are in trees that do not meet")
 
 
-AMISS = [
-    ("base_link lazer", 'there is no frame "lazer"; did you mean "laser"?'),
-    ("base_link /laser", 'there is no frame "/laser"; did you mean "laser"?'),
-    ("base_link", "two frames are needed, and at most one robot: rosorin-compile tf ROBOT SOURCE TARGET"),
-    ("a b c d", "two frames are needed, and at most one robot: rosorin-compile tf ROBOT SOURCE TARGET"),
-    ("nobody base_link laser", 'no description "nobody": it is no file'),
-    ("base_link laser --pose tuk", 'there is no pose "tuk"; did you mean "tuck"?'),
-    ("base_link laser --joint joint1", '"joint1" is not JOINT=POSITION'),
-    ("base_link laser --joint joint1=", '"joint1=" is not JOINT=POSITION'),
-    ("base_link laser --joint joint9=1", 'there is no joint "joint9"; did you mean "joint5"?'),
-    ("base_link laser --joint lidar_joint=1", 'joint "lidar_joint" is fixed: it never moves'),
-    ("base_link laser --joint joint1=5cm", 'joint "joint1" is revolute: 5cm is a length (m), not an angle (rad)'),
-    ("base_link laser --joint joint1=5parsec", 'the position of joint "joint1" has a unit that nobody knows: "parsec"'),
-    ("base_link laser --joint joint1=one", 'the position of joint "joint1" cannot be read: one: '),
-    ("base_link laser --joint joint1=1e999", 'the position of joint "joint1" is not finite: 1e999'),
-    ("base_link laser --joint joint1=[1]", 'the position of joint "joint1" is no number: [1]'),
-    ("base_link laser --pulse joint1=5.5", "a pulse is a whole number, 5.5 is none"),
-    ("base_link laser --pulse r_joint=5", 'joint "r_joint" has no servo; these have one: joint1, '),
-    ("base_link laser --sweep joint1=0:1", '"joint1=0:1" is not JOINT=FROM:TO:COUNT'),
-    ("base_link laser --sweep joint1=0:1:x", '"joint1=0:1:x" is not JOINT=FROM:TO:COUNT'),
-    ("base_link laser --sweep joint1=0:1:0", "a sweep has 1 to 100,000 states, not 0"),
-    ("base_link laser --sweep joint1=0:1:999 --sweep joint2=0:1:999", "the sweeps have 998,001 states together; "),
-]
-
-
-@pytest.mark.usefixtures("rosorin")
-@pytest.mark.parametrize(("words", "message"), AMISS, ids=[words for words, _ in AMISS])
-def test_asked_amiss(words: str, message: str, capsys: Shown) -> None:
-    assert tf(capsys, *words.split(), code=2).startswith(f"rosorin-compile: {message}")
-
-
-@pytest.mark.usefixtures("rosorin")
-def test_a_pulse_that_does_not_exist(capsys: Shown) -> None:
-    said = tf(capsys, "base_link", "laser", "--pulse", "joint1=1001", code=1)
-    assert said == 'rosorin-compile: there is no pulse 1001 of joint "joint1": outside the range; 0 to 1000 exist\n'
-
-
 def test_positions_are_quantities_and_expressions() -> None:
     robot = compiled().robot
     assert robot is not None

@@ -233,30 +233,6 @@ def test_a_file_that_cannot_be_written(capsys: Shown, rosorin: Path) -> None:
 # Amiss.
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--frame", "base_lnk"], 'there is no frame "base_lnk"; did you mean "base_link"?'),
-        (["--publisher", "efk"], 'there is no publisher "efk"; did you mean "ekf"?'),
-        (["--mode", "slan"], 'rosorin has no mode "slan"; did you mean "slam"?'),
-        (["--mode", "not slan"], 'rosorin has no mode "slan"; did you mean "slam"?'),
-        (["--mode", "slam=yes"], '"slam=yes" is not a mode: write slam, "not slam", slam=on or slam=off'),
-        (["--mode", "not slam=on"], '"not slam=on" is not a mode: write slam, "not slam", slam=on or slam=off'),
-        (["--mode", "slam", "--mode", "not slam"], 'the mode "slam" cannot be on and off'),
-        (["--mode", "slam and x"], 'rosorin has no mode "slam and x"; did you mean "slam"?'),
-        (["--frame", "a", "--publisher", "b"], "--frame and --publisher do not go together"),
-        (["--frame", "a", "-o", "b.svg"], "--frame and --output do not go together"),
-        (
-            ["-o", "frames.png"],
-            "frames.png is no picture: name one that ends in .svg, or FOLDER/",
-        ),
-        (["rosorin", "again"], "one robot at a time: rosorin-compile frames ROBOT"),
-    ],
-)
-def test_wrong_usage(capsys: Shown, words: list[str], said: str) -> None:
-    assert refused(capsys, *words) == said
-
-
 def test_too_many_trees_ask_for_modes(capsys: Shown, rosorin: Path) -> None:
     path = rosorin / "descriptions" / "rosorin" / "publishers.yaml"
     text = path.read_text("utf-8")

@@ -227,25 +227,6 @@ def test_a_port_that_browsers_leave_out() -> None:
 PROJECT = {"descriptions/r/robot.yaml": "robot: r\nlinks: {base: {}}\n"}
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["--port", "65536"], "there is no port 65536: they go from 0 to 65535"),
-        (["--port", "-1"], "there is no port -1: they go from 0 to 65535"),
-        (["--host", "192.0.2.1"], "192.0.2.1 is no address of this machine (Cannot assign requested address)"),
-        (["--host", "no such"], "no such is no address of this machine (Name or service not known)"),
-        (["--no-meshes"], "--no-meshes and --max-megabytes go with --html FILE"),
-        (["--html", "a.html", "--max-megabytes", "nan"], "--max-megabytes wants a number from 0 on"),
-        (["--html", "a.html", "--max-megabytes", "-1"], "--max-megabytes wants a number from 0 on"),
-        (["r", "r"], "a page shows one robot: rosorin-compile view ROBOT"),
-    ],
-)
-@pytest.mark.usefixtures("project")
-def test_words_that_cannot_be_meant(capsys: Shown, words: list[str], told: str) -> None:
-    assert main(["view", "--no-open", *words]) == 2
-    assert capsys.readouterr().err.startswith(f"rosorin-compile: {told}")
-
-
 @pytest.mark.usefixtures("project")
 def test_a_port_that_is_taken(server: Server, capsys: Shown) -> None:
     assert main(["view", "--no-open", "--port", str(server.port)]) == 2

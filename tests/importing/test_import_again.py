@@ -157,14 +157,6 @@ def test_conflicts_are_resolved_in_favour_of_the_edits() -> None:
 
 
 @pytest.mark.usefixtures("cart")
-def test_a_value_that_is_written_as_the_newer_source_has_it_is_no_conflict() -> None:
-    mine("mass: 8", "mass: 8.5")
-    source(BODY.replace('value="8"', 'value="8.5"'), LEFT, RIGHT)
-    assert run() == 0
-    assert "mass: 8.5" in ROOT.read_text()
-
-
-@pytest.mark.usefixtures("cart")
 def test_without_git_the_new_files_are_written_beside_the_description(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -187,14 +179,6 @@ def test_without_git_the_new_files_are_written_beside_the_description(
         assert ROOT.with_name("robot.yaml.new").read_text() == "mine\n"
         assert there()["descriptions/cart/robot.yaml.new2"] == after["descriptions/cart/robot.yaml.new"]
     assert run("--ours") == 0
-    assert "rear: {" in ROOT.read_text()
-
-
-@pytest.mark.usefixtures("cart")
-def test_without_git_a_description_that_nobody_edited_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PATH", "")
-    source(BODY, LEFT, RIGHT, REAR)
-    assert run() == 0
     assert "rear: {" in ROOT.read_text()
 
 

@@ -103,18 +103,6 @@ def test_the_schema_beside_it_is_named(here: Path) -> None:
         assert text.startswith("# yaml-language-server: $schema=../.schema/rosorin-compile.schema.json\n")
 
 
-@pytest.mark.parametrize(
-    ("name", "folder"),
-    [("Käfer 2", "K_fer_2"), ("机器人", "robot"), ("007", "robot_007"), ("../x", "x"), ("a.b", "a.b")],
-)
-def test_any_name_gives_a_safe_folder(here: Path, name: str, folder: str) -> None:
-    assert run("little_arm.urdf", "--name", name) == 0
-    made = compile_robot(here / "descriptions" / folder / "robot.yaml")
-    assert made.robot is not None
-    assert made.robot.name == name
-    assert sorted(artifact.file for artifact in made.artifacts) == sorted(["frames.md", "frames.svg", f"{folder}.urdf"])
-
-
 def test_a_folder_that_is_taken_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     home = here / "descriptions" / "little_arm"
     home.mkdir(parents=True)
@@ -136,12 +124,6 @@ def test_force_deletes_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -
     assert line in capsys.readouterr().out
     kept = {"robot.yaml.kept": "robot: before\n"}  # nothing says that an import wrote it
     assert files(home) == {**files(EXPECTED), "notes.txt": "mine", "old/links.yaml": "links: {}\n", **kept}
-
-
-def test_an_empty_folder_is_not_taken(here: Path) -> None:
-    (here / "new").mkdir()
-    assert run("little_arm.urdf", "-o", "new") == 0
-    assert files(here / "new") == files(EXPECTED)
 
 
 def broken(here: Path, old: str, new: str) -> str:

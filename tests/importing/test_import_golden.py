@@ -14,7 +14,6 @@ import sys
 import pytest
 
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.importing.layout import WIDTH
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.importing.words import worded
 from support.paths import IMPORTED
@@ -52,16 +51,6 @@ def test_every_comment_of_the_source_is_there(name: str, folder: str) -> None:
     for comment in comments:
         for line in filter(None, map(str.strip, comment.splitlines())):
             assert files.count(f"# {line}\n") == 1, line
-
-
-@pytest.mark.parametrize(("name", "folder"), FOLDERS)
-def test_style(name: str, folder: str) -> None:
-    for text in imported(name, folder).values():
-        lines = text.splitlines()
-        assert text.endswith("\n")
-        assert all(line == line.rstrip() and len(line) <= WIDTH for line in lines)
-        assert all(line or lines[number] for number, line in enumerate(lines[1:]))  # never two blank lines
-        assert "\t" not in text
 
 
 def rewrite(name: str, folder: str) -> None:

@@ -335,12 +335,6 @@ def test_a_call_of_several_lines_is_told_its_last_word(tmp_path: Path) -> None:
     assert (second.new, second.remark) == ("'descriptions/cart/robot.yaml'])", "")
 
 
-def test_arguments_that_the_description_does_not_have_are_told(tmp_path: Path) -> None:
-    (tmp_path / "a.launch.py").write_text("c = Command(['xacro ', 'urdf/cart.urdf.xacro', ' h:=', h, ' w:=', w])\n")
-    one = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset({"w"}))[0]
-    assert one.remark == "the description has no argument h: leave it out, or add it under args"
-
-
 def test_a_kept_argument_and_the_cmake_package_get_their_lines(
     package: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -114,35 +114,3 @@ links: {box: {}}
         "batteries:",
         "outputs:",
     ]
-
-
-def test_a_section_that_nobody_lists_stands_in_parts(tmp_path: Path) -> None:
-    text = """\
-robot: cart
-parts:
-  side:
-    links: {box: {}}
-    joints: {hinge: {type: fixed, parent: mount, child: box}}
-    batteries: {main: {link: box, xyz: [0, 0.1, 0]}}
-links: {base: {}}
-use:
-  l: {part: side, parent: base}
-  r: {part: side, parent: base, mirror: y}
-"""
-    (tmp_path / "robot.yaml").write_text(text, "utf-8")
-    made = expand(tmp_path / "robot.yaml", {}, None)
-    assert not made.diagnostics
-    assert made.tree is not None
-    assert plain(made.tree["batteries"]) == {
-        "l_main": {"link": "l_box", "xyz": [0, 0.1, 0]},
-        "r_main": {"link": "r_box", "xyz": [0, -0.1, 0]},
-    }
-
-
-def test_keys_of_links_and_joints_stand_in_one_order_wherever_they_stand() -> None:
-    words = list(
-        key_order.in_order(dict.fromkeys(["mass", "rpy", "upper", "inertia", "other", "lower", "xyz", "inertial"]))
-    )
-    assert words[-1] == "other"
-    assert words.index("mass") < words.index("xyz") < words.index("rpy") < words.index("inertia")
-    assert words.index("lower") < words.index("upper")

@@ -14,7 +14,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import file_name as safe
 from rosorin_compile.formats.reading import outputs_of, read_robot
-from rosorin_compile.importing.description import mesh_folders, write
+from rosorin_compile.importing.description import write
 from rosorin_compile.importing.layout import ROTATING
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.language.expand import expand
@@ -134,41 +134,6 @@ def test_stock_readers_see_the_same_robot(name: str, engine: str, tmp_path: Path
 )
 def test_file_names_are_safe(name: str, file: str) -> None:
     assert safe(name) == file
-
-
-def meshes(*files: str) -> Map:
-    shapes = "".join(f'<visual><geometry><mesh filename="{file}"/></geometry></visual>' for file in files)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "robot.urdf")
-        path.write_text(f'<robot name="r"><link name="a">{shapes}</link></robot>', "utf-8")
-        tree = read_robot(path).tree
-    assert tree is not None
-    return tree
-
-
-ARM = "package://arm_description/meshes"
-HAND = "package://hand-description/meshes"
-
-
-@pytest.mark.parametrize(
-    ("files", "folders"),
-    [
-        ([f"{ARM}/a.stl", f"{ARM}/b.stl", f"{ARM}/c.stl"], {"meshes": ARM}),
-        ([f"{ARM}/x/a.stl", f"{ARM}/y/b.stl", f"{ARM}/c.stl"], {"meshes": ARM}),
-        ([f"{ARM}/a.stl", f"{ARM}/ab.stl", f"{ARM}/abc.stl"], {"meshes": ARM}),
-        ([f"{ARM}/a.stl", f"{ARM}/b.stl"], {}),
-        ([f"{ARM}/a.stl"] * 3, {}),
-        (["meshes/a.stl", "meshes/b.stl", "meshes/c.stl"], {}),
-        (["a.stl", "b.stl", "c.stl"], {}),
-        (["package://a/x.stl", "package://b/x.stl", "package://c/x.stl"], {}),
-        (
-            [f"{folder}/{file}.stl" for folder in (ARM, HAND) for file in "abc"],
-            {"arm_description_meshes": ARM, "hand_description_meshes": HAND},
-        ),
-    ],
-)
-def test_folders_of_meshes_are_named_where_that_helps(files: list[str], folders: dict[str, str]) -> None:
-    assert mesh_folders(meshes(*files)) == folders
 
 
 PRINTED = """\

@@ -126,13 +126,6 @@ def test_nor_several(text: str) -> None:
     judge(text)
 
 
-def test_what_is_readable_stays_so() -> None:
-    told = 'joint "a_joint" at 1.5 rad (85.9 deg) is above its limit; correct it, such as [0, 0, 1]'
-    assert prose(told) == told.replace("a_joint", "`a_joint`").replace("[0, 0, 1]", "`[0, 0, 1]`")
-    assert prose("1. x") == "`1.` x"
-    assert prose("--- x") == "`---` x"
-
-
 def section(text: str) -> Section:
     """Return a robot that says something in every place that there is."""
     span = Span(Source(text, text), 1, 2)
@@ -181,12 +174,6 @@ def test_it_is_bounded_and_says_what_is_left_out(robots: int, rows: int) -> None
         assert "left out here" in told
     if rows == 3000 and robots > 1:
         assert "Too much to show here" in told or "more changes" in told
-
-
-def test_letters_of_many_bytes_are_counted_as_such() -> None:
-    cell = ("語" * 900,)
-    made = document([Section("語" * 300, wrong=["x"], blocks=[Table("change", ("a",), ((cell,),) * 100)])] * 40)
-    assert len(made.encode()) <= MAX_BYTES
 
 
 def test_many_of_one_kind_are_gathered() -> None:

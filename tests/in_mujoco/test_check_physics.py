@@ -5,7 +5,6 @@ See support/cases.py; a robot without comment is sound and gets none.
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
@@ -114,13 +113,6 @@ def test_an_error_is_not_accepted(home: Path, capsys: Shown) -> None:
     path.write_text(path.read_text() + "accept: [{rule: explodes-at-rest, reason: why not}]\n")
     assert main(["check", "physics"]) == 1
     assert "error[explodes-at-rest]" in capsys.readouterr().err
-
-
-def test_programs_get_it_as_json(home: Path, capsys: Shown) -> None:
-    project_of(home, "overlap-at-zero")
-    assert main(["check", "physics", "--format", "json"]) == 0
-    (found,) = [one for one in json.loads(capsys.readouterr().out)["diagnostics"] if one["rule"] == "parts-overlap"]
-    assert (found["line"], found["severity"]) == (8, "warning")
 
 
 def test_a_robot_in_another_format_is_checked(home: Path, capsys: Shown) -> None:

@@ -124,18 +124,6 @@ outputs: {mjcf: {file: meshed.xml}, scene: {file: scene.xml}}
     assert np.linalg.norm(camera.pos - [0, 0, 0.5]) > 1.0
 
 
-def test_a_scene_that_is_made_alone_is_the_same(home: Path) -> None:
-    """Its robot is a mesh: how large it is decides where the camera stands."""
-    triangle = b"".join(struct.pack("<12fH", 0, 0, 0, *corners, 0) for corners in TETRAHEDRON)
-    (home / "part.stl").write_bytes(bytes(80) + struct.pack("<I", len(TETRAHEDRON)) + triangle)
-    text = "robot: meshed\nlinks: {base: {collision: [{mesh: {file: part.stl}}]}}\n"
-    (home / "meshed.yaml").write_text(text + "outputs: {mjcf: {file: meshed.xml}, scene: {file: scene.xml}}\n", "utf-8")
-    assert main(["all", "meshed.yaml", "-o", "every/meshed", "-q"]) == 0
-    assert main(["all", "meshed.yaml", "-o", "alone/meshed", "--only", "scene", "-q"]) == 0
-    every, alone = sorted(home.glob("*/*/scene.xml"), reverse=True)
-    assert every.read_text("utf-8") == alone.read_text("utf-8")
-
-
 def test_the_scene_brings_nothing_but_a_world() -> None:
     (text,) = [one.text for one in compiled().artifacts if one.file == "scene.xml"]
     root = ElementTree.fromstring(text)

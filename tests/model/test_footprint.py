@@ -181,16 +181,6 @@ def test_the_circle_holds_what_the_corners_leave_out_for_the_digits_of_a_costmap
         assert math.hypot(half, half) <= made.circumscribed < math.hypot(1, 1) + 5 * more
 
 
-def test_what_is_round_inside_of_a_box_makes_no_corner() -> None:
-    assert len(of(Shape(Box((-0.2, -0.1, 0), (0.3, 0.1, 0.4))), Shape(Cylinder(0.05, 1.0))).corners) == 4
-
-
-def test_of_a_circle_little_is_added() -> None:
-    made = of(Shape(Cylinder(0.2, 0.1)))
-    assert len(made.corners) == 12
-    assert made.circumscribed < 0.2 * 1.037
-
-
 def test_the_reference_robot_is_as_measured() -> None:
     """The hull was measured apart: x -0.1427 to 0.1573, y -0.106 to 0.104; the wheels are within."""
     robot = compiled().robot

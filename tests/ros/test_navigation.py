@@ -225,19 +225,6 @@ def test_the_radius_holds_the_robot() -> None:
     assert radius < 1.05 * farthest
 
 
-def test_an_artifact_is_the_same_whether_others_are_made_or_not(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Its meshes are measured also where no URDF names them."""
-    shutil.copytree(FOLDER / "fetcher", tmp_path / "fetcher")
-    monkeypatch.chdir(tmp_path)
-    assert main(["all", "fetcher/robot.yaml", "--only", "nav2", "--depfile", "made.d", "-q"]) == 0
-    capsys.readouterr()
-    assert "shell.stl" in (tmp_path / "made.d").read_text("utf-8")
-    text = next((tmp_path / "outputs").glob("*/nav2.yaml")).read_text("utf-8")
-    assert text == (FOLDER / "outputs" / "fetcher" / "nav2.yaml").read_text("utf-8")
-
-
 def test_a_mesh_of_another_format_is_not_measured_whatever_else_is_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -132,17 +132,6 @@ def test_a_terminal_is_asked(capsys, monkeypatch, answer: str, written: str) -> 
     assert f"which one? [base] descriptions/bot/robot.yaml written: {written}" in told
 
 
-def test_an_answer_that_is_no_template(here: Path, capsys, monkeypatch) -> None:
-    monkeypatch.setattr("sys.stdin", terminal("tank\n"))
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    assert main(["init", "bot"]) == 2
-    told = capsys.readouterr().err
-    assert 'there is no template "tank"; take one of base, arm, mobile_manipulator, sensor_rig' in told
-    assert files(here) == []
-    assert main(["init", "bot", "tank"]) == 2
-    assert "'tank'" in capsys.readouterr().err
-
-
 @pytest.mark.usefixtures("here")
 def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_before(capsys, monkeypatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("arm\n"))

@@ -185,21 +185,6 @@ def test_an_argument_and_what_is_wrong_with_one(capsys: Shown) -> None:
     assert 'did you mean "base"?' in ask(capsys, "print", str(ROSORIN), "mjcf", "bas:=free", code=1)
 
 
-def test_verbose_tells_what_silence_keeps(capsys: Shown) -> None:
-    assert main(["print", str(ROSORIN), "urdf", "-v"]) == 0
-    shown = capsys.readouterr()
-    assert shown.out.encode() == (OUTPUTS / "rosorin.urdf").read_bytes()
-    assert "note[stand-in]" in shown.err
-    read = [line.partition(" ")[2] for line in shown.err.splitlines() if line.startswith("read ")]
-    assert sorted(Path(name).name for name in read) == sorted(path.name for path in ROSORIN.parent.glob("*.yaml"))
-
-
-def test_a_reader_of_the_first_line_alone_is_no_mistake() -> None:
-    script = f"{' '.join(PROGRAM)} print rosorin frames_slam | head -c 1"
-    done = subprocess.run(["bash", "-c", script], capture_output=True, cwd=ROOT, check=False)
-    assert (done.stdout, done.stderr) == (b"<", b"")
-
-
 def test_what_cannot_be_printed_in_full_is_a_problem(tmp_path: Path) -> None:
     said = b"rosorin-compile: cannot write to standard output: "
     command = f"exec {' '.join(PROGRAM)} print rosorin urdf"

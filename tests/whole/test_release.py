@@ -26,20 +26,6 @@ CHANGELOG = ROOT / "CHANGELOG.md"
 VERSION = re.compile(r"^## \[(\d+\.\d+\.\d+)\] - \d{4}-\d\d-\d\d$", re.MULTILINE)
 # What builds make, and what sdist adds.
 MADE = re.compile(r"^(PKG-INFO|setup\.cfg|compiler/rosorin_compile\.egg-info/.*)$")
-SAID = (
-    "compiler",
-    "templates",
-    "docs",
-    "cmake",
-    "ament",
-    "bazel",
-    "schemas",
-    "examples",
-    "parts",
-    "viewer/src",
-    ".github",
-)
-BARE_NAME = re.compile(r"pip install (?:-\S+ )*[`'\"]*rosorin[-_]compile(?![\w.-]*\.whl|-\d)")
 
 
 def test_the_version_is_the_same_everywhere() -> None:
@@ -74,20 +60,6 @@ def test_changelog_has_versions_with_short_notes() -> None:
         assert kinds == [
             kind for kind in ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security") if kind in kinds
         ]
-
-
-def test_nobody_is_told_to_install_a_name_or_sent_to_an_address_that_nobody_serves() -> None:
-    texts = [path for folder in SAID for path in sorted((ROOT / folder).rglob("*")) if path.is_file()]
-    texts += [*ROOT.glob("*.md"), ROOT / "action.yml"]
-    texts.remove(ROOT / "RELEASING.md")  # says what may be said one day
-    found = []
-    for path in texts:
-        if path.suffix in (".pyc", ".png", ".stl") or "node_modules" in path.parts:
-            continue
-        for number, line in enumerate(path.read_text("utf-8", "replace").splitlines(), 1):
-            if BARE_NAME.search(line) or "rosorin-compile.invalid" in line:
-                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()}")
-    assert not found
 
 
 @pytest.fixture(scope="module")

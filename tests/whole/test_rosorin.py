@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.model.shape import GROUNDED
 from support.engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy, pose
 from support.paths import DATA, OUTPUTS, data_text
 from support.robots import RECORDED, compiled, copy_of_rosorin, texts
@@ -128,19 +127,6 @@ def test_urdf_is_that_of_the_guide() -> None:
 def _elements(node: ElementTree.Element) -> tuple:
     attributes = {key: value.replace("1.0", "1") if value == "1.0" else value for key, value in node.attrib.items()}
     return node.tag, attributes, [_elements(child) for child in node]
-
-
-def test_counts_are_those_that_were_recorded() -> None:
-    root = ElementTree.fromstring(texts(compiled())["rosorin.urdf"])
-    counts = {link.get("name"): len(link.findall("collision")) for link in root.findall("link")}
-    assert len(counts) == RECORDED["urdf"]["links"]
-    assert {name: count for name, count in counts.items() if count} == RECORDED["urdf"]["collision_boxes"]
-    assert "base_footprint" not in counts
-    (height_map,) = [shape.geometry for shape in compiled().robot.link["base_footprint"].collision]
-    assert len(height_map.boxes(GROUNDED)) == RECORDED["urdf"]["chassis_boxes"]
-    heights = [height for row in height_map.heights for height in row if height]
-    assert [len(height_map.heights), len(height_map.heights[0])] == RECORDED["heightmap"]["shape"]
-    assert (min(heights), max(heights)) == (RECORDED["heightmap"]["z_min"], RECORDED["heightmap"]["z_max"])
 
 
 def test_every_entry_says_where_it_comes_from() -> None:

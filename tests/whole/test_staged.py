@@ -64,15 +64,6 @@ def test_inputs_have_to_be_staged(capsys: Shown) -> None:
     assert str(Path.cwd()) not in shown.err
 
 
-def test_from_a_folder_and_with_a_page(repository: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(repository / "descriptions/mast")
-    assert main(["check", "--staged", "--html", "page.html"]) == 0
-    assert Path("page.html").is_file()
-    assert Path.cwd() == repository / "descriptions/mast"
-    assert main(["check", "--staged", str(repository / DESCRIPTION)]) == 2
-    assert "--staged takes paths from this folder" in capsys.readouterr().err
-
-
 def test_without_a_repository(home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(home.parent))
     write_files(home, FILES)

@@ -148,13 +148,6 @@ def test_an_argument_that_is_empty(machine: Machine) -> None:
     assert label(machine.command("rosorin-compile print ", quoted(ours), " urdf", " label:=")) is None
 
 
-def test_an_argument_that_there_is_not(machine: Machine) -> None:
-    theirs, ours = labelled(machine.folder)
-    machine.command("xacro ", quoted(theirs), " hight:=3")
-    with pytest.raises(CommandFailed, match='did you mean "height"'):
-        machine.command("rosorin-compile print ", quoted(ours), " urdf", " hight:=3")
-
-
 def test_find_with_ros(machine: Machine, rover: Path) -> None:
     """The package is found by the prefix alone: its files stand somewhere else, and nothing there names it."""
     elsewhere = machine.folder / "elsewhere"

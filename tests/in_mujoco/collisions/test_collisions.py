@@ -10,7 +10,6 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.collisions.search import Search
-from rosorin_compile.source.progress import Progress
 from support.commands import Shown, ask, write_files
 from support.paths import DATA
 
@@ -201,28 +200,6 @@ def test_without_a_urdf_there_is_no_matrix(capsys: Shown) -> None:
     SOURCE.write_text(ROBOT.replace("  urdf: {file: reach.urdf}\n  srdf: {file: reach.srdf}", "  frames: {file: f.md}"))
     said = ask(capsys, "collisions", "reach", code=1)
     assert "error[collisions-refused]: reach has no URDF among its outputs" in said
-
-
-def test_a_terminal_shows_how_far_it_is(reach: Path, capsys: Shown) -> None:
-    class Terminal:
-        text = ""
-
-        def write(self, text: str) -> None:
-            self.text += text
-
-        def flush(self) -> None:
-            pass
-
-    assert reach
-    terminal, seconds = Terminal(), iter(range(10**9))
-    Progress.show(terminal, lambda: float(next(seconds)))  # type: ignore[arg-type]
-    try:
-        assert main(["collisions", "reach"]) == 0
-    finally:
-        Progress.hide()
-    assert "trying states 5,0" in terminal.text
-    assert "bringing links near each other" in terminal.text
-    assert "trying" not in capsys.readouterr().out
 
 
 @pytest.mark.tier("engines")

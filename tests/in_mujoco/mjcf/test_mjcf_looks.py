@@ -49,10 +49,6 @@ def test_joints_that_move_alike_share_a_class_with_their_actuators(tmp_path: Pat
         assert servo.biasprm[:3].tolist() == [0, -125, -1.5]
 
 
-def test_one_joint_of_its_kind_has_its_values_itself() -> None:
-    assert re.findall(r"<default class=[^>]*>\n\s*<joint", emit(overlapping())) == []
-
-
 UNSAID = ("autolimits=", 'type="hinge"', 'type="sphere"', 'axis="0 0 1"', ' 0 0 0"/>')
 
 
@@ -126,17 +122,6 @@ def test_materials_are_assets_and_a_colour_of_a_visual_stays_its_own() -> None:
     geoms = [model.geom(f"{robot.links[0].name}_visual_{number}") for number in (1, 2, 3)]
     assert [geom.matid[0] for geom in geoms] == [steel.id, steel.id, -1]
     assert geoms[1].rgba.tolist() == [1, 0, 0, 1]
-
-
-def test_two_robots_are_included_into_one_scene(tmp_path: Path) -> None:
-    """But for the keys: both have one called home, and MuJoCo wants other names."""
-    keys = re.compile(r"  <keyframe>.*</keyframe>\n", re.DOTALL)
-    (tmp_path / "machine.xml").write_text(keys.sub("", emit(machine())), "utf-8")
-    (tmp_path / "pair.xml").write_text(pair(tmp_path / "pair"), "utf-8")
-    scene = tmp_path / "both.xml"
-    scene.write_text('<mujoco><include file="machine.xml"/><include file="pair.xml"/></mujoco>', "utf-8")
-    model = mujoco.MjModel.from_xml_path(str(scene))
-    assert model.joint("left_knee_joint").damping[0] == 0.25
 
 
 def test_a_class_that_is_kept_verbatim_keeps_its_name() -> None:

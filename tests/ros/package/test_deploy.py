@@ -12,8 +12,6 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST
 from support.launch import run
 from support.packages import LAUNCH, TEXTS, check, contents, deploy, package_of_people
-from support.paths import ROSORIN
-from support.robots import compiled
 
 pytestmark = pytest.mark.slow
 
@@ -175,17 +173,6 @@ def test_an_unknown_argument_writes_nothing(base: Path) -> None:
     assert contents(base) == before
 
 
-def test_what_goes_nowhere_is_said(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    nowhere = ("mjcf", "scene", "frames", "frames_picture")
-    others = [a.output for a in compiled().artifacts if a.withheld or a.backend in nowhere]
-    message = f"no copy of {', '.join(others)} is in {base}, and none is put there"
-    deploy(base)
-    said = f"note[deploy-nowhere]: {message}\n    --map OUTPUT=PLACE puts one there; --map OUTPUT=none keeps it quiet\n"
-    assert said in capsys.readouterr().err
-    deploy(base, *[word for output in others for word in ("--map", f"{output}=none")])
-    assert "deploy-nowhere" not in capsys.readouterr().err
-
-
 def test_meshes_of_a_deployed_urdf(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "robot.yaml"
     mesh = "{base_link: {visual: [{mesh: {file: meshes/body.stl}}]}}"
@@ -201,16 +188,3 @@ def test_meshes_of_a_deployed_urdf(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["deploy", str(path), "-o", str(package)]) == 0
     assert 'filename="package://mine/meshes/body.stl"' in (package / "urdf/meshed.urdf").read_text("utf-8")
     assert main(["check", "deployed", str(path), str(package)]) == 0
-
-
-@pytest.mark.parametrize(
-    "words",
-    [["deploy", "-o", ""], ["deploy", "-o", "x", "--install", ""], ["package", "-o", ""], ["frames", "-o", ""]],
-)
-def test_a_variable_that_is_not_set_is_no_folder(
-    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main([*words, "--", str(ROSORIN)]) == 2
-    assert ": the name is empty" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []

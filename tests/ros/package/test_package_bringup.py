@@ -10,7 +10,7 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from support.launch import Started, read
-from support.packages import names_in, written
+from support.packages import written
 from support.paths import DATA, ROOT, data_text
 
 NAME = "rosorin_description"
@@ -74,17 +74,6 @@ def test_one_launch_file_starts_all(tmp_path: Path) -> None:
     types = yaml.safe_load((package / "config/controllers.yaml").read_text("utf-8"))["controller_manager"]
     assert "mecanum_drive_controller" in needs
     assert len(types["ros__parameters"]) == 5
-
-
-def test_what_was_asked_once_holds_until_it_is_taken_back(tmp_path: Path) -> None:
-    package = written(tmp_path, "--control", "--moveit")
-    before = names_in(package)
-    assert written(tmp_path) == package
-    assert names_in(package) == before
-    written(tmp_path, "--no-moveit")
-    assert "launch/moveit.launch.py" not in (package / "README.md").read_text("utf-8")
-    assert "moveit" not in (package / "package.xml").read_text("utf-8")
-    assert "control.launch.py" in (package / "launch/bringup.launch.py").read_text("utf-8")
 
 
 MECANUM = (DATA / "robots/mecanum.yaml").read_text("utf-8")

@@ -125,14 +125,6 @@ def test_two_files_add_to_it(tmp_path: Path) -> None:
     assert text.count("<passive_joint") == 2
 
 
-def test_a_group_in_two_files_is_told(tmp_path: Path) -> None:
-    (tmp_path / "more.yaml").write_text("moveit: {groups: {arm: {joints: [wrist]}}}\n", "utf-8")
-    made = compiled_text(tmp_path, ARM.replace("robot: arm\n", "robot: arm\ninclude: [more.yaml]\n") + MOVEIT)
-    assert [(one.rule, one.message) for one in made.diagnostics if one.severity == "error"] == [
-        ("duplicate-name", 'group "arm" is defined twice')
-    ]
-
-
 def test_diff_tells_what_is_planned_otherwise(home: Path, capsys: Shown) -> None:
     (home / "a.yaml").write_text(ARM + MOVEIT, "utf-8")
     other = MOVEIT.replace("base: base_link", "base: upper").replace(

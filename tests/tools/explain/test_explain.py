@@ -221,41 +221,6 @@ def test_an_argument_from_a_file(project: Path) -> None:
     assert meanings(origin(shelf, "z").names)[1] == "scale = 3 (argument, set by the file) mine.yaml:1:8: 3"
 
 
-def test_what_a_part_knows_of_its_use(project: Path) -> None:
-    (project / "descriptions" / "handy" / "robot.yaml").write_text(
-        "robot: handy\n"
-        "links: {base_link: {}}\n"
-        "parts:\n"
-        "  peg:\n"
-        "    links: {peg: {}}\n"
-        '    joints: {joint: {type: fixed, parent: mount, child: peg, xyz: [0, 0, "${len(name) * mm}"]}}\n'
-        "use:\n"
-        "  abc: {part: peg, parent: base_link}\n",
-        "utf-8",
-    )
-    (peg,) = found("abc_peg")
-    assert number(peg, "z").value == 0.003
-    (line,) = meanings(origin(peg, "z").names)
-    assert line == "name = abc (name of what uses it) robot.yaml:8:3: {part: peg, parent: base_link}"
-
-
-@pytest.mark.usefixtures("project")
-def test_numbers_alone() -> None:
-    (eye,) = answers("eye_link", "z", "rpy")
-    assert isinstance(eye, Answer)
-    assert [n.name for n in eye.numbers] == ["z", "roll", "pitch", "yaw"]
-    assert eye.numbers[0].origin is not None
-    assert place(eye.numbers[0].origin.where) == "robot.yaml:21:67: 1 cm"
-
-
-@pytest.mark.usefixtures("project")
-def test_the_name_of_a_use_means_its_frames() -> None:
-    whole = [one.name for one in found("left")]
-    assert "left_f1_tip" in whole
-    assert all(name.startswith("left_") for name in whole)
-    assert [one.name for one in found("left_f1")] == [name for name in whole if name.startswith("left_f1_")]
-
-
 @pytest.mark.usefixtures("project")
 def test_a_number_that_none_has_is_told() -> None:
     with pytest.raises(NotThere, match='"mas"; did you mean "mass"'):
@@ -306,27 +271,6 @@ def test_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == GOLDEN
     assert main(["explain", "descriptions/handy/robot.yaml", "eye_link"]) == 0
     assert capsys.readouterr().out == GOLDEN
-
-
-@pytest.mark.usefixtures("project")
-def test_for_people_in_a_part(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", "left_f1_finger", "odom", "--pose", "open"]) == 0
-    told = capsys.readouterr().out
-    for line in (
-        "    x       0 m      of the pose in the part and that of its mount",
-        '        descriptions/handy/parts.yaml:11:14  xyz: [0, "${length / 2}", 5 mm]',
-        '          length = 0.02 m: default of the part  descriptions/handy/parts.yaml:3:46  "${2 * base_length}"',
-        "    descriptions/handy/parts.yaml:22:18: i = 1",
-        'left_f1_finger in base_link, in the pose "open":',
-        "Joint left_f1_joint:",
-        "    limit lower     0 rad                            descriptions/handy/robot.yaml:8:25  0",
-        "        descriptions/handy/parts.yaml:13:16: taken over by ${finger_limit}",
-        "Mass:",
-        "  map -> odom: published by slam on /tf, when mapping",
-        "    the numbers are known to that node alone",
-        "  not known: another node alone knows an edge of the chain",
-    ):
-        assert f"\n{line}\n" in told, line
 
 
 @pytest.mark.usefixtures("project")

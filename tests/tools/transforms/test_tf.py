@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,11 +13,10 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.kinematics import Graph, NoWay
 from rosorin_compile.model.tf2 import lookup
-from rosorin_compile.rules.joint_states import free_joint, position, sweep_of
+from rosorin_compile.rules.joint_states import free_joint, position
 from rosorin_compile.rules.transform import _no_way
 from rosorin_compile.source.diagnostics import RequestError
 from support.commands import HANDY, Shown, ask, edit, write_files
-from support.paths import ROOT
 from support.robots import RECORDED, compiled
 
 
@@ -81,13 +77,6 @@ def test_jazzy_says_the_order_of_the_quaternion(capsys: Shown) -> None:
 
 
 @pytest.mark.usefixtures("rosorin")
-def test_a_frame_in_itself_is_the_identity(capsys: Shown) -> None:
-    said = tf(capsys, "laser", "laser")
-    assert "- Translation: [0.000, 0.000, 0.000]\n- Rotation: in Quaternion [0.000, 0.000, 0.000, 1.000]\n" in said
-    assert "- Rotation: in RPY (degree) [0.000, -0.000, 0.000]\n" in said
-
-
-@pytest.mark.usefixtures("rosorin")
 def test_pulses_of_the_tuck_are_the_tuck(capsys: Shown) -> None:
     pulses = [f"--pulse={joint}={pulse}" for joint, pulse in RECORDED["tuck"]["pulses"].items()]
     radians = [f"--joint=joint{i + 1}={value!r}" for i, value in enumerate(RECORDED["tuck"]["positions_rad"])]
@@ -96,15 +85,6 @@ def test_pulses_of_the_tuck_are_the_tuck(capsys: Shown) -> None:
     assert tf(capsys, "base_link", "camera_link", *radians) == told
     same = ["--pose", "tuck", "--pulse", "joint3=500", "--joint", f"joint3={RECORDED['tuck']['positions_rad'][2]}"]
     assert tf(capsys, "base_link", "camera_link", *same) == told
-
-
-@pytest.mark.usefixtures("rosorin")
-def test_more_digits_widen_the_matrix(capsys: Shown) -> None:
-    lines = tf(capsys, "base_link", "laser", "--digits", "6").splitlines()
-    assert lines[1] == "- Translation: [0.048156, 0.000076, 0.106748]"
-    assert lines[6] == " -1.000000 -0.000000  0.000000  0.048156"
-    assert tf(capsys, "base_link", "laser", "--digits", "0").splitlines()[1] == "- Translation: [0, 0, 0]"
-    assert tf(capsys, "base_link", "laser", "--digits", "18", code=2) == "rosorin-compile: --digits takes 0 to 17\n"
 
 
 @pytest.mark.usefixtures("rosorin")
@@ -280,13 +260,6 @@ def test_positions_are_quantities_and_expressions() -> None:
         free_joint(robot, "l_joint")
 
 
-def test_a_sweep_ends_exactly_where_it_says() -> None:
-    robot = compiled().robot
-    assert robot is not None
-    assert sweep_of(robot, "joint1=0.1:0.7:4").positions[-1] == 0.7
-    assert sweep_of(robot, "joint1=0.1:0.7:1").positions == (0.1,)
-
-
 def test_of_several_robots_one_is_named(rosorin: Path, capsys: Shown) -> None:
     write_files(rosorin, HANDY)
     said = tf(capsys, "base_link", "laser", code=2)
@@ -308,15 +281,3 @@ def test_a_description_with_errors_has_no_answer(rosorin: Path, capsys: Shown) -
     assert said.endswith("rosorin: a description with errors has no frames and joints to ask about\n")
     said = tf(capsys, "base_link", "laser", "--args", "none.yaml", code=2)
     assert said == 'rosorin-compile: there is no file "none.yaml" of arguments\n'
-
-
-def test_no_numpy_is_needed(tmp_path: Path) -> None:
-    program = (
-        "import sys; from rosorin_compile.cli.main import main; code = main(['tf', 'base_link', 'laser']);"
-        "print(sorted({'numpy', 'mujoco'} & set(sys.modules))); sys.exit(code)"
-    )
-    environment = {**os.environ, "ROSORIN_COMPILE_CACHE": str(tmp_path)}
-    ran = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True, env=environment
-    )
-    assert ran.stdout.splitlines()[-1] == "[]"

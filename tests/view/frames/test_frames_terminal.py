@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import re
 import sys
 from pathlib import Path
@@ -128,12 +127,3 @@ def test_no_line_is_wider_than_a_terminal_that_has_room_for_the_rest(names: list
     assert (said == whole) == (max(map(text_width, whole)) <= width)
     if "topic" in said[0] and said != whole:
         assert max(map(text_width, said[:-1])) <= width
-
-
-def test_json_is_json_whatever_the_terminal_can_print(monkeypatch: pytest.MonkeyPatch, rosorin: Path) -> None:
-    path = rosorin / "robot.yaml"
-    path.write_text("robot: r\nlinks: {räder: {}}\noutputs: {urdf: {file: r.urdf}}\n", "utf-8")
-    (situation,) = json.loads(seen(monkeypatch, Terminal("ascii"), str(path), "--format", "json"))["result"][
-        "situations"
-    ]
-    assert situation["frames"] == ["räder"]

@@ -246,15 +246,6 @@ def test_check_tells_a_change_of_a_page_by_its_meaning(capsys: Shown, old: str, 
 
 
 @pytest.mark.usefixtures("project")
-def test_check_tells_another_program_of_the_page_in_one_line(capsys: Shown) -> None:
-    ask(capsys, "all")
-    edit(Path("outputs/rover/rover.html"), "--paper: #ffffff", "--paper: #fffff0")
-    assert main(["check"]) == 1
-    first = "rover.html: the page shows the same robot, by another version of its program"
-    assert capsys.readouterr().out.splitlines()[0] == first
-
-
-@pytest.mark.usefixtures("project")
 def test_a_package_carries_the_page(capsys: Shown) -> None:
     edit(DESCRIPTION, "outputs: {page", "outputs: {urdf: {file: rover.urdf}, page")
     ask(capsys, "package", "rover", "-o", "ws/rover_description")

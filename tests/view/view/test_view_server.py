@@ -213,17 +213,6 @@ def test_shown_to_others_it_still_has_only_names_of_this_machine() -> None:
         server.server_close()
 
 
-def test_a_port_that_browsers_leave_out() -> None:
-    server = Server(Page(), LOOPBACK, 0)
-    try:
-        server.port = 80
-        assert server.is_mine("localhost")
-        assert server.is_mine("localhost:80")
-        assert not server.is_mine("localhost:81")
-    finally:
-        server.server_close()
-
-
 PROJECT = {"descriptions/r/robot.yaml": "robot: r\nlinks: {base: {}}\n"}
 
 

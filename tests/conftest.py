@@ -1,7 +1,5 @@
 """Fixtures that several folders use, which tests are slow, and which belong to a tier of ``.ci/full``."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

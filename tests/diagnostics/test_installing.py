@@ -1,7 +1,5 @@
 """What pip is told to install: what this installation came from, as pip wrote it down beside the package."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from pathlib import Path

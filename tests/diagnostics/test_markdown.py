@@ -3,8 +3,6 @@
 The judge is GitHub's own cmark.
 """
 
-from __future__ import annotations
-
 import html
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Progress: on the last line of a terminal, with never a letter of it left."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import os

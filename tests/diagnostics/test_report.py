@@ -1,7 +1,5 @@
 """The forms of diagnostics for people and programs: each says the place, the way out, and how one came there."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

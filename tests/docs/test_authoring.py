@@ -1,7 +1,5 @@
 """The schema for editors: it knows all that may be written, flags what may not, and has a word on everything."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping

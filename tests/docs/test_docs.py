@@ -17,8 +17,6 @@ arguments, such as ``frames``, only these pages are renewed. What a page shows w
 named.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

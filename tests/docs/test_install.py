@@ -4,8 +4,6 @@ A block that contains the words "not run here" is skipped. Blocks run in the ord
 environment that later ones use.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The documentation is written in plain English: docs/make/prose.py finds no expression to avoid."""
 
-from __future__ import annotations
-
 import pytest
 
 import prose

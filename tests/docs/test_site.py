@@ -1,7 +1,5 @@
 """The site of the documentation, which zensical.toml configures: it builds strictly and needs no other host."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

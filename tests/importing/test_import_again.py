@@ -1,7 +1,5 @@
 """A source is imported again into a description that was edited: edits stay, and conflicts are marked."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from tempfile import TemporaryDirectory

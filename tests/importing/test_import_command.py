@@ -1,7 +1,5 @@
 """rosorin-compile import: what it writes, says and refuses."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -6,8 +6,6 @@ writes them anew; read the difference. ``expected`` is what import writes, ``fla
 where a robot has that folder.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 

@@ -1,7 +1,5 @@
 """import --into: a description beside the xacro of a package, a test of both, and the lines to change."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

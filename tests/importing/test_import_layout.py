@@ -1,7 +1,5 @@
 """What import writes is YAML that reads back as the same values, and looks as a person would have written it."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

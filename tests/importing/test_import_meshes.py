@@ -1,7 +1,5 @@
 """Meshes that a source names relative to itself: what import says of them, and what finds them afterwards."""
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Where sections and keys are written is said by the schema: of any section."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

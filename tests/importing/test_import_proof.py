@@ -1,7 +1,5 @@
 """An imported MJCF is held against what its description becomes, in MuJoCo, and the command says how that went."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a robot has several times comes out of an import as a part and its uses, and as the same robot."""
 
-from __future__ import annotations
-
 import random
 import tempfile
 from collections.abc import Callable

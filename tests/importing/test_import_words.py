@@ -5,8 +5,6 @@ said: ``python tests/importing/test_import_words.py`` writes those anew. What co
 by ``flat``, which knows nothing of how the tool compares.
 """
 
-from __future__ import annotations
-
 import copy
 import random
 import sys

@@ -1,7 +1,5 @@
 """A robot that was read, written and compiled is the same robot: by value, and by the stock readers."""
 
-from __future__ import annotations
-
 import random
 import tempfile
 from pathlib import Path

@@ -6,8 +6,6 @@ regenerates them; read the difference. The comment at the top of ``robot.xacro``
 arguments of the import; ``expected`` has the files, and ``told.txt`` the report.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys

@@ -3,8 +3,6 @@
 What a xacro becomes is in the folders of ``data/translated``, see ``test_translated.py``.
 """
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 See support/cases.py; a robot without comment is sound and gets none.
 """
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The scene of a robot: MuJoCo loads it, the robot stands on its floor, and its camera sees all of it, in light."""
 
-from __future__ import annotations
-
 import os
 import struct
 import xml.etree.ElementTree as ElementTree

@@ -1,7 +1,5 @@
 """The kinematics of drives: wheel speeds for a velocity of the base and back, for every kind; and the table of ROS."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

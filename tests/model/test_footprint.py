@@ -1,7 +1,5 @@
 """The footprint: no shape reaches out of it, whatever the robot is made of; points of the shapes are the judges."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Kinematics of many states agrees with the model one state at a time, and with pinocchio, on any robot."""
 
-from __future__ import annotations
-
 import math
 import random
 import subprocess

@@ -1,7 +1,5 @@
 """Mass and inertia of shapes, against MuJoCo, which takes them from its geoms, and against an integral by points."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Where a line enters and leaves a solid, against MuJoCo, which is asked from both ends of the line."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

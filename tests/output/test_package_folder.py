@@ -1,7 +1,5 @@
 """Writing files into a package: one by one, the manifest last, never outside, never through a link."""
 
-from __future__ import annotations
-
 import errno
 import os
 from collections.abc import Callable, Mapping

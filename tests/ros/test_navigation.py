@@ -5,8 +5,6 @@ The robots of tests/data/navigation have their artifacts in ``outputs`` there, w
 check --parameters, which reads files and tables by itself, and points of the shapes (test_footprint.py).
 """
 
-from __future__ import annotations
-
 import math
 import shutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Who publishes each frame: proved by the rules, and counted by a search that knows nothing of them."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from pathlib import Path

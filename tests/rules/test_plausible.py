@@ -1,7 +1,5 @@
 """Bodies that can be are never told, whatever their shape; a mass in grams, a size in millimetres always is."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """SDF is read: files with corners, broken ones with their messages, and what a description becomes and is read from."""
 
-from __future__ import annotations
-
 import random
 import re
 from dataclasses import replace

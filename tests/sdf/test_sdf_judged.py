@@ -1,7 +1,5 @@
 """SDF, judged by who reads it: Drake, which refuses what it does not know, and libsdformat, the reader of Gazebo."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The example package examples/rosorin-battery, installed with pip: a section of the language from a plug-in."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Records of sections that are none, and sections that make no robot: each is told with what is wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

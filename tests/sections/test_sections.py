@@ -1,7 +1,5 @@
 """Sections that a package brings: one entry, many by name, a list, an axis, two deep, one that names a sensor."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """The sections that only a simulation has: renamed each by itself, told in one order."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

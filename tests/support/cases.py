@@ -12,8 +12,6 @@ The message, and the help and related lines, are written by
 which runs the tests named ``test_message``. A text that ends with "..." in place of a list that grows is left as it is.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys

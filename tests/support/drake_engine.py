@@ -6,8 +6,6 @@ Standard input is JSON: ``files``, the frame ``root``, and ``states`` (positions
 frame of a model within is called MODEL_NAME; a joint has the name that it has there.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from typing import Any

@@ -10,8 +10,6 @@ imports the modules and reads a line of JSON for each job; the answer is the exi
 fork has of its own are its folder, environment, words, limits, streams (files in a folder) and end.
 """
 
-from __future__ import annotations
-
 import atexit
 import json
 import os

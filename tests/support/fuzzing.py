@@ -4,8 +4,6 @@ A description is handled here as plain dicts, lists and texts, one tree a file; 
 as it stands. Nothing here depends on the hash of a text or on the clock: a seed gives the same description everywhere.
 """
 
-from __future__ import annotations
-
 import copy
 import json
 import os

@@ -1,7 +1,5 @@
 """Small robots for tests of backends."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Collection

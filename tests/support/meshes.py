@@ -1,7 +1,5 @@
 """Meshes with a known surface, and slow ways to find its height that share no code with the product."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """A copy of this project as a repository of its own, and whether a package index answers."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

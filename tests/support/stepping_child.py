@@ -6,8 +6,6 @@ line of JSON follows: ``height`` of the root at the end (m), ``moved`` (m, how m
 ``finite``; or ``refused``.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys

@@ -1,7 +1,5 @@
 """Which tests a landing runs, and which belong to a tier of ``.ci/full``: what their marks say."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import pytest

@@ -1,7 +1,5 @@
 """URDFs that the writer makes of robots, and their elements."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """The words of the language, and those that a value of it uses: KIND.WORD, as the schema of descriptions has them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

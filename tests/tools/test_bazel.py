@@ -5,8 +5,6 @@ would give it (``data/bazel/stubs.star``). Then the words are run in a folder th
 without environment, and a hook notes each file that is opened.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

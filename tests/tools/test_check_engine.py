@@ -1,7 +1,5 @@
 """check asks MuJoCo whether it loads each MJCF: what it refuses is an error at the place that it comes from."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from types import ModuleType

@@ -1,7 +1,5 @@
 """check --format markdown and --summary: one run, robot by robot, whatever there is to say of each."""
 
-from __future__ import annotations
-
 import re
 import struct
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``check NAME``: found by its record, called by its name or by the option that it was, told apart from a robot."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from types import SimpleNamespace

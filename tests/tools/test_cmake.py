@@ -3,8 +3,6 @@
 Ninja and make, as far as they are here; docs/builds.md is the page.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """docs/builds.md at work: its project in CMake, its build.ninja and its Makefile."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -3,8 +3,6 @@
 ``COLCON`` names a colcon, which may be in another environment than the tests; ament_cmake is that of Debian.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """``--depfile``: every file that was read, in the words of Make and Ninja, which then do no more than they have to."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

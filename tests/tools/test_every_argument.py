@@ -1,7 +1,5 @@
 """check --every-argument: every combination is compiled, and each problem says by which arguments it comes."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 from typing import Any

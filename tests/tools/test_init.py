@@ -1,7 +1,5 @@
 """A new robot: it compiles, it is written whole or not at all, and nothing is lost."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

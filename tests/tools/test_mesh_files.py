@@ -1,7 +1,5 @@
 """Meshes of a description: where they are looked for, what gets beside the MJCF, and what is said of the rest."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """Meshes that are none: MuJoCo loads the MJCF whatever stands in their files, and what is left out is told."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Folders of ``descriptions`` that are not compiled: nobody may read them, or they have no robot.yaml."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """``print``: one artifact on standard output, the same bytes as ``all`` writes, and nothing else anywhere."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

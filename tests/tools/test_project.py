@@ -1,7 +1,5 @@
 """The project is found from any folder inside it, and what is inside it may be included."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Watch as a person uses it: a process that runs beside an editor, and has to survive all that happens there."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

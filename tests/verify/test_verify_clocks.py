@@ -1,7 +1,5 @@
 """verify on recordings whose stamps are of several clocks: told as clocks, once; what is on purpose is not told."""
 
-from __future__ import annotations
-
 import copy
 import random
 from collections.abc import Callable

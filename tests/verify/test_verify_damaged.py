@@ -1,7 +1,5 @@
 """verify on files, folders and messages that are damaged or cut off: one clear error, never a traceback or a wait."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil

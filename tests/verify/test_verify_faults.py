@@ -1,7 +1,5 @@
 """verify finds each fault that is planted in a recording by its name, no other, and none in a clean one."""
 
-from __future__ import annotations
-
 import io
 import re
 import tempfile

@@ -1,7 +1,5 @@
 """verify on frames with other names than the description's: slashes, prefixes, frames under themselves, wrong ones."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Sessions of tf2_echo as they come out of terminals, logs and mails."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

@@ -1,7 +1,5 @@
 """Recordings as real robots make them: verify is silent about what is no fault, and finds what is one all the same."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """verify on recordings of real runs of the stock nodes: what they publish on our artifacts is as described."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Sequence

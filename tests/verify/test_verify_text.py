@@ -1,7 +1,5 @@
 """verify on text: what people paste from tf2_echo, view_frames and ros2 topic echo."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What commands answer as JSON: one envelope, as its schema says, also of errors and of wrong usage."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The public Python API: lazy, never raising for what is wrong with the input, and the same as the command line."""
 
-from __future__ import annotations
-
 import gc
 import os
 import subprocess

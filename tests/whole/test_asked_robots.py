@@ -1,7 +1,5 @@
 """Questions about robots in other formats (URDF, xacro, SDF, MJCF, JSON), and about planar and floating joints."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -4,8 +4,6 @@ A case is a file, or a folder with robot.yaml where a defect needs several files
 begin with "# args: NAME=VALUE". Errors and warnings are compared; notes too where the case expects one.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The cache of templates: what others could have written is not used, and a damaged entry counts as missing."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import time

@@ -1,7 +1,5 @@
 """The command line as a person uses it: exit codes, messages, and nothing lost."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

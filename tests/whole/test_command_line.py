@@ -1,7 +1,5 @@
 """The command line is one house: all commands are listed, an option means one thing, a slip is met with a way out."""
 
-from __future__ import annotations
-
 import errno
 import io
 import json

@@ -1,7 +1,5 @@
 """The same description gives the same bytes, whatever the machine, the folder and the order of keys."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

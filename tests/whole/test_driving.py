@@ -4,8 +4,6 @@ What is asked is what people ask of such bases. Most of what is lost is lost to 
 gain of their servos, and to rollers that are three spheres; a base whose wheels have breadth turns a little slower.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

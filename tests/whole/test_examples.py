@@ -3,8 +3,6 @@
 ``test_driving.py`` drives those that have wheels.
 """
 
-from __future__ import annotations
-
 import ast
 import json
 import textwrap

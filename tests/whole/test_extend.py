@@ -1,7 +1,5 @@
 """The package examples/rosorin-toy, installed with pip: each command with it, and errors of broken plug-ins."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

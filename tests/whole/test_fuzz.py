@@ -1,7 +1,5 @@
 """Nothing that a person can write ends in a traceback, hangs or grows without bound; it is told with its place."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """No command replaces a file of somebody else in silence, and what a kill leaves is gone after the next run."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

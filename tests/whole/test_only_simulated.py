@@ -1,7 +1,5 @@
 """What only simulations have is no frame: ``publisher: {simulation: WHY}``, and what hangs there unpublished."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

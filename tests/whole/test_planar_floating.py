@@ -1,7 +1,5 @@
 """Planar and floating joints: every artifact means the same motion, at states that are not zero."""
 
-from __future__ import annotations
-
 import math
 import random
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Plug-ins: a distribution in a folder of its own, and the tool in a process that finds it."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -5,8 +5,6 @@ that is not here is skipped, and named. Then it tries the oldest packages that t
 distributions bring along: Ubuntu 22.04's on Python 3.10, and this machine's own where it is Debian or Ubuntu.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The registry of rules, the command rule, and rules in SARIF."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 ``.ci/archives`` makes sdist and wheel twice and compares the bytes; ``.ci/run`` asks the wheel what installs an extra.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

@@ -3,8 +3,6 @@
 ``.ci/full robots`` takes all of the packages of PyPI that MuJoCo loads; those of this repository are in every run.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator
 from pathlib import Path

@@ -3,8 +3,6 @@
 ``.ci/full robots`` takes all that the packages of PyPI have; a small one is in every run.
 """
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from collections import Counter

@@ -1,7 +1,5 @@
 """The reference robot: what was recorded on the real one comes out of every artifact, and all engines agree."""
 
-from __future__ import annotations
-
 import json
 import math
 import xml.etree.ElementTree as ElementTree

@@ -4,8 +4,6 @@ Every file of ``round_trip/`` covers a corner of the specification. Two engines 
 states; a comparer of its own reads both texts and holds masses, limits, shapes, materials and kept elements together.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -3,8 +3,6 @@
 All of them are taken, but of its 1,000 random objects one in 25. pybullet itself is not imported.
 """
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """check --staged: what Git has staged for the next commit is checked, not the files on disk."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Nothing that a file, a name or another program says steers the terminal of whoever runs a command."""
 
-from __future__ import annotations
-
 import io
 import os
 import sys

@@ -1,7 +1,5 @@
 """A script that uses the public names is sound for mypy in its strict mode and for pyright; a fault is found."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

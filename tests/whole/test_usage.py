@@ -1,7 +1,5 @@
 """Mistakes on the command line: ``data/usage.yaml`` has the calls, and what each prints. Nothing is written."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 from typing import Any

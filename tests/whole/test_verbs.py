@@ -1,7 +1,5 @@
 """The verbs check, write, explain and schema: the same as the commands, and nothing that is wrong is an exception."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Owners, locks, limits, forks and signals are taken away: the same artifacts come out, or a sentence."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -3,8 +3,6 @@
 The package is that of the page.
 """
 
-from __future__ import annotations
-
 import re
 import shlex
 import shutil

@@ -4,8 +4,6 @@
 9 those who read plain URDF ask for the expanded file.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What xacro says is said here: for each of its features the same robot in both, or the reason why not."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

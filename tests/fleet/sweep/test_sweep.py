@@ -1,7 +1,5 @@
 """sweep: what stands in the folder, what is stored once, what is made anew, and what is said."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -3,8 +3,6 @@
 The cluster and its client run in processes of their own.
 """
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

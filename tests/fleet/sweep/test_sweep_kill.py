@@ -3,8 +3,6 @@
 What is killed runs in a process of its own, which forks and so has everything imported.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

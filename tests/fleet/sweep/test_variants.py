@@ -1,7 +1,5 @@
 """Lists of variants: what a CSV, a YAML file and a folder say, and what is wrong with one, with its place."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Shapes around meshes: each holds the mesh, is as small as it can be where that is known, and is measured rightly."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The command line of extract: results as YAML, JSON and tables, robots and meshes, and what it does not take."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

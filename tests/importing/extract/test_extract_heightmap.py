@@ -1,7 +1,5 @@
 """Height maps of surfaces that are known, and of any triangles against slow ways to say the same."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A height map put in the place of another: only that collision changes, in every way that it may be written."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import shutil

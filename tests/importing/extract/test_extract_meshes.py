@@ -1,7 +1,5 @@
 """Mesh files: every format gives the same triangles, and no broken or hostile file gives a traceback."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """rosorin-compile collisions: which pairs need no check, and what becomes of the matrix when the robot changes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What MuJoCo says of the links of a URDF, held against coal: who touches, and how far apart the others are."""
 
-from __future__ import annotations
-
 import os
 import random
 from pathlib import Path

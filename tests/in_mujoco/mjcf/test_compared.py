@@ -4,8 +4,6 @@
 it, and in every compared array of its model.
 """
 
-from __future__ import annotations
-
 import copy
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Who may touch whom: neighbours and what touches at rest do not, and nothing else is hidden, whatever the base."""
 
-from __future__ import annotations
-
 import math
 import random
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Every file in tests/data/mjcf/corners and tests/data/mjcf/public is imported, and so is what our own compiler writes.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 import zlib

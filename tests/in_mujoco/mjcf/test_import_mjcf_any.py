@@ -1,7 +1,5 @@
 """Rules of the import of MJCF that hold for every input: numbers, rotations, and chains of joints of every kind."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from pathlib import Path

@@ -3,8 +3,6 @@
 What is written is what was proven, and what is not there any more is never left out in silence.
 """
 
-from __future__ import annotations
-
 import re
 import shlex
 import struct

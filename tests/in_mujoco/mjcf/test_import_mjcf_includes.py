@@ -1,7 +1,5 @@
 """Files that include files are found as MuJoCo finds them: MuJoCo reads the same folder, and has the same bodies."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

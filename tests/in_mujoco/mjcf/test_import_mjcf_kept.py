@@ -1,7 +1,5 @@
 """What an imported MJCF keeps, in MuJoCo's own terms: the compiled models of source and result are compared."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Whole models in the manner of public ones, imported: MuJoCo's model of the result is that of the source."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 from pathlib import Path

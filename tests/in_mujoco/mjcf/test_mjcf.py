@@ -1,7 +1,5 @@
 """The MJCF of small robots, judged by MuJoCo, and by pinocchio on the URDF of the same robot."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What people expect of an MJCF: classes, groups, materials and a key home; to MuJoCo the robot is the same."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """An MJCF of ours is read back without MuJoCo, and nothing in it is lost."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

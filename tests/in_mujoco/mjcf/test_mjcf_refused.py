@@ -1,7 +1,5 @@
 """What MuJoCo does not load, and what MJCF cannot say, is told; MuJoCo is the judge."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """The MJCF of the reference robot in MuJoCo, held in the world and free."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Textures in MuJoCo: the images of visuals and materials are carried, each pixel of them; what is not is told."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

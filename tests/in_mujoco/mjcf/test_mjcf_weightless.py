@@ -1,7 +1,5 @@
 """Links without mass between joints: MuJoCo loads them, and moves as if both joints were on one body."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Words for simulation: MuJoCo has what they say, parts rename them, and what MuJoCo would refuse is refused before."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

@@ -3,8 +3,6 @@
 See support/cases.py; a robot that is called good keeps all limits.
 """
 
-from __future__ import annotations
-
 import json
 from html.parser import HTMLParser
 from pathlib import Path

@@ -5,8 +5,6 @@ others with a conflict. The comments (see support/cases.py) follow ``# options:`
 ``--controllers`` as the first of them the file has to have controllers.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

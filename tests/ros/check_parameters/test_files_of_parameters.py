@@ -1,7 +1,5 @@
 """Parameter files of ROS 2 nodes as rcl reads them: names, namespaces, wildcards, values, places, what is refused."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -3,8 +3,6 @@
 A robot is a file of tests/data/controllers; what is to be written of it stands in ``expected``, by distribution.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A package that compiles its description at launch: its launch files are run, and call the real program."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

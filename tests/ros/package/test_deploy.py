@@ -1,7 +1,5 @@
 """Deploying into a package that people have: what goes where, and what is said about it."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

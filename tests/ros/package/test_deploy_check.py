@@ -1,7 +1,5 @@
 """check deployed: copies that are not the compiled ones."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

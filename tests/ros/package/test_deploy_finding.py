@@ -1,7 +1,5 @@
 """Finding copies: folders behind links, and files that are there for another robot."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

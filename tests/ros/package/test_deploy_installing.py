@@ -1,7 +1,5 @@
 """Whether what is deployed gets to the robot: setup.py, CMakeLists.txt, package.xml, install spaces."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What somebody else wrote, or changed since, is not lost to deploy and package: refused, or kept and said."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The ROS 2 package of a robot: its metadata, its meshes, its view, and what is said about it."""
 
-from __future__ import annotations
-
 import os
 import struct
 import subprocess

@@ -1,7 +1,5 @@
 """Packages that start more than the publishers: controllers, MoveIt, navigation."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 ``COLCON`` names a colcon of another environment than the one in which the tests run.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The three launch files of a package: they start the same nodes, with the numbers of the description."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 

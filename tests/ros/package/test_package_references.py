@@ -1,7 +1,5 @@
 """Every reference in every file of a built package resolves: meshes, their materials, textures and buffers."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

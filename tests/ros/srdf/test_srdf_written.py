@@ -1,7 +1,5 @@
 """The SRDF of a description: its text, what it makes of each kind of base, parts and files that add to it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Shell completion: names of commands, options, robots, frames, joints, poses, arguments and formats are offered."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Explain: where a frame sits, and for each number the file, line and column that set it, and the way it took."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every number of every robot of this repository is written where explain says, and means what explain says."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """rosorin-compile pulses: what it prints, and every way to ask amiss."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

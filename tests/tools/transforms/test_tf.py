@@ -1,7 +1,5 @@
 """rosorin-compile tf: what the guide recorded with tf2_echo, and states of the joints."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -5,8 +5,6 @@ built on the linear algebra of tf2 itself (package libtf2-dev, or TF2_INCLUDE=fo
 edge, its composition, and what tf2_echo prints. Both are written here, from what the code of tf2 does.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import shutil

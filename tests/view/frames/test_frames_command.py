@@ -1,7 +1,5 @@
 """rosorin-compile frames: who publishes each frame, in the terminal, as JSON, as files; and every way to ask amiss."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The tree of frames in a terminal: colours, letters, columns, and terminals that have few of each."""
 
-from __future__ import annotations
-
 import io
 import re
 import sys

@@ -1,7 +1,5 @@
 """The page of a robot as an artifact: its data fit the schema, and check tells it by meaning."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """picture: its files and their pixels, its options, its errors and exit codes; the same bytes each time."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

@@ -3,8 +3,6 @@
 ``python tests/renew.py pictures`` draws them anew.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory

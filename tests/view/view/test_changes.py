@@ -1,7 +1,5 @@
 """check --html and diff --html: the data of the page, the robot before and what became of it."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import struct

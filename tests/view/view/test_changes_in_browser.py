@@ -1,7 +1,5 @@
 """The page of a change in Chromium: the robot before is drawn, listed, and flown to."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -3,8 +3,6 @@
 Pictures that are compared are in tests/data/pages; ``RENEW_PICTURES=1`` writes them anew. Look at them then.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

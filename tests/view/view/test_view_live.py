@@ -1,7 +1,5 @@
 """View as a person uses it: a process beside an editor that follows the files, and ends when it is told to."""
 
-from __future__ import annotations
-
 import signal
 import socket
 import struct

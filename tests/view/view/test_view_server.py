@@ -1,7 +1,5 @@
 """The server of the page gives the robot to this machine, and nothing else to anybody."""
 
-from __future__ import annotations
-
 import json
 import socket
 import threading

@@ -25,7 +25,6 @@ COMMIT = "0123456789abcdef0123456789abcdef01234567"
 
 @pytest.fixture
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder of packages that Python asks first."""
     folder = tmp_path / "site packages"
     (folder / "rosorin_compile-9.9.dist-info").mkdir(parents=True)
     monkeypatch.syspath_prepend(str(folder))

@@ -78,13 +78,11 @@ def rendered(text: str) -> str:
 
 
 def cells(text: str) -> list[str]:
-    """Return the HTML of the cells below the head of the only table."""
     (body,) = re.findall(r"<tbody>(.*?)</tbody>", rendered(text), re.DOTALL)
     return re.findall(r"<td>(.*?)</td>", body, re.DOTALL)
 
 
 def shown(piece: str) -> str:
-    """Return the text that a reader sees of a piece of HTML."""
     return html.unescape(re.sub(r"<!-- -->|<[^>]*>", "", piece))
 
 
@@ -125,7 +123,6 @@ def test_nor_several(text: str) -> None:
 
 
 def section(text: str) -> Section:
-    """Return a robot that says something in every place that there is."""
     span = Span(Source(text, text), 1, 2)
     told = Diagnostic("a-rule", WARNING, text, span, (Related(text, span), Related(text, None)), text)
     row = ((Code(text), " in ", Code(text)), (text,), (text,), (text,), (text,), (Code(text), ", ", Code(text)))

@@ -54,7 +54,6 @@ def files() -> Iterator[Path]:
 
 
 def pages() -> Iterator[tuple[str, str]]:
-    """Yield the descriptions on the pages of the documentation."""
     for page in sorted(DOCS.glob("*.md")):
         for name, text in re.findall(
             r"<!-- file: (\S+\.yaml) -->\n```yaml\n(.*?)```", page.read_text("utf-8"), re.DOTALL
@@ -198,7 +197,6 @@ def test_a_quantity_that_the_compiler_takes_is_not_flagged(
 
 
 def fragments(node: Any, path: str = "") -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Yield every property of the schema with its path."""
     if isinstance(node, dict):
         for name, value in node.get("properties", {}).items():
             yield f"{path}/{name}", value

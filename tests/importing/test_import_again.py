@@ -61,7 +61,6 @@ def refused(capsys: pytest.CaptureFixture[str], *words: str, code: int = 1) -> s
 
 @pytest.fixture
 def cart(home: Path, capsys: pytest.CaptureFixture[str]) -> Path:
-    """The folder of a cart that was imported."""
     source(BODY, LEFT, RIGHT)
     assert run() == 0
     capsys.readouterr()
@@ -385,7 +384,6 @@ ROBOT = st.dictionaries(st.sampled_from(NAMES), LINK, min_size=2, max_size=5)
 
 @st.composite
 def newer(draw: st.DrawFn, robot: Robot) -> Robot:
-    """Return a robot with some links changed, renamed, removed and added."""
     made = {name: dict(link) for name, link in robot.items()}
     for _ in range(draw(st.integers(0, 3))):
         name, how = draw(st.sampled_from(NAMES)), draw(st.integers(0, 3))
@@ -430,7 +428,6 @@ def edited(draw: st.DrawFn, text: str) -> str:
 
 
 def files_of(folder: Path, robot: Robot) -> dict[str, str]:
-    """Return what the importer writes of a robot."""
     source = folder / "robot.urdf"
     source.write_text(urdf(robot))
     imported = read_robot(source)

@@ -56,7 +56,6 @@ def run(*words: str) -> int:
 
 
 def files(folder: Path) -> dict[str, str]:
-    """Return the files in a folder but those of the record, text by name."""
     paths = [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".imported"]
     return {str(path.relative_to(folder)): path.read_text("utf-8") for path in paths}
 

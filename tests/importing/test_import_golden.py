@@ -23,7 +23,6 @@ FOLDERS = [(name, EXPECTED) for name in ROBOTS] + [(name, FLAT) for name in ROBO
 
 
 def imported(name: str, folder: str = EXPECTED) -> dict[str, str]:
-    """Return the files that import makes of a robot of this folder."""
     made = read_robot(FOLDER / name / f"{name}.urdf")
     assert made.tree is not None, made.diagnostics
     said = worded(made)
@@ -52,7 +51,6 @@ def test_every_comment_of_the_source_is_there(name: str, folder: str) -> None:
 
 
 def rewrite(name: str, folder: str) -> None:
-    """Write the files of a robot as import makes them now."""
     for path in (FOLDER / name / folder).glob("*.yaml"):
         path.unlink()
     for file, text in imported(name, folder).items():

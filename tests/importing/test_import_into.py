@@ -48,7 +48,6 @@ RECORD = "descriptions/cart/robot.yaml.imported"
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A package of ament_cmake that has the URDF of a cart."""
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "src" / "cart_description"
     (folder / "urdf").mkdir(parents=True)
@@ -364,7 +363,6 @@ def test_packages_beside_are_looked_through_and_builds_are_not(package: Path) ->
 
 
 def told_lines(told: str, file: Path) -> list[str]:
-    """Return the lines that the tool says to add to a file."""
     rest = told.partition(f"add to {file}:\n")[2]
     taken = []
     for line in rest.split("\n"):
@@ -376,7 +374,6 @@ def told_lines(told: str, file: Path) -> list[str]:
 
 
 def colcon(folder: Path, *words: str) -> str:
-    """Run colcon in a workspace and return what it prints."""
     assert COLCON is not None
     environment = {**os.environ, "COLCON_HOME": str(folder / "home"), "PYTHONPATH": str(folder / "site")}
     environment["PATH"] = f"{Path(COLCON).parent}:{BIN}:{environment['PATH']}"
@@ -446,7 +443,6 @@ POLE = WHEEL.replace('<xacro:box name="wheel" size="0.1"/>', '<xacro:pole name="
 
 
 def robots(package: Path, shared: str = SHARED, **bodies: str) -> None:
-    """Write xacros that include one file, by the name of the robot."""
     (package / "urdf" / "body.xacro").write_text(shared)
     for name, body in bodies.items():
         text = f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">{body}</robot>'

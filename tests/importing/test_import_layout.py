@@ -44,7 +44,6 @@ VALUES = st.recursive(
 
 
 def plain(value: Any) -> Any:
-    """Return a value of a document as it is to be read back."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -62,7 +61,6 @@ def expanded(text: str) -> Any:
 
 
 def order(value: Any) -> Any:
-    """Return the keys of a value and of all within it, in their order."""
     if isinstance(value, dict):
         return [(key, order(item)) for key, item in value.items()]
     return [order(item) for item in value] if isinstance(value, list) else None

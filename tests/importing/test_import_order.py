@@ -40,7 +40,6 @@ BATTERIES = {
 
 @pytest.fixture(autouse=True)
 def another_section(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Put the section into the schema, before the last one."""
     whole = schema.schema()
     *others, last = whole["properties"].items()
     with monkeypatch.context() as changed:
@@ -51,7 +50,6 @@ def another_section(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def _forget() -> None:
-    """Clear what was worked out of the schema."""
     for module in (schema, annotations, key_order):
         for name, one in vars(module).items():
             if hasattr(one, "cache_clear") and name != "schema":
@@ -59,14 +57,12 @@ def _forget() -> None:
 
 
 def tree(text: str) -> Map:
-    """Return the tree of a description."""
     made = parse_yaml(Source("", text))
     assert isinstance(made, Map)
     return made
 
 
 def plain(value: Any) -> Any:
-    """Return a value without its places."""
     if isinstance(value, dict):
         return {key: plain(one) for key, one in value.items()}
     return [plain(one) for one in value] if isinstance(value, list) else value

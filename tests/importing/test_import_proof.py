@@ -113,8 +113,6 @@ def test_a_proof_has_an_end(child: str, monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def _forget(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
-    """Let the writer of MJCF leave something out."""
-
     def forgetful(*given: Any) -> Any:
         text, told = write(*given)
         assert f" {words}" in text

@@ -141,7 +141,6 @@ def urdf_of(name: str, by: Callable[..., Compiled], folder: Path) -> Path:
 
 
 def uses_of(trip: RoundTrip) -> dict[str, list[str]]:
-    """Return the names of the uses of each part."""
     tree = trip.shown.tree or {}
     return {part: [use for use, entry in tree["use"].items() if entry["part"] == part] for part in tree["parts"]}
 

@@ -38,7 +38,6 @@ def imported(file: Path, folder: Path) -> tuple[list[str], str, str]:
 
 
 def described(read: Imported, folder: Path, *change: object) -> tuple[list[str], str, str]:
-    """Return the same of a robot that was read, after a ``change``."""
     made = worded(read)
     trip = check_round_trip(made.imported, folder, plain=made.plain)
     related = [one.message for diagnostic in trip.diagnostics for one in diagnostic.related]
@@ -121,7 +120,6 @@ def words(text: str) -> str:
 
 
 def leaves(element: ElementTree.Element, above: tuple[str, ...], exact: bool) -> Iterator[Leaf]:
-    """Yield every attribute and every text of an element by its path."""
     exact = exact or element.tag == "plugin"
     same = (lambda text: text.strip()) if exact else words
     mark = (

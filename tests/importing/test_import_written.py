@@ -83,7 +83,6 @@ def test_any_robot_comes_through(text: str) -> None:
 
 
 def states(tree: Map) -> list[dict[str, float]]:
-    """Return joint states for joints that nothing leads."""
     chance = random.Random(4)  # noqa: S311 - nothing secret
     free = [name for name, joint in tree["joints"].items() if joint["type"] in (*ROTATING, "prismatic")]
     return [{name: chance.uniform(-1.5, 1.5) for name in free} for _ in range(50)]

@@ -27,7 +27,6 @@ URDF = Outputs({"urdf": {"file": "robot.urdf"}}, {}, {})
 
 
 def made(name: str) -> dict[str, str]:
-    """Return the files that a xacro becomes, and what is said of them."""
     path = FOLDER / name / "robot.xacro"
     assert not any(variable.startswith("ROVER_") for variable in os.environ)
     first = re.match("<!-- arguments: (.*) -->", path.read_text("utf-8"))

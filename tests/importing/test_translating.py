@@ -32,7 +32,6 @@ URDF = Outputs({"urdf": {"file": "robot.urdf"}}, {}, {})
 
 
 def of(here: Path, body: str) -> Translation:
-    """Translate a xacro that has this content."""
     path, how = here / "robot.xacro", ReadOptions(trust=True)
     path.write_text(f"{HEAD}{body}</robot>", "utf-8")
     imported = read_robot(path, how)

@@ -28,7 +28,6 @@ CASES = sorted((DATA / "physics").glob("*.yaml"))
 
 
 def looked_at(path: Path) -> list[Diagnostic]:
-    """Return what the check of the physics says of a description."""
     return list(checking.check_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
@@ -55,7 +54,6 @@ def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Pat
 
 
 def project_of(home: Path, case: str) -> None:
-    """Make a project of a case, with its artifacts."""
     shutil.copytree(DATA / "physics", home / "descriptions/bad")
     (home / "descriptions/bad" / f"{case}.yaml").rename(home / "descriptions/bad/robot.yaml")
 

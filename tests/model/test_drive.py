@@ -130,7 +130,6 @@ def test_a_car_steers_about_one_point_and_comes_back(
 
 
 def tricycle(wheelbase: float) -> Robot:
-    """Return a tricycle whose one wheel in front steers and drives."""
     drive = Drive("tricycle", {"steering": ("s",), "driven": ("f",), "rolling": ("l", "r")})
     places = {"s": at(wheelbase, 0), "f": Pose(), "l": at(0, 0.2), "r": at(0, -0.2)}
     return robot(drive, places, {"f": "s"})

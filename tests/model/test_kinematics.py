@@ -50,7 +50,6 @@ def robots(draw: st.DrawFn, types: tuple[str, ...]) -> Robot:
 
 @st.composite
 def positions(draw: st.DrawFn, robot: Robot) -> dict[str, list[float]]:
-    """Positions of some of the joints that have one of their own."""
     free = [joint.name for joint in robot.joints if joint.moves and joint.mimic is None]
     return {name: draw(numbers) for name in free if draw(st.integers(0, 4))}
 

@@ -42,7 +42,6 @@ def geom(shape: Shape, density: float) -> str:
 
 
 def tensor(inertial: Inertial) -> np.ndarray:
-    """Return an inertia along the axes of the link."""
     i = inertial
     own = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
     turn = np.array(i.pose.transform().rows)

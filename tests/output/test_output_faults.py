@@ -25,13 +25,11 @@ CHILD = [sys.executable, output_child.__file__]
 
 @pytest.fixture
 def folder(tmp_path):
-    """An output folder that holds set A."""
     write_set(tmp_path / "out", A)
     return tmp_path / "out"
 
 
 def child(what, folder, *arguments, before=()):
-    """Run a process of output_child and return what it found."""
     command = [*before, *CHILD, what, folder, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
     assert done.returncode == 0, done.stderr

@@ -48,7 +48,6 @@ def robot_in(path: Path, **options) -> Robot:
 
 
 def asked(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    """Return the exit code and what a command prints."""
     code = main([*words])
     said = capsys.readouterr()
     return code, said.out, said.err

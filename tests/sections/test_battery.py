@@ -16,7 +16,6 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with the installed package and a robot that uses it."""
     folder = tmp_path_factory.mktemp("battery")
     shutil.copytree(EXAMPLE, folder / "rosorin-battery")
     assert install("./rosorin-battery", folder) == ("", 0)
@@ -30,7 +29,6 @@ def run(project: Path, *words: str) -> tuple[int, str]:
 
 
 def changed(project: Path, old: str, new: str) -> str:
-    """Write the robot with one change, and return the name of the file."""
     text = (project / "cart.yaml").read_text("utf-8")
     assert text.count(old) == 1
     (project / "changed.yaml").write_text(text.replace(old, new), "utf-8")

@@ -21,8 +21,6 @@ from rosorin_compile.model.sections import Section
 
 @dataclass(frozen=True)
 class Cell:
-    """An entry, whatever it is for."""
-
     at: str
 
 
@@ -169,7 +167,6 @@ def run(packages: Path, *words: str, **more: str) -> str:
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder in which the package of these sections is installed."""
     folder = tmp_path_factory.mktemp("sections") / "packages"
     info = folder / "words-1.dist-info"
     info.mkdir(parents=True)

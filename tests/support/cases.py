@@ -54,14 +54,12 @@ def check(case: Path, found: list[str]) -> None:
 
 
 def _comment(lines: list[str]) -> range:
-    """Return the indices of the lines of the comment at the top of a file."""
     if lines[0].startswith("<!--"):
         return range(1, next(index for index, line in enumerate(lines) if line.startswith("-->")))
     return range(next((index for index, line in enumerate(lines) if not line.startswith("#")), len(lines)))
 
 
 def _by_hand(lines: list[str]) -> list[str]:
-    """Return the file, position, severity and rule of each diagnostic."""
     return [found[0] for line in lines if (found := _BY_HAND.match(line))]
 
 

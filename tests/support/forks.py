@@ -119,7 +119,6 @@ def _ask(
     given: bytes = b"",
     together: bool = False,
 ) -> tuple[int, bytes, bytes]:
-    """Return the exit code of a program, and what it prints on both streams."""
     with TemporaryDirectory() as here:
         Path(here, "given").write_bytes(given)
         job = {"program": program, "words": list(words), "folder": folder, "environment": dict(environment)}
@@ -188,7 +187,6 @@ _streams: list[str] = []
 
 
 def _do(job: dict[str, Any]) -> NoReturn:
-    """Become the process of a job, and end as it does."""
     code = 1
     try:
         _streams.append(job["streams"])

@@ -39,52 +39,16 @@ class Raw(str):
 WHOLE = DATA / "whole"
 
 # What may stand where something else belongs: one of each kind of value, and those that are hard to take.
+TEXTS = """
+true | 0 | -1 | 2 | 1e-400 | 1e308 | .inf | .nan | 99999999999999999999999 | word | two words | 12 mm | 3 kg |
+90 deg | 5 blinks | 2026-11-20 | x | mount | base_link | leg | pad | robot.yaml | sensors/camera |
+nowhere/part | os:path/part | json:json/part | ../robot/leg | ${ | $${x} | ${1/0} | ${none} | ${true} |
+${legs} | ${unknown} | ${[1, 2, 3]} | ${[[1], [2]]} | ${table} | ${finger} | ${range(4)} | ${3*kg} |
+a ${legs} b | ${name} | ${load("robot.yaml")} | ${load("nothing.yaml")}
+"""
 VALUES: tuple[Tree, ...] = (
     "",
-    "true",
-    "0",
-    "-1",
-    "2",
-    "1e-400",
-    "1e308",
-    ".inf",
-    ".nan",
-    "99999999999999999999999",
-    "word",
-    "two words",
-    "12 mm",
-    "3 kg",
-    "90 deg",
-    "5 blinks",
-    "2026-11-20",
-    "x",
-    "mount",
-    "base_link",
-    "leg",
-    "pad",
-    "robot.yaml",
-    "sensors/camera",
-    "nowhere/part",
-    "os:path/part",
-    "json:json/part",
-    "../robot/leg",
-    "${",
-    "$${x}",
-    "${1/0}",
-    "${none}",
-    "${true}",
-    "${legs}",
-    "${unknown}",
-    "${[1, 2, 3]}",
-    "${[[1], [2]]}",
-    "${table}",
-    "${finger}",
-    "${range(4)}",
-    "${3*kg}",
-    "a ${legs} b",
-    "${name}",
-    '${load("robot.yaml")}',
-    '${load("nothing.yaml")}',
+    *(text.strip() for text in TEXTS.split("|")),
     Raw('""'),
     Raw('"12 mm"'),
     Raw('"\\0"'),
@@ -120,27 +84,13 @@ VALUES: tuple[Tree, ...] = (
 )
 
 # Keys that mean something somewhere.
-KEYS = [
-    *(
-        "for",
-        "if",
-        "value",
-        "part",
-        "with",
-        "params",
-        "let",
-        "use",
-        "prefix",
-        "mirror",
-        "content",
-        "parent",
-        "xyz",
-        "rpy",
-    ),
-    *("source", "help", "type", "default", "one_of", "args", "include", "file", "links", "joints", "sensors", "servos"),
-    *("poses", "edges", "disabled_contacts", "optical", "mjcf", "publisher", "sensor_types", "parts", "robot", "child"),
-    *("frame", "positions", "pulses", "mimic", "limit", "axis", "name", "${name}", "${", "${legs}", "<<"),
-]
+WORDS_OF_KEYS = """
+for if value part with params let use prefix mirror content parent xyz rpy source help type default
+one_of args include file links joints sensors servos poses edges disabled_contacts optical mjcf
+publisher sensor_types parts robot child frame positions pulses mimic limit axis name ${name} ${
+${legs} <<
+"""
+KEYS = WORDS_OF_KEYS.split()
 
 # Errors that no file has: what stands on the command line, and a first file that cannot be read.
 PLACELESS = {"unknown-argument", "file-unreadable"}

@@ -431,7 +431,6 @@ def _yaml(text: str) -> list[Any]:
 
 
 def _action(tag: str, given: Mapping[str, Any]) -> Any:
-    """Return the action that an entity of a frontend means."""
     assert given.keys() <= KNOWN[tag], f"Unexpected attribute(s): {given}"
     attributes = dict(given)
     children = attributes.pop(CHILDREN[tag], [])

@@ -216,7 +216,6 @@ def _owner(path: Path) -> Path:
 
 
 def _leaf(robot: Robot, chance: random.Random, taken: set[Path], rules: Mapping[str, Rule] = URDF) -> Planted | None:
-    """Change a leaf that a rule speaks of."""
     ways = [
         path
         for path, _ in leaves(robot)
@@ -235,7 +234,6 @@ def _leaf(robot: Robot, chance: random.Random, taken: set[Path], rules: Mapping[
 
 
 def _axis(robot: Robot, chance: random.Random, taken: set[Path]) -> Planted | None:
-    """Tilt the axis of a joint."""
     ways = [i for i, joint in enumerate(robot.joints) if joint.moves and ("joints", i, "axis") not in taken]
     if not ways:
         return None

@@ -38,7 +38,6 @@ def _used(kinds: Mapping[str, Any], name: str, fragment: Mapping[str, Any], valu
 
 
 def _below(name: str, one: Inner) -> str:
-    """Return what a schema within another one is called."""
     return name + {KEY: f".{one.name}", PATTERN: ".*", OTHER: ".*", ITEM: "[]", WAY: ""}[one.kind]
 
 

@@ -47,7 +47,6 @@ finally:
 
 
 def page_files(folder: Path) -> dict[str, str]:
-    """Write the files of the page, and return their texts by name."""
     found = {}
     for block in blocks(PAGE.read_text("utf-8")):
         if block.mark[0] == "file":
@@ -113,7 +112,6 @@ def by_hand(made: dict[str, Any], sources: Path, folder: Path) -> tuple[dict[str
 
 
 def _of_python(path: str) -> bool:
-    """Say whether a file belongs to the tool, to Python, or to the system."""
     homes = [sys.prefix, sys.base_prefix, str(ROOT / "compiler"), "/usr/lib", "/usr/share/locale", "/proc", "/dev"]
     # MuJoCo, which all loads to check an MJCF, looks for libraries of the system.
     homes += ["/usr/lib64", "/usr/local/lib", "/usr/local/lib64", "/opt/homebrew", "/run/current-system"]

@@ -24,7 +24,6 @@ PROJECT = {f"descriptions/{name}/robot.yaml": CART.format(name=name) for name in
 
 @pytest.fixture
 def committed(project: Path, capsys: Shown) -> Path:
-    """Three robots as they are committed."""
     assert main(["all"]) == 0
     capsys.readouterr()
     return project
@@ -176,7 +175,6 @@ def test_who_changed(file: str, old: str, new: str, line: str, capsys: Shown) ->
 
 @pytest.fixture
 def compiled(home: Path, capsys: Shown) -> None:
-    """The robot with its artifacts."""
     write_files(home, {DESCRIPTION: ROBOT})
     assert main(["all"]) == 0
     capsys.readouterr()

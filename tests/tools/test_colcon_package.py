@@ -30,13 +30,11 @@ ROSDEP = {
 
 
 def requirements() -> set[str]:
-    """Return the names of the packages that pyproject.toml requires."""
     (line,) = re.findall(r"^dependencies = \[(.*)\]$", (ROOT / "pyproject.toml").read_text("utf-8"), re.MULTILINE)
     return set(re.findall(r'"([\w-]+)', line))
 
 
 def manifest() -> Package:
-    """Parse package.xml. Fail on a warning of the parser."""
     warnings: list[str] = []
     package = parse_package_string((ROOT / "package.xml").read_text("utf-8"), warnings=warnings)
     package.validate()

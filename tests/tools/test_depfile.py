@@ -127,7 +127,6 @@ def test_a_name_that_no_depfile_can_hold() -> None:
 
 
 def run(*words: str, code: int = 0) -> str:
-    """Return what a build tool prints."""
     program = shutil.which(words[0], path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     if program is None:
         pytest.skip(f"{words[0]} is not installed")

@@ -29,14 +29,12 @@ DAE = """<?xml version="1.0"?>
 
 
 def stl(*more: tuple[float, ...], count: int | None = None) -> bytes:
-    """Return a binary STL of a tetrahedron and of more triangles."""
     facets = [sum((CORNERS[one] for one in face), ()) for face in FACES] + list(more)
     body = b"".join(struct.pack("<12fH", 0, 0, 1, *facet, 0) for facet in facets)
     return bytes(80) + struct.pack("<I", len(facets) if count is None else count) + body
 
 
 def msh(*more: tuple[float, ...], corners: int | None = None, faces: list[tuple[int, ...]] | None = None) -> bytes:
-    """Return an MSH of a tetrahedron with more corners."""
     every, own = [*CORNERS, *more], FACES if faces is None else faces
     head = struct.pack("<4i", len(every) if corners is None else corners, 0, 0, len(own))
     return head + b"".join(struct.pack("<3f", *c) for c in every) + b"".join(struct.pack("<3i", *f) for f in own)

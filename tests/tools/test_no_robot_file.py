@@ -16,7 +16,6 @@ PROJECT = {f"descriptions/{name}/robot.yaml": ROBOT.format(name) for name in "pq
 
 
 def unprivileged(*words: str) -> subprocess.CompletedProcess[str]:
-    """Run a command line as somebody whom permissions hold back."""
     before: list[str] = []
     if not os.geteuid():
         if shutil.which("setpriv") is None:

@@ -21,7 +21,6 @@ Shown = pytest.CaptureFixture[str]
 
 @pytest.fixture(autouse=True)
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a project with two robots that share a base."""
     for name in ("rover", "loader"):
         (tmp_path / "descriptions" / name).mkdir(parents=True)
         (tmp_path / "descriptions" / name / "robot.yaml").write_text(ROVER % name)

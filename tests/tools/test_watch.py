@@ -21,7 +21,6 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def project(home: Path) -> Path:
-    """A project with a new robot."""
     start("bot", home)
     return home
 

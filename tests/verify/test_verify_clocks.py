@@ -58,8 +58,6 @@ def clock(messages: list[Message]) -> list[Message]:
 
 
 def all_but_the_imu(change: Change) -> Change:
-    """One driver keeps the wall clock."""
-
     def changed(messages: list[Message]) -> list[Message]:
         kept = copy.deepcopy([message for message in messages if message.topic == "/imu/data"])
         return change([message for message in messages if message.topic != "/imu/data"]) + kept
@@ -85,7 +83,6 @@ def without_battery(messages: list[Message]) -> list[Message]:
 
 
 def drifting(messages: list[Message]) -> list[Message]:
-    """The clock of one computer runs by 8 % too fast."""
     return [
         stamped(message, by(0.08 * (message.received - START) / SECOND)) if of(message, "base_link") else message
         for message in messages

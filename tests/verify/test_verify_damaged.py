@@ -26,7 +26,6 @@ def outcome(folder: Path) -> list[str]:
 
 
 def with_data(folder: Path, copy: Path, data: bytes) -> Path:
-    """Return a copy of a recording with other bytes in its file."""
     shutil.copytree(folder, copy)
     part(copy).write_bytes(data)
     return copy

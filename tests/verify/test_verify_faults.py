@@ -38,7 +38,6 @@ SAID = DATA / "recordings" / "findings.txt"
 
 
 def said(name: str, verdict: Verified) -> str:
-    """Return the findings of a fault as a paragraph."""
     return f"{name}\n{report(verdict.diagnostics)}"
 
 

@@ -57,7 +57,6 @@ def prefixed(prefix: str, but: str = "", headers: bool = True) -> Change:
 
 
 def merged(messages: list[Message]) -> list[Message]:
-    """Somebody makes scans in the body out of those of the lidar."""
     scans = [message for message in messages if message.topic == "/scan"]
     contents = [bags.scan(bags.header(message.received, "base_link")) for message in scans]
     return messages + [m._replace(topic="/merged", content=made) for m, made in zip(scans, contents, strict=True)]

@@ -37,7 +37,6 @@ def before(front: str) -> Callable[[str], str]:
 
 
 def folded(text: str) -> str:
-    """A terminal of 80 columns whose lines were copied as they stood."""
     return "\n".join(line[at : at + 80] for line in text.splitlines() for at in range(0, max(1, len(line)), 80))
 
 

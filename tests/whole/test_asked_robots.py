@@ -39,7 +39,6 @@ outputs: {urdf: {file: table.urdf}}
 
 @pytest.fixture
 def artifacts(tmp_path: Path) -> Path:
-    """The artifacts of the reference robot."""
     for name, text in texts(compiled()).items():
         (tmp_path / name).write_text(text, "utf-8")
     return tmp_path

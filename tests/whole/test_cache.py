@@ -20,7 +20,6 @@ outputs: {urdf: {file: plain.urdf}, mjcf: {file: plain.xml}, note: {template: no
 
 @pytest.fixture
 def robot(home: Path) -> Path:
-    """A project with a robot, which was compiled once and is in the cache."""
     folder = home / "descriptions" / "plain"
     folder.mkdir(parents=True)
     (folder / "robot.yaml").write_text(ROBOT)
@@ -54,8 +53,6 @@ def test_a_folder_that_others_can_write_is_none(
 
 
 class Bomb:
-    """What is run when somebody unpickles it."""
-
     def __reduce__(self):  # type: ignore[no-untyped-def]
         return os.mkdir, ("bang",)
 

@@ -49,7 +49,6 @@ def test_no_artifact_names_a_path_of_this_machine() -> None:
 
 @pytest.fixture(scope="module")
 def ordered() -> dict[str, str]:
-    """The artifacts of the description as it is written."""
     return texts(compiled())
 
 

@@ -212,7 +212,6 @@ def touching(model: Any, data: Any) -> set[str]:
 
 
 def tilt(data: Any, body: str) -> float:
-    """Return the angle between the z of a body and the vertical (rad)."""
     return float(np.arccos(np.clip(data.body(body).xmat[8], -1, 1)))
 
 

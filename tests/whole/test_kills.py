@@ -106,8 +106,6 @@ def shown(files: dict[str, bytes], depth: int) -> dict[str, dict[str, bytes]]:
 
 
 class Scene:
-    """A folder in which a command is run again and again."""
-
     def __init__(self, folder: Path, case: Case) -> None:
         self.home, self.origin, self.case = folder / "home", folder / "origin", case
         self.kills = self.mixed = self.edits = 0
@@ -132,7 +130,6 @@ class Scene:
         return found
 
     def again(self) -> None:
-        """Put everything back, each file the same one."""
         for path in self.home.iterdir():
             shutil.rmtree(path) if path.is_dir() else path.unlink()
         subprocess.run(["cp", "-a", f"{self.origin}/.", self.home], check=True)

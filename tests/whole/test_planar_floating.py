@@ -37,7 +37,6 @@ def states(seed: int):
 
 
 def placed(robot, free, sliding, turn) -> dict[str, Transform]:
-    """Return each link in the root, by the model alone."""
     at = {"free": free, "sliding": sliding, "ns/turn": turn, "follow": 2 * turn + 0.5}
     found = {}
     for link in robot.link:

@@ -46,8 +46,6 @@ BOTH = "[rosorin_compile.functions]\nhalved = toy:halved\n\n[rosorin_compile.rul
 
 
 class Machine:
-    """A folder of packages, and one with a description."""
-
     def __init__(self, folder: Path) -> None:
         self.packages = folder / "packages"
         self.work = folder / "work"

@@ -46,7 +46,6 @@ SYSTEM = (
 
 
 def interpreter(version: str) -> str | None:
-    """Return the newest Python of a version that is here."""
     root = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"))
     found = sorted(root.glob(f"versions/{version}.*/bin/python"), key=lambda path: len(path.parts[-3]))
     for one in [*map(str, reversed(found)), shutil.which(f"python{version}")]:
@@ -70,7 +69,6 @@ def test_interpreters_and_bounds_are_found() -> None:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of all files below a folder by relative POSIX name."""
     found = sorted(path for path in folder.rglob("*") if path.is_file())
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
 

@@ -62,7 +62,6 @@ def test_changelog_has_versions_with_short_notes() -> None:
 
 @pytest.fixture(scope="module")
 def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sdist of what is under version control here, as it is now."""
     folder = tmp_path_factory.mktemp("sdist")
     for name in of_clone("ls-files", "-z").split("\0")[:-1]:
         if (ROOT / name).is_file():

@@ -50,7 +50,6 @@ NUMBERS = {
 
 
 def named(model: Any, kind: str, count: int) -> list[str]:
-    """Return the names of all objects of a kind."""
     import mujoco
 
     of = getattr(mujoco.mjtObj, f"mjOBJ_{kind}")

@@ -46,7 +46,6 @@ def test_corner_of_the_specification(case: Path) -> None:
 
 
 def encoded(text: str) -> Iterator[tuple[str, bytes]]:
-    """Yield a text in encodings and with line ends that files have."""
     body = re.sub(r"\A<\?xml[^>]*\?>\s*", "", text)
     yield "mark", b"\xef\xbb\xbf" + body.encode()
     yield "dos", body.replace("\n", "\r\n").encode()

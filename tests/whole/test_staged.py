@@ -27,7 +27,6 @@ DESCRIPTION = Path("descriptions/mast/robot.yaml")
 
 @pytest.fixture
 def repository(home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A repository with one robot, compiled and committed."""
     for name in [name for name in os.environ if name.startswith("GIT_")]:
         monkeypatch.delenv(name)
     write_files(home, FILES)

@@ -76,7 +76,6 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 
 
 def _states(robot: Robot) -> list[dict[str, float]]:
-    """Return joint states inside the limits, none of them zero."""
     chance = random.Random(5)  # noqa: S311 - the same states every time
     moving = [joint for joint in robot.joints if joint.moves and joint.mimic is None]
     states = []

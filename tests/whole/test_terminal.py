@@ -104,8 +104,6 @@ def test_what_another_program_says(home: Path, capsys: pytest.CaptureFixture[str
 
 
 class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
     def isatty(self) -> bool:
         return True
 

@@ -20,7 +20,6 @@ FAULTS = {
 
 
 def scripts(folder: Path) -> tuple[list[str], list[str]]:
-    """Return scripts that are right, and the same ones that are wrong."""
     made: tuple[list[str], list[str]] = [], []
     for name, (right, wrong, _) in FAULTS.items():
         text = (SCRIPTS / f"{name}.py").read_text("utf-8")

@@ -40,7 +40,6 @@ YAML = "descriptions/rover/robot.yaml"
 
 
 def same(theirs: str, ours: str) -> None:
-    """Assert that two URDFs are the same robot."""
     assert differences(theirs.encode(), ours.encode(), tolerance=1e-12, any_axes=True) == []
     assert "<link " in ours
 
@@ -98,19 +97,8 @@ links: {base: {visual: [{sphere: {radius: "${height}"}}]}}
 urdf_elements: ["<gazebo>${label}</gazebo>"]
 outputs: {urdf: {file: labelled.urdf}}
 """
-VALUES = [
-    "front scan",
-    "it's",
-    'say "here"',
-    "a=b",
-    "back\\slash",
-    "ünï",
-    "007",
-    "true",
-    "1e3",
-    "a;b|c*d?~$HOME",
-    "--flag",
-]
+VALUES = ["front scan", "it's", 'say "here"', "a=b", "back\\slash", "ünï", "007", "true", "1e3", "a;b|c*d?~$HOME"]
+VALUES += ["--flag"]
 
 
 def labelled(folder: Path) -> tuple[Path, Path]:
@@ -277,7 +265,6 @@ def launched(machine: Machine, path: Path, **given: str) -> tuple[str, str]:
 
 
 def change(folder: Path) -> None:
-    """Change the files of the package as the page says."""
     for block in blocks(PAGE.read_text("utf-8")):
         if block.mark[0] == "edit":
             edit(folder / block.mark[1], block.lines)

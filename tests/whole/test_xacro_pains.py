@@ -111,7 +111,6 @@ links: {board: {}}
 
 
 def _calls(work: Callable[[], Compiled]) -> int:
-    """Return how many Python functions a compilation calls."""
     count = 0
 
     def watch(_frame: Any, event: str, _argument: Any) -> None:

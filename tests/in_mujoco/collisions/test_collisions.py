@@ -25,14 +25,12 @@ SOURCE = Path("descriptions/reach/robot.yaml")
 
 @pytest.fixture
 def reach(home: Path) -> Path:
-    """Return a project with a robot and its matrix."""
     write_files(home, PROJECT)
     return home
 
 
 @pytest.fixture(scope="module")
 def searched_once(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The matrix of the robot, as the command writes it."""
     folder = tmp_path_factory.mktemp("searched")
     write_files(folder, PROJECT)
     with pytest.MonkeyPatch.context() as patch:
@@ -43,13 +41,11 @@ def searched_once(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 @pytest.fixture
 def with_matrix(reach: Path, searched_once: bytes) -> Path:
-    """The project, with the matrix that was searched before."""
     MATRIX.write_bytes(searched_once)
     return reach
 
 
 def pairs() -> dict[str, dict[str, object]]:
-    """Return the pairs of the matrix by their names."""
     found = yaml.safe_load(MATRIX.read_text("utf-8"))["moveit"]["collision_matrix"]["pairs"]
     return {" ".join(pair["links"]): pair for pair in found}
 
@@ -226,7 +222,6 @@ def test_pairs_stay_whose_shapes_and_joints_are_the_same(capsys: Shown, monkeypa
 
 
 def searched(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
-    """Return the pairs that are brought near each other from now on."""
     asked: set[tuple[str, str]] = set()
     approach = Search.approach
 

@@ -27,14 +27,12 @@ TEXT = EVERYTHING.read_text("utf-8")
 
 
 def compiled(text: str) -> tuple[Any, Any]:
-    """Return the model of a text, and what its <statistic> says."""
     spec = mujoco.MjSpec.from_string(text)
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
     return spec.compile(), spec.stat
 
 
 def told(one: str, other: str, names: Any = None) -> list[str]:
-    """Return what differs between two texts."""
     (source, said), (ours, _) = compiled(one), compiled(other)
     return [one.text for one in compared(source, ours, names, said)]
 
@@ -226,7 +224,6 @@ def test_names_that_the_import_gave_are_no_difference() -> None:
 
 @pytest.fixture(autouse=True)
 def _no_log() -> Any:
-    """Keep MuJoCo from writing its warnings into a file."""
     mujoco.set_mju_user_warning(lambda _: None)
     yield
     mujoco.set_mju_user_warning(None)
@@ -254,7 +251,6 @@ SOME_ROWS = re.compile(
 
 
 def _arrays() -> Iterator[str]:
-    """Yield the arrays that ``mujoco.introspect`` has."""
     for field in structs.STRUCTS["mjModel"].fields:
         is_derived = compare_models._DERIVED.fullmatch(field.name) or IN_NO_OBJECT.fullmatch(field.name)
         if getattr(field, "array_extent", None) and not is_derived and field.name not in NOT_ALONE:

@@ -40,7 +40,6 @@ SAME = 1e-9
 
 
 def holds(case: Case, folder: Path) -> None:
-    """Fail unless frames, masses, limits and shapes are those of the MJCF."""
     assert frames_differ(case, STATES) < SAME
     assert inertias_differ(case) < SAME
     assert limits_differ(case) < SAME
@@ -57,7 +56,6 @@ def said(path: Path) -> list[str]:
 
 @cache
 def tree(name: str) -> Any:
-    """Return the tree of a corner case."""
     made = read_mjcf(CORNERS[name], ReadOptions())
     assert made.tree is not None, said(CORNERS[name])
     return made.tree

@@ -60,7 +60,6 @@ ROBOT = """<mujoco model="arm">
 
 
 def png() -> bytes:
-    """Return an image of 2 x 2 grey pixels."""
     rows = b"\x00\x10\x80\x00\xc0\xff"
     chunks = ((b"IHDR", struct.pack(">IIBBBBB", 2, 2, 8, 0, 0, 0, 0)), (b"IDAT", zlib.compress(rows)), (b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(
@@ -69,7 +68,6 @@ def png() -> bytes:
 
 
 def skin() -> bytes:
-    """Return a skin of one triangle that two bodies hold."""
     corners = (0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0)
     made = struct.pack("<4i", 3, 0, 1, 2) + struct.pack("<9f", *corners) + struct.pack("<3i", 0, 1, 2)
     for name in ("base", "tip"):
@@ -79,7 +77,6 @@ def skin() -> bytes:
 
 
 def write_robot(folder: Path, way: str) -> Path:
-    """Write a robot with its files and return its MJCF."""
     folders, mesh, image, meshes, images = WAYS[way]
     for name, data in (("seen.obj", CORNER.encode()), ("solid.obj", CORNER.encode()), ("cover.skn", skin())):
         (folder / meshes).mkdir(parents=True, exist_ok=True)
@@ -96,20 +93,17 @@ def write_robot(folder: Path, way: str) -> Path:
 
 @pytest.fixture(name="vendor")
 def _vendor(home: Path) -> Path:
-    """A folder outside of the current one, which is an empty project."""
     folder = home.parent / f"{home.name}_of_others" / "robot"
     folder.mkdir(parents=True)
     return folder
 
 
 def images(model: Any) -> set[bytes]:
-    """Return the pixels of all textures of a model."""
     ends = [*model.tex_adr[1:].tolist(), len(model.tex_data)]
     return {model.tex_data[at:to].tobytes() for at, to in zip(model.tex_adr, ends, strict=True)}
 
 
 def next_line(said: str) -> list[str]:
-    """Return the words of the command that import says next."""
     (line,) = re.findall(r"(?m)^next: rosorin-compile (.*)$", said)
     return shlex.split(line)
 
@@ -139,7 +133,6 @@ def test_the_next_line_makes_an_mjcf_with_all_files(
 
 
 def brought(vendor: Path, capsys: Shown) -> list[str]:
-    """Import a robot and return the next line."""
     assert main(["import", str(write_robot(vendor, "beside"))]) == 0
     return next_line(capsys.readouterr().out)
 

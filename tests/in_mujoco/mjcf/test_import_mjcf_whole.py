@@ -29,8 +29,6 @@ SAME = "MuJoCo's model of the MJCF is that of the source"
 
 
 def _png(path: Path) -> None:
-    """Write an image of 4 x 4 pixels."""
-
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 

@@ -165,7 +165,6 @@ def test_collision_shapes_that_are_seen_come_back_as_that() -> None:
 
 
 def floor_gap(text: str, key: str) -> float:
-    """Return how far the robot is above the floor at a key (m)."""
     floor = '<geom name="the_floor" type="plane" size="0 0 1"/>'
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -42,26 +42,20 @@ def test_one_of_many_that_are_alike_is_found(tmp_path: Path, which: int, old: st
     assert any(told in one.message for one in found), [one.message for one in found]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "<mujoco>",
-        "<robot/>",
-        "<mujoco/>",
-        '<!DOCTYPE mujoco [<!ENTITY a "b">]><mujoco><worldbody/></mujoco>',
-        "<mujoco><worldbody><body/></worldbody></mujoco>",
-        '<mujoco><worldbody><body name="a" pos="0 0"/></worldbody></mujoco>',
-        '<mujoco><worldbody><body name="a" pos="0 0 x"/></worldbody></mujoco>',
-        '<mujoco><worldbody><body name="a"><inertial mass="nan"/></body></worldbody></mujoco>',
-        '<mujoco><worldbody><body name="a"><inertial mass="1_0"/></body></worldbody></mujoco>',
-        '<mujoco><worldbody><body name="a"><body name="b" quat="0 0 0 0"/></body></worldbody></mujoco>',
-        '<mujoco><worldbody/><keyframe><key name="k" qpos="1"/></keyframe></mujoco>',
-        '<mujoco><worldbody/><equality><joint joint1="a" joint2="b"/></equality></mujoco>',
-        '<mujoco><worldbody/><actuator><position joint="a" kp="1"/></actuator></mujoco>',
-        '<mujoco><worldbody><body name="a"><geom class="x_visual" type="mesh" mesh="m"/></body></worldbody></mujoco>',
-    ],
-)
+TEXTS = ["", "<mujoco>", "<robot/>", "<mujoco/>", '<!DOCTYPE mujoco [<!ENTITY a "b">]><mujoco><worldbody/></mujoco>']
+TEXTS += ["<mujoco><worldbody><body/></worldbody></mujoco>"]
+TEXTS += ['<mujoco><worldbody><body name="a" pos="0 0"/></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a" pos="0 0 x"/></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a"><inertial mass="nan"/></body></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a"><inertial mass="1_0"/></body></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a"><body name="b" quat="0 0 0 0"/></body></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody/><keyframe><key name="k" qpos="1"/></keyframe></mujoco>']
+TEXTS += ['<mujoco><worldbody/><equality><joint joint1="a" joint2="b"/></equality></mujoco>']
+TEXTS += ['<mujoco><worldbody/><actuator><position joint="a" kp="1"/></actuator></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a"><geom class="x_visual" type="mesh" mesh="m"/></body></worldbody></mujoco>']
+
+
+@pytest.mark.parametrize("text", TEXTS)
 def test_damaged_text_is_a_value_error(text):
     with pytest.raises(ValueError, match=r"."):
         read(text)

@@ -23,7 +23,6 @@ MERGED_BOXES = 35  # which the recorded boxes make in the MJCF, where wheels hav
 
 @pytest.fixture(scope="module", params=BASES)
 def made(request) -> tuple[Robot, str]:
-    """The robot and its MJCF with one kind of base."""
     result = compiled(arguments={"base": request.param})
     assert [d for d in result.diagnostics if d.severity in (ERROR, WARNING)] == []
     assert result.robot is not None

@@ -202,7 +202,6 @@ def msh() -> bytes:
 
 
 def lowest(scene: Path, key: str) -> float:
-    """Return how high the lowest vertex is that collides, in a key (m)."""
     model = mujoco.MjModel.from_xml_path(str(scene))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)

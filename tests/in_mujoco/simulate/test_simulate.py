@@ -27,7 +27,6 @@ CASES = sorted((DATA / "simulation").glob("*.yaml"))
 
 
 def simulated(path: Path) -> list[Diagnostic]:
-    """Return what simulate says of a description."""
     return list(simulation.simulate_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 

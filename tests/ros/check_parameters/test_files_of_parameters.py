@@ -31,7 +31,6 @@ def parsed(text: str) -> list[Section]:
 
 
 def value(text: str) -> Any:
-    """Return what a node gets for a value of a file."""
     return parsed(f"node: {{ros__parameters: {{a: {text}}}}}\n")[0].parameters["a"].value
 
 

@@ -32,7 +32,6 @@ def compiled(path: Path, distribution: str) -> Compiled:
 
 
 def changed(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
-    """Return a robot of the folder with a text replaced by another."""
     text = (FOLDER / f"{name}.yaml").read_text("utf-8")
     for old, new in changes:
         assert text.count(old) == 1, old
@@ -43,13 +42,11 @@ def changed(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
 
 
 def parameters(path: Path, distribution: str = "jazzy") -> Mapping[str, Any]:
-    """Return the parameters of each node that is written, as YAML has them."""
     text = compiled(path, distribution).artifacts[0].text
     return {name: node.get("ros__parameters", node) for name, node in yaml.safe_load(text).items()}
 
 
 def held(robot: Path, file: Path, *words: str) -> list[str]:
-    """Return what check parameters --controllers says of a file."""
     options = parse(["check", "parameters", str(robot), "--controllers", str(file), *words])
     request = Request(Description("robot", robot, Path("outputs")))
     result = check_parameters(request, [], controllers=[file], remaps=options.remap, distribution=options.distribution)

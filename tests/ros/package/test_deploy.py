@@ -16,7 +16,6 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def base(tmp_path: Path) -> Path:
-    """The package of people that artifacts are put into."""
     return package_of_people(tmp_path)
 
 

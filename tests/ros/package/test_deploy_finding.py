@@ -26,7 +26,6 @@ outputs:
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A folder with all that rosorin deploys."""
     folder = tmp_path / "base"
     folder.mkdir()
     assert main(["deploy", str(ROSORIN), "-o", str(folder)]) == 0

@@ -11,7 +11,6 @@ from support.packages import deploy, package_of_people
 
 @pytest.fixture
 def base(tmp_path: Path) -> Path:
-    """The package of people that artifacts are put into."""
     return package_of_people(tmp_path)
 
 

@@ -109,7 +109,6 @@ GRIPPER = data_text("robots/package_bringup_gripper.yaml")
 
 
 def hand(folder: Path, distribution: str, kind: str = "position_gripper") -> Path:
-    """Write the package of a gripper that MoveIt moves, and return it."""
     (folder / "hand.yaml").write_text(GRIPPER.replace("DISTRIBUTION", distribution).replace("KIND", kind), "utf-8")
     words = ["--control", "--moveit"]
     assert main(["package", str(folder / "hand.yaml"), "-o", str(folder / "hand"), *words]) == 0

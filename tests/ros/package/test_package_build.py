@@ -29,7 +29,6 @@ pytestmark = [
 
 
 def colcon(folder: Path, *words: str) -> str:
-    """Run colcon in a workspace and return what it prints."""
     assert COLCON is not None
     environment = {**os.environ, "COLCON_HOME": str(folder / "home"), "PYTHONPATH": str(folder / "site")}
     environment["PATH"] = f"{Path(COLCON).parent}:{Path(sys.executable).parent}:{environment['PATH']}"

@@ -182,8 +182,6 @@ def started(folder: Path, case: Case, **given: str) -> list[Started]:
 
 
 class End(NamedTuple):
-    """A topic by its full name, with its message."""
-
     topic: str
     message: str
 
@@ -258,7 +256,6 @@ def transforms(nodes: list[Started], case: Case) -> Iterator[tuple[str, str]]:
 
 
 def ends(node: Started, case: Case) -> tuple[list[End], list[End]]:
-    """Return what velocities a node of Nav2 takes and sends."""
     keys = parameters(node, node.name)
     stamped = case.distribution != "humble" and keys.get("enable_stamped_cmd_vel", case.distribution == "kilted")
     taken, sent = {

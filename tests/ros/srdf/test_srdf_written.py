@@ -25,7 +25,6 @@ WRITTEN = data_text("robots/srdf_written_written.urdf")
 
 
 def srdf(folder: Path, text: str) -> str:
-    """Return the SRDF of a description that has to be sound."""
     made = compiled_text(folder, text)
     return sound(made)[1]["srdf"]
 
@@ -185,13 +184,11 @@ BAD = sorted(FILES.glob("bad/*.srdf"))
 
 
 def joined(file: Path, **options: Any) -> Imported:
-    """Return the arm with what an SRDF says of it."""
     how = ReadOptions(**options)
     return join(read_robot(FILES / "arm.urdf", how), "srdf", file, how)
 
 
 def robot_of(imported: Imported) -> tuple[Robot, Moveit]:
-    """Return a robot, and what it has for MoveIt."""
     assert imported.tree is not None
     robot = lower(imported.tree).robot
     assert robot is not None

@@ -24,8 +24,6 @@ def rosorin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 class Terminal(io.TextIOWrapper):
-    """Standard output as a terminal of some encoding."""
-
     def __init__(self, encoding: str, people: bool = True) -> None:
         super().__init__(io.BytesIO(), encoding)
         self.people = people
@@ -85,7 +83,6 @@ def test_the_columns_stand_below_each_other_for_wide_letters() -> None:
 
 
 def columns(text: str) -> list[str]:
-    """Return the heads of the columns of a tree."""
     return re.split("  +", next(line for line in text.splitlines() if line.startswith("frame")))
 
 

@@ -108,7 +108,6 @@ class _Elements(HTMLParser):
 
 
 def sharp_robot(name: str) -> Robot:
-    """A robot with a text everywhere where one can stand."""
     links = (Link("base"), Link(name))
     joint = Joint(f"j{name}", "revolute", "base", name, Pose((1.0, 2.0, 3.0)))
     sensors = (Sensor(name, name, name, joint.name),)
@@ -182,7 +181,6 @@ outputs: {page: {file: r.html%s}}
 
 
 def solid(count: int) -> bytes:
-    """Return an STL of a box, ``count`` times."""
     import struct
 
     facets = b"".join(struct.pack("<12fH", 0, 0, 0, *face.ravel(), 0) for face in box((0, 0, 0), (1, 1, 1)))

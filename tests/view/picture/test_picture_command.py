@@ -63,12 +63,10 @@ def refused(capsys, *words: str) -> str:
 
 
 def count_of(shown: np.ndarray, colour: tuple[int, int, int]) -> int:
-    """Return how many pixels nearly have a colour."""
     return int((np.abs(shown[..., :3].astype(int) - colour).max(axis=2) < 20).sum())
 
 
 def rows_of(shown: np.ndarray, name: str) -> np.ndarray:
-    """Return the rows in which a colour is seen."""
     return np.array([index for index, row in enumerate(shown) if any(hue_name(colour) == name for colour in row)])
 
 

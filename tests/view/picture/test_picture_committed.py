@@ -41,7 +41,6 @@ def draw(name: str, target: Path) -> None:
 
 
 def scene(description: Path) -> bytes:
-    """Return what MuJoCo draws of the scene of a robot."""
     with TemporaryDirectory() as folder:
         for artifact in of_this_project(description).artifacts:
             Path(folder, artifact.file).write_text(artifact.text, "utf-8")

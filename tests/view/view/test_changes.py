@@ -45,7 +45,6 @@ def stl(size: float) -> bytes:
 
 @pytest.fixture
 def committed(project: Path, capsys: Shown) -> Path:
-    """Two robots as they are committed, with a mesh each."""
     for name in NAMES:
         (project / f"descriptions/{name}/camera.stl").write_bytes(stl(0.03))
     assert main(["all"]) == 0

@@ -46,14 +46,12 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.fixture
 def sent(home: Path, capsys: Shown) -> Path:
-    """The page of the reference robot as a file."""
     ask(capsys, "view", str(ROSORIN), "--html", "robot.html")
     return home / "robot.html"
 
 
 @pytest.fixture
 def live(home: Path) -> Iterator[Viewing]:
-    """A server of a copy of the reference robot."""
     copy_of_rosorin(home)
     with Viewing(home, "--port", "0") as viewing:
         yield viewing
@@ -104,7 +102,6 @@ def test_a_robot_that_is_not_there_is_seen(browser: Browser, sent: Path, tmp_pat
 
 
 def near_model(browser: Browser, robot: Robot, state: dict[str, float]) -> None:
-    """Hold that the page has every link where the model has it."""
     for link, meant in robot.poses_in_root(state).items():
         place, rotation = browser.place(link)
         assert math.dist(place, meant.xyz) < 1e-9, link
@@ -145,7 +142,6 @@ def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsy
 
 
 def on_screen(browser: Browser, xyz: tuple[float, float, float]) -> list[float]:
-    """Return the pixel at which a point (m, in the root frame) is seen."""
     at = browser.evaluate(f"app.stage.pixel({list(xyz)})")
     return [float(at[0]), float(at[1])]
 

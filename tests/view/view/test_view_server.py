@@ -16,7 +16,6 @@ from support.viewing import Events, asked
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    """A server with a page, a mesh and contacts."""
     mesh = tmp_path / "arm.stl"
     mesh.write_bytes(b"solid")
     (tmp_path / "secret").write_text("secret")

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.source import installing
 from rosorin_compile.source.installing import pip_install
 
 METADATA = """Metadata-Version: 2.4
@@ -91,11 +90,3 @@ def test_a_file(site: Path, tmp_path: Path, name: str) -> None:
 def test_an_address(site: Path, origin: dict[str, Any], said: str) -> None:
     installed(site, origin)
     assert words() == ["pip", "install", said]
-
-
-def test_a_tree_that_nobody_installed(monkeypatch: pytest.MonkeyPatch, clone: Path) -> None:
-    monkeypatch.setattr(installing, "NAME", "nobody-has-this")
-    monkeypatch.setattr(installing, "_sources", lambda: clone)
-    assert words() == ["pip", "install", f"{clone}[simulate]"]
-    monkeypatch.setattr(installing, "_sources", lambda: clone / "gone")
-    assert words() == ["pip", "install", "path/to/nobody-has-this[simulate]"]

@@ -72,7 +72,6 @@ EVIL = [
 
 
 def rendered(text: str) -> str:
-    """Return the HTML that GitHub makes of Markdown, before it takes out what it does not allow."""
     made: str = cmarkgfm.github_flavored_markdown_to_html(text, cmarkgfm.Options.CMARK_OPT_UNSAFE)
     return made
 

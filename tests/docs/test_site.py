@@ -161,13 +161,3 @@ def test_scripts_load_nothing_from_another_host(site: Path, tmp_path: Path) -> N
             opened(address + folder_of(page), tmp_path / "profile")
     assert "/search.json" in log
     assert [entry for entry in log if not entry.startswith("/")] == []
-
-
-@pytest.mark.slow
-@pytest.mark.tier("outside")
-@pytest.mark.skipif(CHROMIUM is None, reason="Chromium opens the pages")
-def test_a_request_to_another_host_would_be_noticed(tmp_path: Path) -> None:
-    (tmp_path / "index.html").write_text("<script>fetch('https://fonts.example/roboto.css')</script>", "utf-8")
-    with served(tmp_path) as (address, log):
-        opened(address, tmp_path / "profile")
-    assert any("fonts.example" in entry for entry in log)

@@ -103,7 +103,6 @@ def test_changes_of_both_sides_are_merged(capsys: pytest.CaptureFixture[str]) ->
 
 
 def conflict() -> None:
-    """Change the mass of the base on both sides, and add a wheel to the source."""
     mine("mass: 8", "mass: 9")
     source(BODY.replace('value="8"', 'value="8.5"'), LEFT, RIGHT, REAR)
 
@@ -258,7 +257,6 @@ def test_without_a_record_nothing_is_written(capsys: pytest.CaptureFixture[str])
 
 @pytest.fixture
 def rover(home: Path) -> Path:
-    """The folder of a description in several files, whose source is ``cart.urdf``."""
     Path("cart.urdf").write_text((IMPORTED / "rover" / "rover.urdf").read_text())
     assert run("--no-parts") == 0
     return home / "descriptions" / "rover"

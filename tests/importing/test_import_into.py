@@ -11,11 +11,9 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.importing.rewrite_launch import lines_to_change
+from support.colcon import NEEDS_CMAKE, NEEDS_COLCON, colcon
 from support.paths import DATA, data_text
 
-COLCON = os.environ.get("COLCON") or shutil.which("colcon")
-AMENT_CMAKE = Path("/usr/share/ament_cmake_pytest/cmake/ament_cmake_pytestConfig.cmake")
-SITE = Path("/usr/lib/python3/dist-packages")
 BIN = Path(sys.executable).parent
 
 URDF = data_text("robots/import_into_urdf.urdf")
@@ -373,27 +371,15 @@ def told_lines(told: str, file: Path) -> list[str]:
     return taken
 
 
-def colcon(folder: Path, *words: str) -> str:
-    assert COLCON is not None
-    environment = {**os.environ, "COLCON_HOME": str(folder / "home"), "PYTHONPATH": str(folder / "site")}
-    environment["PATH"] = f"{Path(COLCON).parent}:{BIN}:{environment['PATH']}"
-    (folder / "site").mkdir(exist_ok=True)
-    for module in ("ament_package", "ament_cmake_test", "ament_index_python"):
-        if (SITE / module).is_dir() and not (folder / "site" / module).exists():
-            (folder / "site" / module).symlink_to(SITE / module)
-    done = subprocess.run([COLCON, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    return done.stdout + done.stderr
-
-
 KINDS = [
     "ament_python",
-    pytest.param("ament_cmake", marks=pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake-pytest")),
+    pytest.param("ament_cmake", marks=NEEDS_CMAKE),
 ]
 
 
 @pytest.mark.tier("builds")
 @pytest.mark.slow
-@pytest.mark.skipif(COLCON is None, reason="colcon is not here: pip install colcon-common-extensions")
+@NEEDS_COLCON
 @pytest.mark.parametrize("kind", KINDS)
 def test_colcon_installs_the_description_and_runs_the_test(
     package: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
@@ -416,18 +402,18 @@ def test_colcon_installs_the_description_and_runs_the_test(
     manifest = package / "package.xml"
     needs = "\n".join(told_lines(told, manifest))
     manifest.write_text(manifest.read_text().replace("<export>", f"{needs}\n<export>"))
-    assert "1 package finished" in (out := colcon(tmp_path, "build")), out
+    assert "1 package finished" in colcon(tmp_path, "build")
     share = tmp_path / "install" / "cart_description" / "share" / "cart_description"
     assert (share / "descriptions" / "cart" / "robot.yaml").is_file()
     colcon(tmp_path, "test")
-    assert "1 test, 0 errors, 0 failures, 0 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
+    assert "1 test, 0 errors, 0 failures, 0 skipped" in colcon(tmp_path, "test-result", "--all")
     (package / "urdf" / "cart.urdf").write_text(URDF.replace("0 0 0.2", "0 0 0.3"))
     colcon(tmp_path, "test")
-    assert "1 test, 0 errors, 1 failure" in (out := colcon(tmp_path, "test-result", "--all")), out
+    assert "1 test, 0 errors, 1 failure" in colcon(tmp_path, "test-result", "--all", fails=True)
     (package / "urdf" / "cart.urdf").unlink()
     (package / "urdf" / "keep").write_text("")
     colcon(tmp_path, "test")
-    assert "1 test, 0 errors, 0 failures, 1 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
+    assert "1 test, 0 errors, 0 failures, 1 skipped" in colcon(tmp_path, "test-result", "--all")
 
 
 # Robots of one package that include the same file.
@@ -458,7 +444,6 @@ def brought(package: Path, name: str) -> str:
 
 
 def described(package: Path) -> list[str]:
-    """Return the files of all descriptions but their first, and but those of the record."""
     return sorted(one for one in files(package / "descriptions") if not one.endswith(("robot.yaml", ".imported")))
 
 

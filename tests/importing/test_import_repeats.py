@@ -132,7 +132,6 @@ def test_with_all_digits_a_description_comes_back_as_it_was_written(name: str, t
 
 
 def urdf_of(name: str, by: Callable[..., Compiled], folder: Path) -> Path:
-    """Return the URDF of an example as it is printed by one of the ways to compile."""
     made = compiled(ROOT / "examples" / name / "robot.yaml", by=by)
     (urdf,) = (one for one in made.artifacts if one.backend == "urdf")
     path = folder / "robot.urdf"

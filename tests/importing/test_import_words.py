@@ -82,7 +82,6 @@ def test_sensors_of_an_sdf_come_out_in_both_formats(tmp_path: Path) -> None:
 
 
 def of_sensors(artifact: str) -> Counter[Leaf]:
-    """Return what the sensors of an artifact say, with what SDF takes by default left out."""
     found: Counter[Leaf] = Counter()
     for one in ElementTree.fromstring(artifact).iter("sensor"):
         for path, value in leaves(one, (), False):

@@ -25,7 +25,6 @@ from support.unrounded import compile_unrounded
 
 
 def plain(value: Any, path: tuple[Any, ...] = ()) -> Any:
-    """Return a tree as plain values, without what is said by default and where it comes from."""
     if isinstance(value, Map):
         made = {key: plain(item, (*path, key)) for key, item in value.items()}
         return {key: item for key, item in made.items() if not _is_default((*path, key), item) and key != "outputs"}

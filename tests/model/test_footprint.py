@@ -34,7 +34,6 @@ def cloud(mesh: Mesh) -> list[Vector] | None:
 
 
 def sampled(shape: Shape, chance: random.Random, count: int = 40) -> list[Vector]:
-    """Return points on the surface of a shape in its own frame, the extreme ones among them."""
     geometry, points = shape.geometry, []
     for _ in range(count):
         a, b, c = (chance.gauss(0, 1) for _ in range(3))
@@ -67,7 +66,6 @@ def sampled(shape: Shape, chance: random.Random, count: int = 40) -> list[Vector
 
 
 def is_within(point: Sequence[float], corners: Sequence[tuple[float, float]], slack: float = FLOAT32) -> bool:
-    """Say whether a point is left of every side of a convex polygon against the clock."""
     x, y = point[:2]
     for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
         if ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / math.hypot(bx - ax, by - ay) < -slack:

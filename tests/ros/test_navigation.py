@@ -29,9 +29,11 @@ from rosorin_compile.ros.robot_localization.write import STATES
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, Source, has_errors
 from rosorin_compile.source.project import Description
-from support.paths import DATA, ROOT, ROSORIN
+from support.paths import DATA, ROOT, ROSORIN, data_text
 from support.reading import leaves_of
 from support.robots import compiled, compiled_text
+
+CASES = yaml.safe_load(data_text("cases/navigation.yaml"))
 
 FOLDER = DATA / "navigation"
 NAMES = ("fetcher", "husky", "lopsided", "mule")
@@ -184,22 +186,7 @@ outputs:
 """
 
 
-@pytest.mark.parametrize(
-    ("drive", "x", "uses", "model"),
-    [
-        ("differential: {left: [l], right: [r]}", 0.0, "vx vy vyaw", "nav2_amcl::DifferentialMotionModel"),
-        ("differential: {left: [l], right: [r]}", -0.1, "vx vyaw", "nav2_amcl::DifferentialMotionModel"),
-        ("tricycle: {steering: fork, driven: [f], rolling: [l, r]}", 0.0, "vx vy vyaw", "nav2_amcl::Differ"),
-        ("tricycle: {steering: fork, driven: [f], rolling: [l, r]}", 0.1, "vx vyaw", "nav2_amcl::Differ"),
-        ("mecanum: {front_left: f, rear_left: l, front_right: b, rear_right: r}", 0.0, "vx vy vyaw", "nav2_amcl::Omni"),
-        (
-            "mecanum: {front_left: f, rear_left: l, front_right: b, rear_right: r}",
-            -0.1,
-            "vx vy vyaw",
-            "nav2_amcl::Omni",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("drive", "x", "uses", "model"), CASES["inputs_and_motion_follow_from_the_drive"])
 def test_inputs_and_motion_follow_from_the_drive(tmp_path: Path, drive: str, x: float, uses: str, model: str) -> None:
     """A base that cannot go sideways has no speed sideways at its axle; elsewhere it has one as it turns."""
     made = compiled_text(tmp_path, CAR.format(drive=drive, x=x))

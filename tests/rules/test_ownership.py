@@ -358,7 +358,6 @@ def test_urdf_has_no_joint_that_takes_turns(tmp_path):
 
 
 def in_launch(when: str, modes: tuple[str, ...], states: dict[str, bool]) -> set[str]:
-    """Return what launch makes of a condition, in Python and in the other two forms."""
     names = {mode: f"mode_{mode}" for mode in modes}
     read = condition(Robot("r", (Link("l"),), (), modes=modes), when)
     context = Context({}, {names[mode]: str(state).lower() for mode, state in states.items()})

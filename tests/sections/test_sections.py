@@ -178,7 +178,6 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def answers(packages: Path) -> Any:
-    """Return what became of all robots of this module, and the schema for editors."""
     robots = packages.parent / "robots"
     robots.mkdir()
     (robots / "robot.yaml").write_text(ROBOT, "utf-8")

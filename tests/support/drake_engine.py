@@ -61,7 +61,6 @@ def _put(plant: Any, context: Any, joint: Any, position: list[float]) -> None:
 
 
 def _called(one: Any) -> str:
-    """Return the name of something with those of the models within the first one before it."""
     return "_".join(str(one.scoped_name()).split("::")[1:])
 
 

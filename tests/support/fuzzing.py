@@ -237,7 +237,6 @@ def main() -> None:
 
 
 def _limit(seconds: int, megabytes: int) -> None:
-    """Bound what this process may compute, have and, on a busy machine ten times as long, wait."""
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     resource.setrlimit(resource.RLIMIT_AS, (megabytes << 20, megabytes << 20))
     signal.alarm(10 * seconds)

@@ -491,7 +491,6 @@ def parsed(text: str) -> list[Any]:
 
 
 def _template(text: str, at: int, closing: str) -> tuple[list[Any], int]:
-    """Return pieces up to the end of the text or to the quote that closes them, and where that is."""
     pieces: list[Any] = []
     letters = ""
     while at < len(text) and not (closing and text[at] == closing):

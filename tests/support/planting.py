@@ -121,7 +121,6 @@ def _word(value: bool | str) -> str:
 
 
 def _are(said: tuple[float, float], values: tuple[float, float]) -> bool:
-    """Say whether two numbers in print, of six digits or more, are these, and show their difference."""
     step = values[1] - values[0]
     close = (abs(a - b) <= 0.06 * abs(step) + 5e-6 * abs(b) for a, b in zip(said, values, strict=True))
     return all(close) and abs(said[1] - said[0] - step) <= 0.06 * abs(step)

@@ -65,7 +65,6 @@ def evaluated(text: str, **given: Any) -> Any:
 
 
 def action(target: dict[str, Any]) -> dict[str, Any]:
-    """Return the action that the rule registers for a target of a BUILD file."""
     rule = RULE.read_text("utf-8")
     assert rule.startswith('"""')  # a text in the midst of a module is an expression, and Starlark takes it
     driver = "\nrosorin_robot.implementation(context(TARGET['name'], rosorin_robot.attrs, TARGET))\nACTIONS\n"

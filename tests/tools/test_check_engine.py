@@ -20,7 +20,6 @@ PROJECT = {"descriptions/cart/robot.yaml": ROBOT, "descriptions/cart/cover.obj":
 
 
 def said(capsys: Shown, code: int) -> list[str]:
-    """Return the lines of check that begin with a place, or are about the robot as a whole."""
     capsys.readouterr()
     assert main(["check"]) == code
     return [line for line in capsys.readouterr().err.splitlines() if "engine-refuses" in line]

@@ -37,7 +37,6 @@ def names_in(depfile: Path) -> list[str]:
 
 
 def opened_by(folder: Path, *words: str) -> set[str]:
-    """Return which files below the current folder a call has opened for reading."""
     hook = folder / "hook"
     hook.mkdir()
     (hook / "sitecustomize.py").write_text(HOOK)
@@ -136,7 +135,6 @@ def run(*words: str, code: int = 0) -> str:
 
 
 def touched(path: Path) -> None:
-    """Give a file the time of now, which is later than that of all files before."""
     time.sleep(0.02)
     os.utime(path)
     time.sleep(0.02)

@@ -334,7 +334,6 @@ def test_what_is_converted_never_stands_outside_of_the_artifacts() -> None:
 
 
 def two_parts(first: bytes, second: bytes, more: str = MJCF) -> Path:
-    """Describe a robot whose links, each in a file of its own folder, both name wheel.stl."""
     folder = describe("wheel.stl", more)
     for name, data in (("left", first), ("right", second)):
         links = f"links: {{{name}: {{visual: [{{mesh: {{file: wheel.stl}}}}]}}}}"

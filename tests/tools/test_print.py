@@ -53,7 +53,6 @@ def run(*words: str, cwd: Path = ROOT, **environment: str) -> subprocess.Complet
 
 
 def printed(*words: str, cwd: Path = ROOT, **environment: str) -> bytes:
-    """Return what a call prints that has to go well, without a word on standard error."""
     done = run("print", *words, cwd=cwd, **environment)
     assert (done.returncode, done.stderr) == (0, b"")
     return done.stdout

@@ -22,14 +22,11 @@ CLOCK = "rosgraph_msgs/msg/Clock"
 
 
 def of(message: Message, name: str) -> bool:
-    """Say whether a message is of a topic, or has the moving edge into a frame."""
     child = message.content.transforms[0].child_frame_id if message.topic == "/tf" else ""
     return name in (message.topic, child)
 
 
 def node(names: set[str], new: Stamp, since: float = -99.0, until: float = 99.0) -> Change:
-    """Some topics, and edges into some frames, have other stamps for a time (s)."""
-
     def change(messages: list[Message]) -> list[Message]:
         return [
             stamped(message, new)
@@ -75,7 +72,6 @@ def received(new: Stamp) -> Change:
 
 
 def without_battery(messages: list[Message]) -> list[Message]:
-    """The computer begins in 1970, recorder and all, until it hears the time."""
     made = [
         message if message.received > ns(6.0) else stamped(message, by(50 - START / SECOND)) for message in messages
     ]
@@ -90,7 +86,6 @@ def drifting(messages: list[Message]) -> list[Message]:
 
 
 def busy_network(messages: list[Message]) -> list[Message]:
-    """Images come up to 80 ms late, for two seconds all of them 0.7 s, and none before another."""
     chance, made, last = random.Random(3), [], 0  # noqa: S311
     for message in messages:
         if message.topic == "/camera/depth/image":

@@ -25,8 +25,6 @@ Change = Callable[[list[Message]], list[Message]]
 
 
 def stamped(topic: str, frame: str, each: int = 1) -> Change:
-    """The messages of a topic, or each so manyth of them, have another frame."""
-
     def change(messages: list[Message]) -> list[Message]:
         for message in [message for message in messages if message.topic == topic][::each]:
             message.content.header.frame_id = frame

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import pytest
 
-from rosorin_compile.recordings.pasted import plain_lines
 from support.bags import judged, rules
 
 SESSION = """robot@ubuntu:~$ ros2 run tf2_ros tf2_echo base_link laser
@@ -95,9 +94,3 @@ average rate: 10.002
     for words in ("--once /tf_static", "/tf_static --once", "--qos-durability transient_local --once /tf_static"):
         assert rules(judged("-", f"$ ros2 topic echo {words}\n{message}")) == []
     assert rules(judged("-", f"$ ros2 topic echo /tf\n{message}")) == ["edge-not-static"]
-
-
-def test_lines_that_only_look_alike_stay() -> None:
-    text = "> one\ntwo\nthree\n12:00:00 four\n"
-    assert plain_lines(text) == text.splitlines()
-    assert plain_lines("") == []

@@ -58,7 +58,6 @@ def texts(compiled: Compiled) -> dict[str, str]:
 
 
 def told(result: Compiled | Reading | Difference) -> list[str]:
-    """Return the errors of a result that has to have some, and then nothing else."""
     assert has_errors(result.diagnostics)
     if isinstance(result, Difference):
         assert (result.a, result.b, result.same, result.items) == (None, None, False, ())

@@ -34,7 +34,6 @@ def test_message(case, monkeypatch):
 
 
 def diagnostics(folder: Path, monkeypatch: pytest.MonkeyPatch, **files: bytes) -> list[Diagnostic]:
-    """Return the diagnostics of robot.yaml in a folder, after files are written there by their stems."""
     for name, data in files.items():
         (folder / f"{name}.yaml").write_bytes(data)
     monkeypatch.chdir(folder)

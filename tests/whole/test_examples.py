@@ -176,7 +176,6 @@ def test_legs_of_the_a1_are_mirrored_as_published() -> None:
 
 
 def scene(name: str) -> tuple[Any, Any]:
-    """Return a robot in MuJoCo on a floor at z = 0, in its first named pose if it has one."""
     mujoco = pytest.importorskip("mujoco", minversion="4")
     spec = mujoco.MjSpec.from_string(artifact(name, ".xml"))
     spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE).size = [0, 0, 1]

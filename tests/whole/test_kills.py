@@ -96,7 +96,6 @@ def seen(home: Path) -> dict[str, bytes]:
 
 
 def shown(files: dict[str, bytes], depth: int) -> dict[str, dict[str, bytes]]:
-    """Return the files that are no hidden ones, apart where they do not belong together."""
     groups: dict[str, dict[str, bytes]] = {}
     for name, data in files.items():
         if "/." not in f"/{name}":

@@ -56,7 +56,6 @@ def interpreter(version: str) -> str | None:
 
 
 def bounds(extra: str) -> list[str]:
-    """Return the oldest packages that an extra takes, as pip is asked for them."""
     (line,) = re.findall(rf"^{extra} = \[(.*)\]$", (ROOT / "pyproject.toml").read_text("utf-8"), re.MULTILINE)
     return re.findall(r'"([^"]+)"', line.replace(">=", "=="))
 
@@ -156,7 +155,6 @@ def test_the_oldest_packages_import(wheel: Path, tmp_path: Path) -> None:
 
 
 def of_every_day(tool: Path, place: Path) -> None:
-    """Run what needs no extra, and hold the bytes of its artifacts against those that are committed."""
     for words in EVERY_DAY:
         code, said = ran(tool, place, words)
         assert code == 0, f"{words}: exit code {code}\n{said[-2000:]}"

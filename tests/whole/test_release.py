@@ -45,7 +45,6 @@ def test_the_version_is_the_same_everywhere() -> None:
 
 
 def sections() -> list[str]:
-    """Return the sections of CHANGELOG.md, Unreleased first, without their marks of a heading."""
     return re.split("^## ", CHANGELOG.read_text("utf-8"), flags=re.MULTILINE)[1:]
 
 

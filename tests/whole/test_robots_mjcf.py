@@ -83,7 +83,6 @@ def shapes(model: Any) -> dict[str, int]:
 
 
 def differences(source: Any, ours: Any) -> Iterator[str]:
-    """Yield how two models differ, in counts and numbers, then in forces and motion."""
     for count in COUNTS:
         if getattr(source, count) != getattr(ours, count):
             yield f"{count}: {getattr(source, count)} in the source, {getattr(ours, count)} in ours"
@@ -183,7 +182,6 @@ def put(model: Any, data: Any, turn: Any, speed: Any, asked: Any) -> None:
 
 
 def judge(path: Path, capsys: Shown) -> None:
-    """Bring an MJCF into the project, and hold what became of it against the source."""
     pytest.importorskip("mujoco")
     source = compiled(path)
     if source is None:

@@ -150,7 +150,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def add(folder: Path, sensor: str) -> dict[str, str]:
-    """Add a file with a sensor to the description, through YAML only, and compile it."""
     description = folder / "descriptions" / "rosorin"
     (description / "rear.yaml").write_text(sensor, "utf-8")
     root = description / "robot.yaml"

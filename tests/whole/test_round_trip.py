@@ -135,14 +135,6 @@ def test_long_numbers_take_no_time(capsys: pytest.CaptureFixture[str]) -> None:
     assert "is not a number" in capsys.readouterr().err
 
 
-def test_twice_is_the_same() -> None:
-    made = []
-    for folder in ("one", "two"):
-        assert main(["import", str(FOLDER / "extensions.urdf"), "-o", folder]) == 0
-        made.append({path.name: path.read_bytes() for path in Path(folder).iterdir()})
-    assert made[0] == made[1]
-
-
 def test_the_comparer_sees_differences() -> None:
     """Check the judges: each change of one word of a source is seen."""
     text = (FOLDER / "all_joints.urdf").read_text("utf-8") + "\n<!-- end -->"

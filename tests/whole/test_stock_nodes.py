@@ -42,8 +42,6 @@ STATES = 5
 
 
 class Run(NamedTuple):
-    """A robot, the joint states that were published, and what the nodes said."""
-
     path: Path
     robot: Robot
     artifacts: Mapping[str, str]

@@ -19,7 +19,6 @@ ROBOT = "robot: plain\nlinks: {base_link: {}}\noutputs: {urdf: {file: plain.urdf
 
 
 def said(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """Return what a command prints on both streams, after a look that none of it steers."""
     with suppress(SystemExit):
         main(words)
     out = "".join(capsys.readouterr())

@@ -43,7 +43,6 @@ OFTEN = [
 
 
 def run(home: Path, without: str, commands: list[list[str]]) -> tuple[list[int], str]:
-    """Return the exit codes of commands that one process runs, and what it says."""
     write_files(home, PROJECT)
     (home / "run.py").write_text(RUN)
     folder = str(TESTS / "support" / "without_posix")

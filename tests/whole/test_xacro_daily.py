@@ -204,7 +204,6 @@ def test_check_urdf_from_a_pipe(machine: Machine, rover: Path) -> None:
 
 
 def tree(said: str) -> list[str]:
-    """Return the links that check_urdf names, each with its depth, in no order."""
     return sorted(re.sub(r"\(\d+\)", "", line) for line in said.splitlines() if "child" in line or "root Link" in line)
 
 

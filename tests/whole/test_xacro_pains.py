@@ -23,7 +23,6 @@ Make = Callable[..., Compiled]
 
 @pytest.fixture
 def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Make:
-    """Compile a description from the texts of its files, the head of the first is there already."""
     monkeypatch.chdir(tmp_path)
 
     def make_robot(robot: str, arguments: dict[str, str] | None = None, **files: str) -> Compiled:

@@ -63,7 +63,6 @@ def described(folder: Path, seed: int) -> Path:
 
 
 def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[float, float]]]:
-    """Return a robot as the two engines have it, and where its joints can be."""
     description = Description("judged", path, outputs)
     known = Request(description).understand().case
     assert known is not None

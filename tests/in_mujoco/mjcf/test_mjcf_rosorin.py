@@ -106,14 +106,6 @@ def test_mass_and_boxes_are_those_of_the_description(made):
     assert {int(model.geom_type[i]) for i in own} == {int(mujoco.mjtGeom.mjGEOM_BOX)}
 
 
-def test_stand_ins_are_named(made):
-    robot, text = made
-    remarks = {shape.stand_in for link in robot.links for shape in link.collision if shape.stand_in}
-    assert len(remarks) == 2
-    for remark in remarks:
-        assert f"<!-- STAND-IN: {remark} -->" in text
-
-
 def test_nothing_touches_at_the_zero_pose_and_no_pair_touches_always(made):
     robot, text = made
     model, data = load(text)

@@ -100,14 +100,6 @@ def test_what_is_no_image_is_told_and_left_out(home: Path, folder: Path, capsys:
     assert look_of(loaded(home), "plank")[0] == 10
 
 
-def test_a_urdf_alone_asks_for_no_texture(folder: Path, capsys: Said) -> None:
-    described(folder, "gone.png", "gone.png")
-    text = (folder / "robot.yaml").read_text("utf-8")
-    (folder / "robot.yaml").write_text(text[: text.index("outputs:")] + "outputs: {urdf: {file: box.urdf}}\n", "utf-8")
-    assert main(["all"]) == 0
-    assert "texture" not in capsys.readouterr().err
-
-
 def test_an_imported_mjcf_keeps_its_images(home: Path, capsys: Said) -> None:
     """An image as it is becomes a word; what MuJoCo wraps around a cube stays an element, and its material has it."""
     source = home / "source"
@@ -188,7 +180,6 @@ def letters() -> bytes:
 
 
 def obj() -> bytes:
-    """Return an OBJ with a vertex that no face has, which MuJoCo's hull has all the same."""
     lines = ["v 0 0 -90 1.0", *(f"v {x} {y} {z}" for x, y, z in CORNERS), "vn 0 0 1"]
     lines += ["f " + " ".join(f"{i + 2}//1" for i in FACES[0])]
     lines += ["f " + " ".join(f"{i - len(CORNERS)}//1" for i in face) for face in FACES[1:]]

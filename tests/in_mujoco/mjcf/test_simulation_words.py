@@ -132,7 +132,6 @@ NUMBERS = st.sampled_from([0.01, 0.1, 0.5, 1.0, 2.0, 0.0, -1.0])
 
 
 def values(key: str, form: dict) -> st.SearchStrategy:
-    """Return values of a fragment of the schema, names of the robot below where it wants some."""
     form = dict(resolve(form)) | form
     if "enum" in form:
         return st.sampled_from(form["enum"])

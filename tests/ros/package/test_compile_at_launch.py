@@ -37,7 +37,6 @@ def project_of(folder: Path, files: dict[str, str]) -> Path:
 
 
 def packaged(folder: Path, *words: str, files: dict[str, str] = FILES) -> Path:
-    """Write a package that compiles at launch into a folder with a space in its name, and return it."""
     project = project_of(folder, files)
     target = folder / "an install" / NAME
     first = next(name for name in files if name.endswith("robot.yaml"))

@@ -78,7 +78,6 @@ MECANUM = (DATA / "robots/mecanum.yaml").read_text("utf-8")
 
 
 def cart(folder: Path, distribution: str, namespace: str) -> Path:
-    """Write the package of a mecanum base whose controller owns the odometry, and return it."""
     text = MECANUM.replace("DISTRIBUTION", distribution).replace("NAMESPACE", f'"{namespace}"')
     (folder / "cart.yaml").write_text(text, "utf-8")
     assert main(["package", str(folder / "cart.yaml"), "-o", str(folder / "cart"), "--control", "-q"]) == 0

@@ -108,7 +108,6 @@ def test_odd_names_come_through_in_all_forms(tmp_path_factory: pytest.TempPathFa
 
 
 def composed(package: Path, form: str) -> dict[tuple[str, str], Transform]:
-    """Return the transforms that a launch file publishes, from its own arguments."""
     launch = read(package / f"launch/description.launch.{form}", {"rosorin_description": package})
     read_back = [command_line(node.arguments) for node in launch.nodes[1:]]
     return {(parent, child): pose.transform() for parent, child, pose in read_back}

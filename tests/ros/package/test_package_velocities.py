@@ -155,7 +155,6 @@ def described(case: Case) -> str:
 
 
 def started(folder: Path, case: Case, **given: str) -> list[Started]:
-    """Write the package of a robot, and return the nodes that all of it starts."""
     bringup = folder / "nav2_bringup"
     files = (
         ("launch/bringup_launch.py", LAUNCH.format(nodes=NODES[case.distribution])),
@@ -241,7 +240,6 @@ def wheels(nodes: list[Started], case: Case) -> Wheels:
 
 
 def transforms(nodes: list[Started], case: Case) -> Iterator[tuple[str, str]]:
-    """Yield what nodes publish on /tf between the map, the odometry and the base."""
     topic, *ends = wheels(nodes, case).transform
     if topic == "/tf":
         yield tuple(ends)

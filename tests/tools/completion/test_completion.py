@@ -80,11 +80,6 @@ def test_the_script_is_valid(home: Path, name: str, capsys: Shown) -> None:
     assert (checked.returncode, checked.stderr) == (0, "")
 
 
-def test_an_unknown_shell(capsys: Shown) -> None:
-    assert main(["completion", "tcsh"]) == 2
-    assert "'tcsh'" in capsys.readouterr().err
-
-
 @pytest.mark.tier("outside")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["bash", "zsh"])

@@ -14,6 +14,8 @@ from rosorin_compile.language.explain.answer import NotThere, explain
 from rosorin_compile.language.explain.explanation import Answer, Explanation, Meaning, Number, Origin, Where
 from support.commands import HANDY
 
+pytestmark = pytest.mark.usefixtures("project")
+
 PROJECT = HANDY
 
 
@@ -52,7 +54,6 @@ def meanings(names: tuple[Meaning, ...], indent: str = "") -> list[str]:
     return lines
 
 
-@pytest.mark.usefixtures("project")
 def test_a_plain_number() -> None:
     (eye,) = found("eye_link")
     z = number(eye, "z")
@@ -62,7 +63,6 @@ def test_a_plain_number() -> None:
     assert number(eye, "roll").note == "not written"
 
 
-@pytest.mark.usefixtures("project")
 def test_a_number_of_a_part_in_a_loop_in_a_part_in_a_loop() -> None:
     (tip,) = found("left_f1_tip")
     x = origin(tip, "x")
@@ -91,7 +91,6 @@ def test_a_number_of_a_part_in_a_loop_in_a_part_in_a_loop() -> None:
     ]
 
 
-@pytest.mark.usefixtures("project")
 def test_the_pose_of_a_mount_and_of_what_is_on_it() -> None:
     (palm,) = found("right_palm", scale="2")
     parts = origin(palm, "y").parts
@@ -116,7 +115,6 @@ def test_the_pose_of_a_mount_and_of_what_is_on_it() -> None:
     }
 
 
-@pytest.mark.usefixtures("project")
 def test_a_mirrored_part_on_the_mount_of_its_part() -> None:
     (thumb,) = found("left_thumb_finger")
     assert [number(thumb, axis).value for axis in "xyz"] == pytest.approx([0.101, 0.002 + 0.002 - 0.01, 0.008])
@@ -130,7 +128,6 @@ def test_a_mirrored_part_on_the_mount_of_its_part() -> None:
     ]
 
 
-@pytest.mark.usefixtures("project")
 def test_what_a_named_value_holds_is_found_in_it() -> None:
     (finger,) = found("right_f0_joint")
     (upper,) = [n for n in finger.joint if n.name == "limit upper"]
@@ -150,7 +147,6 @@ def test_what_a_named_value_holds_is_found_in_it() -> None:
     ]
 
 
-@pytest.mark.usefixtures("project")
 def test_a_list_that_is_one_expression() -> None:
     (shelf,) = found("shelf", scale="0.5")
     assert [number(shelf, axis).value for axis in "xyz"] == [0.1, 0.12, 0.5]
@@ -164,7 +160,6 @@ def test_a_list_that_is_one_expression() -> None:
     assert [n.name for n in shape.numbers] == ["box size[0]", "box size[1]", "box size[2]"]
 
 
-@pytest.mark.usefixtures("project")
 def test_frames_of_other_nodes() -> None:
     odom, chip, inner, world, base = found("odom", "chip", "inner", "map", "base_link")
     assert [(edge.parent, edge.child, edge.publisher, edge.when) for edge in odom.chain] == [
@@ -185,7 +180,6 @@ def test_frames_of_other_nodes() -> None:
     assert base.children == ("shelf", "left_palm", "left_thumb_finger", "right_palm", "right_thumb_finger")
 
 
-@pytest.mark.usefixtures("project")
 def test_names_of_all_kinds() -> None:
     assert [e.name for e in found("eye", "shelf_joint", "shelf", "eye_link")] == ["eye_link", "shelf"]
     with pytest.raises(
@@ -197,7 +191,6 @@ def test_names_of_all_kinds() -> None:
         found("shelf", pose="opn")
 
 
-@pytest.mark.usefixtures("project")
 def test_a_pose() -> None:
     (tip,) = found("left_f0_tip", pose="open")
     at_zero, opened = tip.placed
@@ -219,7 +212,6 @@ def test_an_argument_from_a_file(project: Path) -> None:
     assert meanings(origin(shelf, "z").names)[1] == "scale = 3 (argument, set by the file) mine.yaml:1:8: 3"
 
 
-@pytest.mark.usefixtures("project")
 def test_a_number_that_none_has_is_told() -> None:
     with pytest.raises(NotThere, match='"mas"; did you mean "mass"'):
         answers("left_f1_tip", "left", "mas")
@@ -261,7 +253,6 @@ eye_link in base_link, with all joints at zero:
 """
 
 
-@pytest.mark.usefixtures("project")
 def test_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "eye"]) == 0
     assert capsys.readouterr().out == GOLDEN
@@ -271,7 +262,6 @@ def test_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == GOLDEN
 
 
-@pytest.mark.usefixtures("project")
 def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "eye", "--format", "json", "-a", "scale=2"]) == 0
     (eye,) = json.loads(capsys.readouterr().out)["result"]
@@ -288,7 +278,6 @@ def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
     assert "-0.0" not in json.dumps(eye)
 
 
-@pytest.mark.usefixtures("project")
 @pytest.mark.parametrize(
     ("words", "message"),
     [

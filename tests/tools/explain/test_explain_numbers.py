@@ -16,7 +16,6 @@ from support.paths import ROOT, ROSORIN
 
 
 def all_explanations() -> Iterator[tuple[Path, list[Explanation]]]:
-    """Yield the explanations of every frame of every robot in this repository."""
     for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]:
         expanded, lowered, *_ = understand(path)
         assert lowered is not None

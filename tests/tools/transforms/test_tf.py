@@ -17,6 +17,8 @@ from rosorin_compile.source.diagnostics import RequestError
 from support.commands import HANDY, Shown, ask, edit, write_files
 from support.robots import RECORDED, compiled
 
+pytestmark = pytest.mark.usefixtures("rosorin")
+
 
 def tf(capsys: Shown, *words: str, code: int = 0) -> str:
     return ask(capsys, "tf", *words, code=code)
@@ -31,7 +33,6 @@ ON_THE_ROBOT = {
 }
 
 
-@pytest.mark.usefixtures("rosorin")
 @pytest.mark.parametrize("asked", ON_THE_ROBOT)
 def test_the_lines_of_the_real_robot(asked: tuple[str, str], capsys: Shown) -> None:
     frame, pose = asked
@@ -41,7 +42,6 @@ def test_the_lines_of_the_real_robot(asked: tuple[str, str], capsys: Shown) -> N
     assert f"- Rotation: in RPY (degree) {degrees}" in lines
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_every_recorded_transform(capsys: Shown) -> None:
     for recorded in RECORDED["tf"]:
         pose = ["--pose", recorded["pose"]] if "pose" in recorded else []
@@ -51,7 +51,6 @@ def test_every_recorded_transform(capsys: Shown) -> None:
             assert [round(value, 3) for value in said["rpy_degrees"]] == recorded["rpy_deg"]
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_the_whole_text(capsys: Shown) -> None:
     assert tf(capsys, "base_link", "imu_link") == (
         "At time 0.0\n"
@@ -67,14 +66,6 @@ def test_the_whole_text(capsys: Shown) -> None:
     )
 
 
-@pytest.mark.usefixtures("rosorin")
-def test_jazzy_says_the_order_of_the_quaternion(capsys: Shown) -> None:
-    said = tf(capsys, "base_link", "imu_link", "--distro", "jazzy")
-    assert "- Rotation: in Quaternion (xyzw) [0.003, -0.003, 0.707, 0.707]\n" in said
-    assert said.replace(" (xyzw)", "") == tf(capsys, "base_link", "imu_link")
-
-
-@pytest.mark.usefixtures("rosorin")
 def test_pulses_of_the_tuck_are_the_tuck(capsys: Shown) -> None:
     pulses = [f"--pulse={joint}={pulse}" for joint, pulse in RECORDED["tuck"]["pulses"].items()]
     radians = [f"--joint=joint{i + 1}={value!r}" for i, value in enumerate(RECORDED["tuck"]["positions_rad"])]
@@ -85,7 +76,6 @@ def test_pulses_of_the_tuck_are_the_tuck(capsys: Shown) -> None:
     assert tf(capsys, "base_link", "camera_link", *same) == told
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_json_has_the_chain_with_its_publishers(capsys: Shown) -> None:
     said = json.loads(tf(capsys, "laser", "camera_link", "--joint", "joint1=30deg", "--format", "json"))["result"]
     assert said["positions"] == {"joint1": pytest.approx(math.pi / 6)}
@@ -104,7 +94,6 @@ def test_json_has_the_chain_with_its_publishers(capsys: Shown) -> None:
 FRAMES = ["base_footprint", "base_link", "laser", "link5", "depth_camera_link"]
 
 
-@pytest.mark.usefixtures("rosorin")
 @pytest.mark.landing("fuzz", "link5")
 @pytest.mark.parametrize("source", FRAMES)
 def test_any_state_is_that_of_the_model(source: str) -> None:
@@ -125,7 +114,6 @@ def test_any_state_is_that_of_the_model(source: str) -> None:
     holds()
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_a_sweep_prints_a_block_a_state(capsys: Shown) -> None:
     said = tf(capsys, "base_link", "link1", "--sweep", "joint1=-30deg:30deg:3")
     heads = [line for line in said.splitlines() if line.startswith("#")]
@@ -134,7 +122,6 @@ def test_a_sweep_prints_a_block_a_state(capsys: Shown) -> None:
     assert said.splitlines()[12:22] == tf(capsys, "base_link", "link1").splitlines()
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_a_sweep_as_a_table(capsys: Shown) -> None:
     said = tf(capsys, "base_link", "link1", "--sweep", "joint1=-90deg:90deg:3", "--table")
     assert said == (
@@ -148,7 +135,6 @@ def test_a_sweep_as_a_table(capsys: Shown) -> None:
     assert [row[6] for row in rows] == pytest.approx([90, 0, -90], abs=0.01)
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_several_sweeps_are_all_combinations_and_csv_reads_back(capsys: Shown) -> None:
     sweeps = ["--sweep", "joint1=0:1:2", "--sweep", "joint2=-0.5:0.5:3"]
     lines = tf(capsys, "base_link", "link5", *sweeps, "--csv").splitlines()
@@ -169,7 +155,6 @@ def test_several_sweeps_are_all_combinations_and_csv_reads_back(capsys: Shown) -
 PROJECT = HANDY
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_beyond_a_limit_is_a_warning_and_with_strict_an_error(capsys: Shown) -> None:
     said = 'joint "joint1" at 2.5 rad is above its upper limit of 2.09 rad'
     asked = ["base_link", "link1", "--joint", "joint1=2.5"]
@@ -183,13 +168,11 @@ def test_beyond_a_limit_is_a_warning_and_with_strict_an_error(capsys: Shown) -> 
     assert swept.count("error[position-beyond-limit]") == 2  # each side once
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_a_follower_beyond_its_limit_is_told_too(capsys: Shown) -> None:
     said = tf(capsys, "base_link", "link1", "--joint", "r_joint=1.6", "--strict", code=1)
     assert said.count("position-beyond-limit") == 6
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_frames_of_other_nodes_name_the_missing_edges(capsys: Shown) -> None:
     said = tf(capsys, "map", "laser", code=1)
     message = "the description has no numbers for map -> odom and odom -> base_link, on the way from map to laser"
@@ -203,7 +186,6 @@ def test_frames_of_other_nodes_name_the_missing_edges(capsys: Shown) -> None:
     assert "deptrum (from the calibration stored in the camera) publishes it always" in said
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_in_one_mode_only_its_publishers_are_named(capsys: Shown) -> None:
     assert "amcl" not in tf(capsys, "map", "laser", "--mode", "slam", code=1)
     assert "slam_toolbox" not in tf(capsys, "map", "laser", "--mode", "not slam", code=1)
@@ -211,7 +193,6 @@ def test_in_one_mode_only_its_publishers_are_named(capsys: Shown) -> None:
     assert said == 'rosorin-compile: rosorin has no mode "slamm"; did you mean "slam"?\n'
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_a_transform_that_nobody_publishes_is_answered_with_a_note(capsys: Shown) -> None:
     assert main(["tf", "base_footprint", "camera_link", "--pose", "tuck"]) == 0
     shown = capsys.readouterr()
@@ -221,24 +202,24 @@ def test_a_transform_that_nobody_publishes_is_answered_with_a_note(capsys: Shown
 
 
 def test_edges_with_a_pose_are_answered_and_modes_told(project: Path, capsys: Shown) -> None:
-    assert "- Translation: [0.000, 0.001, 0.000]" in tf(capsys, "eye_link", "chip")
+    assert "- Translation: [0.000, 0.001, 0.000]" in tf(capsys, "handy", "eye_link", "chip")
     file = project / "descriptions" / "handy" / "robot.yaml"
     edit(file, "publisher: slam, when: mapping", "publisher: slam, when: mapping, moving: false, xyz: [1, 0, 0]")
-    assert "map -> odom: amcl publishes it when not mapping" in tf(capsys, "map", "odom", code=1)
-    assert main(["tf", "map", "odom", "--mode", "mapping"]) == 0
+    assert "map -> odom: amcl publishes it when not mapping" in tf(capsys, "handy", "map", "odom", code=1)
+    assert main(["tf", "handy", "map", "odom", "--mode", "mapping"]) == 0
     shown = capsys.readouterr()
     assert "- Translation: [1.000, 0.000, 0.000]" in shown.out
     assert "note[transform-sometimes]: map -> odom is published when mapping\n" in shown.err
     edit(
         file, "publisher: amcl, when: not mapping", "publisher: amcl, when: not mapping, moving: false, xyz: [2, 0, 0]"
     )
-    said = tf(capsys, "map", "odom", code=1)
+    said = tf(capsys, "handy", "map", "odom", code=1)
     assert "error[transform-not-known]: map -> odom, on the way from map to odom, depends on the mode\n" in said
     assert "say which mode is on: --mode NAME" in said
-    assert "- Translation: [2.000, 0.000, 0.000]" in tf(capsys, "map", "odom", "--mode", "not mapping")
+    assert "- Translation: [2.000, 0.000, 0.000]" in tf(capsys, "handy", "map", "odom", "--mode", "not mapping")
     edit(file, "publisher: amcl, when: not mapping, ", "publisher: amcl, when: not mapping and not mapping, ")
     edit(file, "  - {parent: map, child: odom, publisher: slam, when: mapping, moving: false, xyz: [1, 0, 0]}\n", "")
-    said = tf(capsys, "map", "odom", "--mode", "mapping", code=1)
+    said = tf(capsys, "handy", "map", "odom", "--mode", "mapping", code=1)
     assert said == 'rosorin-compile: in these modes nobody publishes the frame "map"\n'
 
 

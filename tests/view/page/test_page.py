@@ -12,6 +12,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
@@ -27,6 +28,8 @@ from support.moving import random_robot
 from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled, compiled_text, sound
 from support.schemas import schema
+
+CASES = yaml.safe_load(data_text("cases/page.yaml"))
 
 VALID = jsonschema.Draft7Validator(schema("page"))
 REAL = [ROSORIN, *sorted(ROOT.glob("examples/*/robot.yaml"))]
@@ -213,22 +216,7 @@ PROJECT = {"descriptions/rover/robot.yaml": SENSORS}
 DESCRIPTION = Path("descriptions/rover/robot.yaml")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        (
-            "xyz: [0.3, 0, 0]",
-            "xyz: [0.4, 0, 0]",
-            "rover.html: what the page shows differs: joints and sensors",
-        ),
-        ("rays: 5", "rays: 6", "rover.html: what the page shows differs: sensors"),
-        (
-            "base_link: {}",
-            "base_link: {collision: [{sphere: {radius: 0.1}}]}",
-            "rover.html: what the page shows differs: shapes of base_link",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "told"), CASES["check_tells_a_change_of_a_page_by_its_meaning"])
 @pytest.mark.usefixtures("project")
 def test_check_tells_a_change_of_a_page_by_its_meaning(capsys: Shown, old: str, new: str, told: str) -> None:
     ask(capsys, "all")
@@ -284,7 +272,6 @@ MTL = "newmtl a\nKd 1 0 0\nmap_Kd -s 1 1 1 ../images/skin.png\n"
 
 @pytest.fixture
 def robot(home: Path) -> Path:
-    """A robot with an image on a box, and a mesh with materials and an image."""
     files = {"robot.yaml": ROBOT, "meshes/arm.obj": OBJ, "meshes/arm.mtl": MTL}
     write_files(home, {f"descriptions/r/{name}": text for name, text in files.items()})
     folder = home / "descriptions/r"

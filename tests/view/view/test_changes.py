@@ -53,7 +53,6 @@ def committed(project: Path, capsys: Shown) -> Path:
 
 
 def page(capsys: Shown, *words: str, code: int) -> Any:
-    """Return the data of the page that a command writes, which fit the schema."""
     assert main([*words, "--html", "page.html"]) == code
     capsys.readouterr()
     data = data_of(Path("page.html").read_text("utf-8"))
@@ -62,7 +61,6 @@ def page(capsys: Shown, *words: str, code: int) -> Any:
 
 
 def drawn(data: Any) -> dict[str, list[str]]:
-    """Return the kinds of shapes that are drawn of the robot before, by link."""
     found = {
         link["name"]: [one["kind"] for one in (*link["visual"], *link["collision"])] for link in data["before"]["links"]
     }

@@ -58,7 +58,6 @@ def live(home: Path) -> Iterator[Viewing]:
 
 
 def kept_to_itself(browser: Browser, port: int = 0) -> None:
-    """Hold that a page asked nothing from elsewhere, and complained of nothing."""
     own = (f"http://localhost:{port}/", "data:", "blob:") if port else ("file:///", "data:", "blob:")
     assert [url for url in browser.asked if not url.startswith(own)] == []
     assert browser.complaints == []

@@ -20,7 +20,7 @@ from rosorin_compile.source.report import text as report
 from rosorin_compile.source.tree import Map, Seq
 from support.engines import Pinocchio, Yourdfpy
 from support.importing import robot
-from support.paths import IMPORTED
+from support.paths import IMPORTED, data_text
 from support.unrounded import compile_unrounded
 
 
@@ -132,21 +132,7 @@ def test_file_names_are_safe(name: str, file: str) -> None:
     assert safe(name) == file
 
 
-PRINTED = """\
-<robot name="printed">
-  <!-- one link
-       and nothing else -->
-  <!-- one link
-       and nothing else -->
-  <link name="base">
-    <inertial>
-      <origin xyz="0.050000000000000003 -0.10000000000000001 1.50"/>
-      <mass value="{mass}"/>
-      <inertia ixx="1e-3" iyy="1.0000000000000000e-3" izz="0.00100000" ixy="0" ixz="0" iyz="0"/>
-    </inertial>
-  </link>
-</robot>
-"""
+PRINTED = data_text("robots/import_written_printed.urdf")
 
 
 @pytest.mark.parametrize(

@@ -398,25 +398,7 @@ def test_any_condition_has_the_truth_table_of_its_launch(when):
 
 
 def test_parts_rename_publishers_and_stamps(tmp_path):
-    text = """
-robot: parted
-modes: {simulated: it is}
-publishers: {bridge: {}}
-links: {base_link: {}}
-parts:
-  eye:
-    sensors:
-      lidar:
-        type: lidar_2d
-        parent: mount
-        frame: laser
-        stamps: [laser]
-        publisher: [{by: {static_transform_publisher: tf_laser}, when: not simulated}, {by: bridge, when: simulated}]
-use:
-  left: {part: eye, parent: base_link}
-  right: {part: eye, parent: base_link}
-outputs: {static_tf_json: {file: a.json}, frames: {file: frames.md}, urdf: {file: a.urdf}}
-"""
+    text = data_text("robots/ownership_parted.yaml")
     artifacts = made(tmp_path, text)
     assert '"name": "left_tf_laser"' in artifacts["static_tf_json"]
     assert '"name": "right_tf_laser"' in artifacts["static_tf_json"]

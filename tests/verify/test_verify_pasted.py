@@ -5,23 +5,9 @@ from collections.abc import Callable
 import pytest
 
 from support.bags import judged, rules
+from support.paths import data_text
 
-SESSION = """robot@ubuntu:~$ ros2 run tf2_ros tf2_echo base_link laser
-[INFO] [1712345678.123456789] [tf2_echo]: Waiting for transform base_link ->  laser: Invalid frame ID "base_link" passed to canTransform argument target_frame - frame does not exist
-Warning: Invalid frame ID "base_link" passed to canTransform argument target_frame - frame does not exist
-         at line 93 in ./src/buffer_core.cpp
-At time 0.0
-- Translation: [0.048, 0.000, 0.107]
-- Rotation: in Quaternion [0.000, 0.000, 1.000, 0.000]
-- Rotation: in RPY (radian) [0.000, -0.000, 3.142]
-- Rotation: in RPY (degree) [0.000, -0.000, 180.000]
-- Matrix:
- -1.000 -0.000  0.000  0.048
-  0.000 -1.000  0.000  0.000
-  0.000  0.000  1.000  0.107
-  0.000  0.000  0.000  1.000
-^C[INFO] [1712345690.1] [rclcpp]: signal_handler(signum=2)
-"""  # noqa: E501 - as it is printed
+SESSION = data_text("robots/verify_pasted.txt")
 BACKWARDS = (
     SESSION.replace("1.000, 0.000]", "0.000, 1.000]")
     .replace("3.142", "0.000")

@@ -15,6 +15,7 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.mjcf import proof
 from support.commands import Shown
+from support.paths import data_text
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
@@ -28,35 +29,7 @@ WAYS = {
     "up": ('meshdir="../other/m" texturedir="../t"', "{m}.obj", "{t}.png", "../other/m", "../t"),
     "stripped": ('strippath="true" meshdir="m" texturedir="m"', "gone/{m}.obj", "gone/{t}.png", "m", "m"),
 }
-ROBOT = """<mujoco model="arm">
-  <compiler {folders}/>
-  <asset>
-    <mesh name="seen" file="{seen}" scale="0.1 0.1 0.1"/>
-    <mesh file="{solid}" scale="0.1 0.2 0.1"/>
-    <texture name="wood" type="2d" file="{wood}"/>
-    <texture name="box" type="cube" fileright="{wood}" fileup="{wood}"/>
-    <material name="wooden" texture="wood" texrepeat="2 2"/>
-    <material name="boxed" texture="box"/>
-    <hfield name="ground" file="{wood}" size="1 1 0.2 0.1"/>
-  </asset>
-  <worldbody>
-    <body name="base" pos="0 0 1">
-      <geom name="look" type="mesh" mesh="seen" material="wooden" contype="0" conaffinity="0" group="2" mass="0"/>
-      <geom name="hull" type="mesh" mesh="solid" mass="1" contype="0" conaffinity="0" group="3"/>
-      <geom name="tray" type="hfield" hfield="ground" pos="0 0 3" mass="0" contype="0" conaffinity="0"/>
-      <body name="tip" pos="0 0 0.5">
-        <joint name="turn" axis="0 1 0" range="-1 1" damping="1"/>
-        <geom name="finger" type="capsule" size="0.02 0.1" mass="0.1" material="boxed" contype="0" conaffinity="0"/>
-      </body>
-    </body>
-  </worldbody>
-  <contact><pair geom1="hull" geom2="finger"/></contact>
-  <deformable>
-    <skin name="cover" file="{skin}" material="wooden"/>
-  </deformable>
-  <sensor><framepos name="where" objtype="geom" objname="hull"/></sensor>
-</mujoco>
-"""
+ROBOT = data_text("robots/import_mjcf_files.mjcf.xml")
 
 
 def png() -> bytes:

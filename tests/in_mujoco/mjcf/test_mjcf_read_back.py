@@ -10,6 +10,7 @@ pytest.importorskip("mujoco", minversion="4")
 from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.mujoco.mjcf.read_back import read
 from support.machines import machine
+from support.paths import data_text
 from support.reading import leaves_of, line
 from support.robots import CHAIN, compiled_text
 from support.simulator import emit
@@ -68,16 +69,7 @@ def test_cutting_an_artifact_anywhere_is_a_value_error():
             read(text[:end])
 
 
-OF_A_SIMULATION = """<mujoco><worldbody>
-<body name="base"><freejoint name="free"/><site name="base"/><site name="mark" size="0.1"/>
-  <geom name="foot" size="0.1"/>
-  <body name="arm"><joint name="turn" type="hinge" axis="0 0 1"/><geom name="tip" size="0.1"/></body></body></worldbody>
-<equality><connect name="shut" site1="base" site2="mark" solref="0.01 1"/>
-  <joint joint1="turn" polycoef="0.5 0 0 0 0"/></equality>
-<tendon><fixed name="rope"><joint joint="turn" coef="2"/></fixed></tendon>
-<contact><pair geom1="foot" geom2="tip" margin="0.2"/></contact>
-<actuator><motor name="push" joint="turn" gear="2"/></actuator>
-<keyframe><key name="home" qpos="1 2 3 1 0 0 0 0.5"/><key name="zero"/></keyframe></mujoco>"""
+OF_A_SIMULATION = data_text("robots/mjcf_read_back.mjcf.xml")
 
 
 def test_what_a_simulation_has_is_read() -> None:

@@ -105,25 +105,7 @@ def test_an_imported_mjcf_keeps_its_images(home: Path, capsys: Said) -> None:
     source = home / "source"
     (source / "pictures").mkdir(parents=True)
     (source / "pictures" / "wood.png").write_bytes(png(10))
-    (source / "box.xml").write_text("""\
-<mujoco model="box">
-  <compiler texturedir="pictures"/>
-  <default><geom contype="0" conaffinity="0"/></default>
-  <asset>
-    <texture name="wood" type="2d" file="wood.png"/>
-    <texture name="wrapped" type="cube" file="wood.png"/>
-    <material name="plank" texture="wood" texrepeat="3 3"/>
-    <material name="crate" texture="wrapped" rgba="0.5 1 1 1"/>
-  </asset>
-  <worldbody>
-    <body name="base">
-      <geom name="plank" type="box" size="1 1 1" material="plank" mass="1"/>
-      <geom name="crate" type="box" size="1 1 1" pos="3 0 0" material="crate" mass="1"/>
-      <geom name="dyed" type="box" size="1 1 1" pos="6 0 0" material="plank" rgba="0 1 0 1" mass="1"/>
-    </body>
-  </worldbody>
-</mujoco>
-""")
+    (source / "box.xml").write_text(data_text("robots/mjcf_textures_box.mjcf.xml"))
     assert main(["import", "source/box.xml", "-o", "descriptions/box", "--meshes", "../../source"]) == 0
     assert "MuJoCo's model of the MJCF is that of the source, in every field that it decides" in capsys.readouterr().out
     assert main(["all"]) == 0

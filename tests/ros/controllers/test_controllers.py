@@ -18,7 +18,7 @@ from rosorin_compile.ros.parameters.tables import DISTRIBUTIONS
 from rosorin_compile.source.diagnostics import NOTE, has_errors
 from rosorin_compile.source.project import Description
 from support.commands import parse
-from support.paths import DATA
+from support.paths import DATA, data_text
 
 FOLDER = DATA / "controllers"
 ROBOTS = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -153,18 +153,7 @@ def test_texts_stay_texts(tmp_path: Path) -> None:
 
 def test_in_a_part_the_names_have_its_prefix(tmp_path: Path) -> None:
     (tmp_path / "side.yaml").write_text(
-        """parts:
-  side:
-    links: {upper: {}}
-    joints:
-      shoulder:
-        {type: revolute, parent: mount, child: upper, axis: [0, 1, 0],
-          limit: {lower: -1, upper: 1, effort: 5, velocity: 2}}
-    control:
-      arm: {plugin: mock_components/GenericSystem, joints: {shoulder: {command: position, state: position}}}
-    controllers:
-      moves: {type: joint_trajectory, hardware: arm, params: {gains: {shoulder: {p: 2}}}}
-""",
+        data_text("robots/controllers_side.yaml"),
         "utf-8",
     )
     path = tmp_path / "robot.yaml"

@@ -27,7 +27,6 @@ outputs: {urdf: {file: cart.urdf}}
 """
 TOY = """\
 from rosorin_compile.language.expression.functions import function
-from support import forks
 from rosorin_compile.source.rule_registry import rule
 
 

@@ -1,7 +1,5 @@
 """What is said many times, but for names and numbers, is said once; nobody loses a place, an error or a stand-in."""
 
-from __future__ import annotations
-
 import json
 import time
 from dataclasses import replace

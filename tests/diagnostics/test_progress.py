@@ -1,7 +1,5 @@
 """Progress: on the last line of a terminal, with never a letter of it left."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import os
@@ -31,8 +29,6 @@ outputs: {urdf: {file: chain.urdf}, static_tf_json: {file: static_tf.json}}
 
 
 class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
     def isatty(self) -> bool:
         return True
 
@@ -52,8 +48,6 @@ class Terminal(io.StringIO):
 
 
 class Clock:
-    """A clock that somebody sets."""
-
     def __init__(self) -> None:
         self.now = 100.0
 
@@ -63,7 +57,6 @@ class Clock:
 
 @pytest.fixture
 def clock() -> Iterator[Clock]:
-    """A clock for what is shown on ``stream``."""
     yield Clock()
     Progress.hide()
 
@@ -78,7 +71,6 @@ def sit_down(monkeypatch: pytest.MonkeyPatch) -> Terminal:
 
 
 def slow_down(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let a clock go a second at each look, on a machine of a person."""
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
     ticks = itertools.count()

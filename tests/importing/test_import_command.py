@@ -1,7 +1,5 @@
 """rosorin-compile import: what it writes, says and refuses."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -58,7 +56,6 @@ def run(*words: str) -> int:
 
 
 def files(folder: Path) -> dict[str, str]:
-    """Return the files in a folder but those of the record, text by name."""
     paths = [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".imported"]
     return {str(path.relative_to(folder)): path.read_text("utf-8") for path in paths}
 
@@ -103,18 +100,6 @@ def test_the_schema_beside_it_is_named(here: Path) -> None:
         assert text.startswith("# yaml-language-server: $schema=../.schema/rosorin-compile.schema.json\n")
 
 
-@pytest.mark.parametrize(
-    ("name", "folder"),
-    [("Käfer 2", "K_fer_2"), ("机器人", "robot"), ("007", "robot_007"), ("../x", "x"), ("a.b", "a.b")],
-)
-def test_any_name_gives_a_safe_folder(here: Path, name: str, folder: str) -> None:
-    assert run("little_arm.urdf", "--name", name) == 0
-    made = compile_robot(here / "descriptions" / folder / "robot.yaml")
-    assert made.robot is not None
-    assert made.robot.name == name
-    assert sorted(artifact.file for artifact in made.artifacts) == sorted(["frames.md", "frames.svg", f"{folder}.urdf"])
-
-
 def test_a_folder_that_is_taken_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     home = here / "descriptions" / "little_arm"
     home.mkdir(parents=True)
@@ -136,12 +121,6 @@ def test_force_deletes_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -
     assert line in capsys.readouterr().out
     kept = {"robot.yaml.kept": "robot: before\n"}  # nothing says that an import wrote it
     assert files(home) == {**files(EXPECTED), "notes.txt": "mine", "old/links.yaml": "links: {}\n", **kept}
-
-
-def test_an_empty_folder_is_not_taken(here: Path) -> None:
-    (here / "new").mkdir()
-    assert run("little_arm.urdf", "-o", "new") == 0
-    assert files(here / "new") == files(EXPECTED)
 
 
 def broken(here: Path, old: str, new: str) -> str:
@@ -192,30 +171,6 @@ def test_lenient_takes_more(here: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert "--lenient" in capsys.readouterr().err
     assert run(name, "-o", "x", "--lenient") == 0
     assert compile_robot(here / "x" / "robot.yaml").robot is not None
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["nobody.urdf"], "nobody.urdf is not there"),
-        (["a" * 5000], f"{'a' * 5000} is not there"),
-        (["."], ". is a folder; name the file of the robot in it"),
-        (["little_arm.urdf", "b.urdf"], "import takes one SOURCE, not 2"),
-        (["a:=1"], "import takes one SOURCE, not none"),
-        (["little_arm.urdf", "-a", "x"], '"x" is not NAME=VALUE'),
-        (["little_arm.urdf", "--package", "arm"], '"arm" is not NAME=PATH'),
-        (["little_arm.urdf", "--package", "arm=nowhere"], 'there is no folder "nowhere" for the package arm'),
-        (
-            ["little_arm.urdf", "--name", "a<b"],
-            '"a<b" cannot be the name of a robot: no markup, no quotes, spaces only within',
-        ),
-        (["little_arm.urdf", "-o", "little_arm.urdf"], "little_arm.urdf is no folder; name a new one with -o"),
-    ],
-)
-def test_wrong_usage(here: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
-    assert run(*words) == 2
-    assert capsys.readouterr().err == f"rosorin-compile: {message}\n"
-    assert [path.name for path in here.iterdir()] == ["little_arm.urdf"]
 
 
 def test_a_folder_that_cannot_be_written_is_said(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,7 +1,5 @@
 """import --into: a description beside the xacro of a package, a test of both, and the lines to change."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -13,11 +11,9 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.importing.rewrite_launch import lines_to_change
+from support.colcon import NEEDS_CMAKE, NEEDS_COLCON, colcon
 from support.paths import DATA, data_text
 
-COLCON = os.environ.get("COLCON") or shutil.which("colcon")
-AMENT_CMAKE = Path("/usr/share/ament_cmake_pytest/cmake/ament_cmake_pytestConfig.cmake")
-SITE = Path("/usr/lib/python3/dist-packages")
 BIN = Path(sys.executable).parent
 
 URDF = data_text("robots/import_into_urdf.urdf")
@@ -50,7 +46,6 @@ RECORD = "descriptions/cart/robot.yaml.imported"
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A package of ament_cmake that has the URDF of a cart."""
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "src" / "cart_description"
     (folder / "urdf").mkdir(parents=True)
@@ -335,12 +330,6 @@ def test_a_call_of_several_lines_is_told_its_last_word(tmp_path: Path) -> None:
     assert (second.new, second.remark) == ("'descriptions/cart/robot.yaml'])", "")
 
 
-def test_arguments_that_the_description_does_not_have_are_told(tmp_path: Path) -> None:
-    (tmp_path / "a.launch.py").write_text("c = Command(['xacro ', 'urdf/cart.urdf.xacro', ' h:=', h, ' w:=', w])\n")
-    one = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset({"w"}))[0]
-    assert one.remark == "the description has no argument h: leave it out, or add it under args"
-
-
 def test_a_kept_argument_and_the_cmake_package_get_their_lines(
     package: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -372,7 +361,6 @@ def test_packages_beside_are_looked_through_and_builds_are_not(package: Path) ->
 
 
 def told_lines(told: str, file: Path) -> list[str]:
-    """Return the lines that the tool says to add to a file."""
     rest = told.partition(f"add to {file}:\n")[2]
     taken = []
     for line in rest.split("\n"):
@@ -383,28 +371,15 @@ def told_lines(told: str, file: Path) -> list[str]:
     return taken
 
 
-def colcon(folder: Path, *words: str) -> str:
-    """Run colcon in a workspace and return what it prints."""
-    assert COLCON is not None
-    environment = {**os.environ, "COLCON_HOME": str(folder / "home"), "PYTHONPATH": str(folder / "site")}
-    environment["PATH"] = f"{Path(COLCON).parent}:{BIN}:{environment['PATH']}"
-    (folder / "site").mkdir(exist_ok=True)
-    for module in ("ament_package", "ament_cmake_test", "ament_index_python"):
-        if (SITE / module).is_dir() and not (folder / "site" / module).exists():
-            (folder / "site" / module).symlink_to(SITE / module)
-    done = subprocess.run([COLCON, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    return done.stdout + done.stderr
-
-
 KINDS = [
     "ament_python",
-    pytest.param("ament_cmake", marks=pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake-pytest")),
+    pytest.param("ament_cmake", marks=NEEDS_CMAKE),
 ]
 
 
 @pytest.mark.tier("builds")
 @pytest.mark.slow
-@pytest.mark.skipif(COLCON is None, reason="colcon is not here: pip install colcon-common-extensions")
+@NEEDS_COLCON
 @pytest.mark.parametrize("kind", KINDS)
 def test_colcon_installs_the_description_and_runs_the_test(
     package: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
@@ -427,18 +402,18 @@ def test_colcon_installs_the_description_and_runs_the_test(
     manifest = package / "package.xml"
     needs = "\n".join(told_lines(told, manifest))
     manifest.write_text(manifest.read_text().replace("<export>", f"{needs}\n<export>"))
-    assert "1 package finished" in (out := colcon(tmp_path, "build")), out
+    assert "1 package finished" in colcon(tmp_path, "build")
     share = tmp_path / "install" / "cart_description" / "share" / "cart_description"
     assert (share / "descriptions" / "cart" / "robot.yaml").is_file()
     colcon(tmp_path, "test")
-    assert "1 test, 0 errors, 0 failures, 0 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
+    assert "1 test, 0 errors, 0 failures, 0 skipped" in colcon(tmp_path, "test-result", "--all")
     (package / "urdf" / "cart.urdf").write_text(URDF.replace("0 0 0.2", "0 0 0.3"))
     colcon(tmp_path, "test")
-    assert "1 test, 0 errors, 1 failure" in (out := colcon(tmp_path, "test-result", "--all")), out
+    assert "1 test, 0 errors, 1 failure" in colcon(tmp_path, "test-result", "--all", fails=True)
     (package / "urdf" / "cart.urdf").unlink()
     (package / "urdf" / "keep").write_text("")
     colcon(tmp_path, "test")
-    assert "1 test, 0 errors, 0 failures, 1 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
+    assert "1 test, 0 errors, 0 failures, 1 skipped" in colcon(tmp_path, "test-result", "--all")
 
 
 # Robots of one package that include the same file.
@@ -454,7 +429,6 @@ POLE = WHEEL.replace('<xacro:box name="wheel" size="0.1"/>', '<xacro:pole name="
 
 
 def robots(package: Path, shared: str = SHARED, **bodies: str) -> None:
-    """Write xacros that include one file, by the name of the robot."""
     (package / "urdf" / "body.xacro").write_text(shared)
     for name, body in bodies.items():
         text = f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">{body}</robot>'
@@ -470,7 +444,6 @@ def brought(package: Path, name: str) -> str:
 
 
 def described(package: Path) -> list[str]:
-    """Return the files of all descriptions but their first, and but those of the record."""
     return sorted(one for one in files(package / "descriptions") if not one.endswith(("robot.yaml", ".imported")))
 
 

@@ -1,7 +1,5 @@
 """What import writes is YAML that reads back as the same values, and looks as a person would have written it."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -25,6 +23,9 @@ from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import parse_yaml, plain_scalar
 from rosorin_compile.source.tree import Place
 from rosorin_compile.source.yaml_text import Scalar
+from support.paths import data_text
+
+CASES = yaml.safe_load(data_text("cases/import_layout.yaml"))
 
 ODD = [
     *("on", "no", "y", "1", "1.5", "0x1F", "1e3", "1_000", "12:30", "2020-01-01", "null", "~", "true", ".inf", ".nan"),
@@ -46,7 +47,6 @@ VALUES = st.recursive(
 
 
 def plain(value: Any) -> Any:
-    """Return a value of a document as it is to be read back."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -64,7 +64,6 @@ def expanded(text: str) -> Any:
 
 
 def order(value: Any) -> Any:
-    """Return the keys of a value and of all within it, in their order."""
     if isinstance(value, dict):
         return [(key, order(item)) for key, item in value.items()]
     return [order(item) for item in value] if isinstance(value, list) else None
@@ -138,27 +137,7 @@ def at(token: str) -> Span:
     return Span(Source("a.urdf", f'<limit lower="{token}"/>'), 1, 15, len(token))
 
 
-@pytest.mark.parametrize(
-    ("token", "angle", "written"),
-    [
-        ("3.141592653589793", "deg", "180 deg"),
-        ("-1.5707963267948966", "deg", "-90 deg"),
-        ("0.7853981633974483", "deg", "45 deg"),
-        ("0.39269908169872414", "deg", "22.5 deg"),
-        ("0.39269908169872414", "", "0.39269908169872414"),
-        ("3.141592653589793", "deg/s", "180 deg/s"),
-        ("3.14159265", "deg", "3.14159265"),
-        ("1.5708", "deg", "1.5708"),
-        ("3.1416", "", "3.1416"),
-        ("+1", "", "1"),
-        ("1.", "", "1."),
-        (".5", "", ".5"),
-        ("1e-3", "", "1e-3"),
-        ("0.10", "", "0.10"),
-        ("-0.0", "", "0"),
-        ("0.000", "deg", "0"),
-    ],
-)
+@pytest.mark.parametrize(("token", "angle", "written"), CASES["forms_of_numbers"])
 def test_forms_of_numbers(token: str, angle: str, written: str) -> None:
     assert number(float(token), at(token), angle) == written
     assert float(plain_scalar(written)) == float(token)

@@ -1,7 +1,5 @@
 """Meshes that a source names relative to itself: what import says of them, and what finds them afterwards."""
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -47,7 +45,6 @@ def names(urdf: Path) -> list[str]:
 
 
 def found(folder: Path) -> list[bool]:
-    """Return which meshes of the URDF are beside it, and are found by MuJoCo as well."""
     urdf = next(folder.rglob("*.urdf"))
     return [(urdf.parent / name).is_file() for name in names(urdf) if "://" not in name]
 

@@ -1,7 +1,5 @@
 """What a robot has several times comes out of an import as a part and its uses, and as the same robot."""
 
-from __future__ import annotations
-
 import random
 import tempfile
 from collections.abc import Callable
@@ -61,14 +59,6 @@ def test_two_wheels_are_a_part(tmp_path: Path) -> None:
     assert parts_of(trip_of(path, parts=False)) == []
 
 
-def test_uses_may_have_any_name(tmp_path: Path) -> None:
-    names = ("span_wheel", "self_wheel", "for_wheel", "y_wheel", "1_wheel")
-    path = robot(tmp_path, *(wheel(name, f"{name}_axle", place) for place, name in enumerate(names)))
-    trip = trip_of(path)
-    assert (trip.diagnostics, trip.largest, parts_of(trip)) == ([], 0, ["wheel"])
-    assert list((trip.shown.tree or {})["use"]) == [name.removesuffix("_wheel") for name in names]
-
-
 def test_numbers_that_differ_in_the_last_digit_stay_two(tmp_path: Path) -> None:
     first, second = "0.1", "0.10000000000000002"
     path = robot(tmp_path, wheel("left_wheel", "left_axle", 1, first), wheel("right_wheel", "right_axle", -1, second))
@@ -93,16 +83,6 @@ def test_what_is_not_the_same_robot_is_written_out(tmp_path: Path, monkeypatch: 
     trip = trip_of(path)
     assert (trip.diagnostics, parts_of(trip)) == ([], [])
     assert trip.files["robot.yaml"].count("damping: 0.1") == 2
-
-
-def test_a_name_is_never_two_uses(tmp_path: Path) -> None:
-    hub = wheel("left_hub", "left_pin", 3).replace("continuous", "revolute")
-    hub = hub.replace("effort", 'lower="0" upper="1" effort')
-    others = [hub, hub.replace("left", "right")]
-    path = robot(tmp_path, wheel("left_wheel", "left_axle", 1), wheel("right_wheel", "right_axle", -1), *others)
-    trip = trip_of(path)
-    assert (trip.diagnostics, parts_of(trip)) == ([], ["wheel", "hub"])
-    assert "left_hub: {part: hub, prefix: left_, parent: base" in trip.files["robot.yaml"]
 
 
 BODY = """<body name="{0}" pos="0 {y} 0"><joint name="{0}_axle" axis="0 1 0" damping="{1}"/>
@@ -152,7 +132,6 @@ def test_with_all_digits_a_description_comes_back_as_it_was_written(name: str, t
 
 
 def urdf_of(name: str, by: Callable[..., Compiled], folder: Path) -> Path:
-    """Return the URDF of an example as it is printed by one of the ways to compile."""
     made = compiled(ROOT / "examples" / name / "robot.yaml", by=by)
     (urdf,) = (one for one in made.artifacts if one.backend == "urdf")
     path = folder / "robot.urdf"
@@ -161,7 +140,6 @@ def urdf_of(name: str, by: Callable[..., Compiled], folder: Path) -> Path:
 
 
 def uses_of(trip: RoundTrip) -> dict[str, list[str]]:
-    """Return the names of the uses of each part."""
     tree = trip.shown.tree or {}
     return {part: [use for use, entry in tree["use"].items() if entry["part"] == part] for part in tree["parts"]}
 

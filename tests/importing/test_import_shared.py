@@ -1,7 +1,5 @@
 """import --into: a file that robots of one package share grows, and why a robot has one of its own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

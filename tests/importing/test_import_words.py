@@ -5,8 +5,6 @@ said: ``python tests/importing/test_import_words.py`` writes those anew. What co
 by ``flat``, which knows nothing of how the tool compares.
 """
 
-from __future__ import annotations
-
 import copy
 import random
 import sys
@@ -40,7 +38,6 @@ def imported(file: Path, folder: Path) -> tuple[list[str], str, str]:
 
 
 def described(read: Imported, folder: Path, *change: object) -> tuple[list[str], str, str]:
-    """Return the same of a robot that was read, after a ``change``."""
     made = worded(read)
     trip = check_round_trip(made.imported, folder, plain=made.plain)
     related = [one.message for diagnostic in trip.diagnostics for one in diagnostic.related]
@@ -85,7 +82,6 @@ def test_sensors_of_an_sdf_come_out_in_both_formats(tmp_path: Path) -> None:
 
 
 def of_sensors(artifact: str) -> Counter[Leaf]:
-    """Return what the sensors of an artifact say, with what SDF takes by default left out."""
     found: Counter[Leaf] = Counter()
     for one in ElementTree.fromstring(artifact).iter("sensor"):
         for path, value in leaves(one, (), False):
@@ -123,7 +119,6 @@ def words(text: str) -> str:
 
 
 def leaves(element: ElementTree.Element, above: tuple[str, ...], exact: bool) -> Iterator[Leaf]:
-    """Yield every attribute and every text of an element by its path."""
     exact = exact or element.tag == "plugin"
     same = (lambda text: text.strip()) if exact else words
     mark = (

@@ -6,8 +6,6 @@ regenerates them; read the difference. The comment at the top of ``robot.xacro``
 arguments of the import; ``expected`` has the files, and ``told.txt`` the report.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys
@@ -29,7 +27,6 @@ URDF = Outputs({"urdf": {"file": "robot.urdf"}}, {}, {})
 
 
 def made(name: str) -> dict[str, str]:
-    """Return the files that a xacro becomes, and what is said of them."""
     path = FOLDER / name / "robot.xacro"
     assert not any(variable.startswith("ROVER_") for variable in os.environ)
     first = re.match("<!-- arguments: (.*) -->", path.read_text("utf-8"))

@@ -3,8 +3,6 @@
 What a xacro becomes is in the folders of ``data/translated``, see ``test_translated.py``.
 """
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from collections.abc import Callable
@@ -34,7 +32,6 @@ URDF = Outputs({"urdf": {"file": "robot.urdf"}}, {}, {})
 
 
 def of(here: Path, body: str) -> Translation:
-    """Translate a xacro that has this content."""
     path, how = here / "robot.xacro", ReadOptions(trust=True)
     path.write_text(f"{HEAD}{body}</robot>", "utf-8")
     imported = read_robot(path, how)

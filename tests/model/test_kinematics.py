@@ -1,7 +1,5 @@
 """Kinematics of many states agrees with the model one state at a time, and with pinocchio, on any robot."""
 
-from __future__ import annotations
-
 import math
 import random
 import subprocess
@@ -52,7 +50,6 @@ def robots(draw: st.DrawFn, types: tuple[str, ...]) -> Robot:
 
 @st.composite
 def positions(draw: st.DrawFn, robot: Robot) -> dict[str, list[float]]:
-    """Positions of some of the joints that have one of their own."""
     free = [joint.name for joint in robot.joints if joint.moves and joint.mimic is None]
     return {name: draw(numbers) for name in free if draw(st.integers(0, 4))}
 
@@ -201,27 +198,6 @@ def test_floating_joints_backwards_are_the_inverse(kind: str, coordinates: tuple
     robot = Robot("made", (Link("a"), Link("b")), (joint,))
     found = blocks(Kinematics(robot).transforms("b", "a", {"free": [coordinates]}))
     assert np.abs(found[0] - matrix(joint.transform(coordinates).inverse())).max() < TOLERANCE
-
-
-def test_many_states() -> None:
-    robot = compiled().robot
-    assert robot is not None
-    count = 10_000
-    q = {f"joint{i}": np.linspace(-2, 2, count) * i / 5 for i in range(1, 6)}
-    found = blocks(Kinematics(robot).transforms("camera_link", "gripper_link", q))
-    for index in (0, 4_321, count - 1):
-        expected = robot.transform("camera_link", "gripper_link", {name: float(v[index]) for name, v in q.items()})
-        assert np.abs(found[index] - matrix(expected)).max() < TOLERANCE
-
-
-def test_one_number_goes_for_all_states_and_unknown_names_have_no_effect() -> None:
-    robot = compiled().robot
-    assert robot is not None
-    asked = {"joint1": 0.3, "joint2": [0.1, 0.2, 0.3], "claw_of_somebody_else": [1.0]}
-    rotations, translations = Kinematics(robot).transforms("base_link", "link5", asked)
-    assert (rotations.shape, translations.shape) == ((3, 3, 3), (3, 3))
-    expected = matrix(robot.transform("base_link", "link5", {"joint1": 0.3, "joint2": 0.2}))
-    assert np.abs(blocks((rotations, translations))[1] - expected).max() < TOLERANCE
 
 
 def test_followers_follow() -> None:

@@ -3,7 +3,6 @@
 import errno
 import json
 import os
-import random
 import re
 import subprocess
 import sys
@@ -15,7 +14,7 @@ import pytest
 
 from rosorin_compile.output import read_set, staging, write_set
 from support import output_child
-from support.output_child import NEW, OLD, A, B, bind, encoded, files_in, names, no_swap, refused, stages, state
+from support.output_child import NEW, OLD, A, B, bind, encoded, files_in, names, no_swap, refused, stages
 
 pytestmark = pytest.mark.slow
 
@@ -25,13 +24,11 @@ CHILD = [sys.executable, output_child.__file__]
 
 @pytest.fixture
 def folder(tmp_path):
-    """An output folder that holds set A."""
     write_set(tmp_path / "out", A)
     return tmp_path / "out"
 
 
 def child(what, folder, *arguments, before=()):
-    """Run a process of output_child and return what it found."""
     command = [*before, *CHILD, what, folder, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
     assert done.returncode == 0, done.stderr
@@ -40,7 +37,6 @@ def child(what, folder, *arguments, before=()):
 
 @pytest.fixture(scope="session")
 def mounting():
-    """The words before a command that let it mount what it likes without anybody else seeing it."""
     words = ["unshare", "--mount", *(["--map-root-user"] if os.geteuid() else [])]
     try:
         done = subprocess.run(
@@ -51,30 +47,6 @@ def mounting():
     if done.returncode:
         pytest.skip(f"this system does not let us mount: {done.stderr.strip()}")
     return words
-
-
-def test_killed_at_any_moment_it_is_one_set_or_the_other(tmp_path):
-    chance = random.Random(2)  # noqa: S311
-    folder, seen, left = tmp_path / "out", [], 0
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    with subprocess.Popen([*CHILD, "killer", folder], **pipes) as killer:
-        # Where other programs take the time, it takes more kills, and later ones, to see both sets.
-        while len(seen) < 120 or (min(seen.count("A"), seen.count("B")) < 10 and len(seen) < 1000):
-            killer.stdin.write(f"{chance.uniform(0.001, 0.03 * (1 + len(seen) // 120))}\n")
-            killer.stdin.flush()
-            assert killer.stdout.readline() == "-9\n"
-            assert len(stages(folder)) <= 1
-            left += len(stages(folder))
-            # Before the very first set is there, there is none.
-            seen.append(state(folder, {"A": A, "B": B}))
-            assert seen[-1] in ({"A", "B"} if set(seen) & {"A", "B"} else {"missing"})
-        killer.stdin.close()
-        assert killer.wait() == 0
-    assert min(seen.count("A"), seen.count("B")) >= 10
-    assert left > 10
-    write_set(folder, B, prune=True)
-    assert names(tmp_path) == ["out"]
-    assert files_in(folder) == encoded(B)
 
 
 def states(steps):
@@ -107,7 +79,6 @@ def test_killed_at_each_step_where_the_folder_stays_in_its_place(tmp_path):
 
 
 def snapshot(folder):
-    """Return the files of the set that stands there, or None if it was replaced while we looked."""
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         files = {}

@@ -1,7 +1,5 @@
 """Who publishes each frame: proved by the rules, and counted by a search that knows nothing of them."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from pathlib import Path
@@ -360,7 +358,6 @@ def test_urdf_has_no_joint_that_takes_turns(tmp_path):
 
 
 def in_launch(when: str, modes: tuple[str, ...], states: dict[str, bool]) -> set[str]:
-    """Return what launch makes of a condition, in Python and in the other two forms."""
     names = {mode: f"mode_{mode}" for mode in modes}
     read = condition(Robot("r", (Link("l"),), (), modes=modes), when)
     context = Context({}, {names[mode]: str(state).lower() for mode, state in states.items()})
@@ -401,25 +398,7 @@ def test_any_condition_has_the_truth_table_of_its_launch(when):
 
 
 def test_parts_rename_publishers_and_stamps(tmp_path):
-    text = """
-robot: parted
-modes: {simulated: it is}
-publishers: {bridge: {}}
-links: {base_link: {}}
-parts:
-  eye:
-    sensors:
-      lidar:
-        type: lidar_2d
-        parent: mount
-        frame: laser
-        stamps: [laser]
-        publisher: [{by: {static_transform_publisher: tf_laser}, when: not simulated}, {by: bridge, when: simulated}]
-use:
-  left: {part: eye, parent: base_link}
-  right: {part: eye, parent: base_link}
-outputs: {static_tf_json: {file: a.json}, frames: {file: frames.md}, urdf: {file: a.urdf}}
-"""
+    text = data_text("robots/ownership_parted.yaml")
     artifacts = made(tmp_path, text)
     assert '"name": "left_tf_laser"' in artifacts["static_tf_json"]
     assert '"name": "right_tf_laser"' in artifacts["static_tf_json"]

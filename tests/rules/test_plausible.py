@@ -1,7 +1,5 @@
 """Bodies that can be are never told, whatever their shape; a mass in grams, a size in millimetres always is."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -34,7 +32,6 @@ SOLIDS = st.builds(lambda shape, xyz, rpy: Shape(shape, Pose(xyz, rpy)), SHAPES,
 
 
 def entry(shape: Shape) -> str:
-    """Return a shape as a description says it."""
     geometry = shape.geometry
     if isinstance(geometry, Box):
         words = f"box: {{min: {list(geometry.lower)}, max: {list(geometry.upper)}}}"
@@ -119,7 +116,6 @@ def test_bounds_hold_every_point_of_the_shapes(solids):
 
 
 def surface(solid: Shape, rng: np.random.Generator) -> list[tuple[float, float, float]]:
-    """Return points within a shape, in its own frame."""
     geometry = solid.geometry
     if isinstance(geometry, Box):
         return [tuple(map(float, rng.uniform(geometry.lower, geometry.upper))) for _ in range(20)]
@@ -159,12 +155,10 @@ MAP = "{origin: [-0.1, -0.1], cell: 0.1, heights: [[0.2, 0.2], [0.2, 0.2]]}"
 
 
 def robot(sensor: str, links: str = BOX, joints: str = "") -> str:
-    """Return a description with one sensor."""
     return f"links: {{{links}}}\njoints: {{{joints}}}\nsensors: {{s: {{{sensor}}}}}\n"
 
 
 def told_sight(text: str, folder: Path) -> list[str]:
-    """Return what is said of sensors that see their robot."""
     made = compiled_text(folder, HEAD + text)
     assert made.robot is not None, made.diagnostics
     return [one.message for one in made.diagnostics if one.rule == "sensor-sees-itself"]

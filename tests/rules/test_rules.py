@@ -1,7 +1,5 @@
 """The rules: none is wrong about a robot that is right."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

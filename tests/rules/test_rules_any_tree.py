@@ -1,7 +1,5 @@
 """The rules on any tree: none crashes, and they agree with a search that knows nothing of them."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

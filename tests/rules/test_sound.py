@@ -1,7 +1,5 @@
 """Nothing is said of what is right, though it looks like a mistake: each file of tests/sound says why."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """SDF is read: files with corners, broken ones with their messages, and what a description becomes and is read from."""
 
-from __future__ import annotations
-
 import random
 import re
 from dataclasses import replace
@@ -50,7 +48,6 @@ def robot_in(path: Path, **options) -> Robot:
 
 
 def asked(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    """Return the exit code and what a command prints."""
     code = main([*words])
     said = capsys.readouterr()
     return code, said.out, said.err

@@ -1,7 +1,5 @@
 """The text of an SDF: its version, the order of its frames, sensors, and what a description keeps for Gazebo."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

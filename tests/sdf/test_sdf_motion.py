@@ -1,7 +1,5 @@
 """One description moves alike in MuJoCo (its MJCF) and in Drake (its SDF): springs, friction, closed loops."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 from pathlib import Path

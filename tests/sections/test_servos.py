@@ -1,7 +1,5 @@
 """What the core makes of servos by the schema and the place of their modules alone, without their name."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The sections that only a simulation has: compared value by value."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

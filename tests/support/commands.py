@@ -3,8 +3,6 @@
 Its robot has parts in loops in parts, a table, a mirror and other nodes: what there is to explain.
 """
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Mapping, Sequence

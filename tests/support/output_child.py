@@ -91,31 +91,13 @@ def refused(folder: Path, files: dict[str, str], rule: str, prune: bool = False)
     return str(found["message"])
 
 
-def alternate(folder: Path, seconds: float = 1e9, first: int = 0, least: int = 0) -> int:
+def alternate(folder: Path, seconds: float, least: int = 0) -> int:
     """Write two sets by turns for some time, and ``least`` times however slow the machine is; return how often."""
-    end, count = time.monotonic() + seconds, first
+    end, count = time.monotonic() + seconds, 0
     while time.monotonic() < end or count < least:
         output.write_set(folder, (A, B)[count % 2], prune=True)
         count += 1
     return count
-
-
-def killer(folder: Path) -> None:
-    """For each line of input: let a process write by turns, kill it after that many seconds, say how it ended."""
-    ready, tell = os.pipe()
-    for line in sys.stdin:
-        process = os.fork()
-        if process == 0:
-            try:
-                first = int(state(folder, {"A": A}) == "A")  # the one that is not there
-                os.write(tell, b"!")
-                alternate(folder, first=first)
-            finally:
-                os._exit(1)
-        os.read(ready, 1)
-        time.sleep(float(line))
-        os.kill(process, signal.SIGKILL)
-        print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), flush=True)
 
 
 def no_swap(one: Path, other: Path) -> None:

@@ -1,7 +1,5 @@
 """Where things are in the checkout: every test that reads a file of it asks here."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 TESTS = Path(__file__).resolve().parents[1]

@@ -1,7 +1,5 @@
 """The reference robot and copies of it, for tests."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """check --format markdown and --summary: one run, robot by robot, whatever there is to say of each."""
 
-from __future__ import annotations
-
 import re
 import struct
 from pathlib import Path
@@ -26,7 +24,6 @@ PROJECT = {f"descriptions/{name}/robot.yaml": CART.format(name=name) for name in
 
 @pytest.fixture
 def committed(project: Path, capsys: Shown) -> Path:
-    """Three robots as they are committed."""
     assert main(["all"]) == 0
     capsys.readouterr()
     return project
@@ -102,15 +99,6 @@ def test_a_mesh_that_is_another_one(capsys: Shown) -> None:
 
 
 @pytest.mark.usefixtures("committed")
-def test_every_argument(capsys: Shown) -> None:
-    assert "- `dog`: 2 combinations of tall compiled, all fine" in told(capsys, "--every-argument", code=0)
-    edit(of("dog"), "2 * mast", "2 * masst")
-    made = told(capsys, "--every-argument", code=1)
-    assert "### `dog`: 1 error\n\n2 combinations of tall compiled, 1 with errors\n" in made
-    assert "(with tall=true)" in made.replace("`", "")
-
-
-@pytest.mark.usefixtures("committed")
 def test_deployed(capsys: Shown) -> None:
     for place in ("a", "b"):
         Path("share", place).mkdir(parents=True)
@@ -123,23 +111,6 @@ def test_deployed(capsys: Shown) -> None:
     assert summary in made
     assert "| mast moved 20.0 mm in `base_link`: origin z 0.1 -&gt; 0.12 m | `a/dog.urdf`, `b/dog.urdf` |" in made
     assert "--- deployed/" in made
-
-
-@pytest.mark.usefixtures("committed")
-def test_physics(capsys: Shown) -> None:
-    pytest.importorskip("mujoco")
-    made = told(capsys, "physics", "dog", code=0)
-    assert "physics of " in made
-
-
-@pytest.mark.usefixtures("committed")
-def test_stand_ins_are_counted(capsys: Shown) -> None:
-    edit(of("dog"), "visual: [{", "source: {status: stand_in, note: guessed}, visual: [{")
-    assert main(["all", "dog"]) == 0
-    capsys.readouterr()
-    for more in ([], ["-q"]):
-        made = told(capsys, "dog", *more, code=0)
-        assert "1 note (1 stand-in: values that nobody has measured)" in made
 
 
 @pytest.mark.usefixtures("committed")
@@ -204,7 +175,6 @@ def test_who_changed(file: str, old: str, new: str, line: str, capsys: Shown) ->
 
 @pytest.fixture
 def compiled(home: Path, capsys: Shown) -> None:
-    """The robot with its artifacts."""
     write_files(home, {DESCRIPTION: ROBOT})
     assert main(["all"]) == 0
     capsys.readouterr()

@@ -1,7 +1,5 @@
 """``check NAME``: found by its record, called by its name or by the option that it was, told apart from a robot."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,7 +24,6 @@ outputs: {{urdf: {{file: {name}.urdf}}}}
 
 @pytest.fixture
 def carts(home: Path, capsys: Shown) -> Path:
-    """A project of a robot that is called as a check, and one that is not."""
     write_files(home, {f"descriptions/{name}/robot.yaml": CART.format(name=name) for name in ("physics", "cart")})
     assert main(["all"]) == 0
     capsys.readouterr()

@@ -3,8 +3,6 @@
 Ninja and make, as far as they are here; docs/builds.md is the page.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess
@@ -29,7 +27,6 @@ BOTH = "rosorin_compile_add_robot(DESCRIPTION arm OUTPUTS urdf mjcf)"
 
 
 def made(source: Path, name: str = "arm", robot: str = "arm") -> Path:
-    """Return the folder that a robot is compiled to."""
     return source / "build" / "rosorin_compile" / name / robot
 
 
@@ -38,7 +35,6 @@ def tree(folder: Path) -> dict[str, bytes]:
 
 
 def printed(source: Path, output: str, *words: str) -> str:
-    """Return what ``print`` makes of the arm."""
     call = [str(PROGRAM), "print", "descriptions/arm", output, *words]
     return subprocess.run(call, cwd=source, text=True, capture_output=True, check=True).stdout
 

@@ -1,7 +1,5 @@
 """``--depfile``: every file that was read, in the words of Make and Ninja, which then do no more than they have to."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -39,7 +37,6 @@ def names_in(depfile: Path) -> list[str]:
 
 
 def opened_by(folder: Path, *words: str) -> set[str]:
-    """Return which files below the current folder a call has opened for reading."""
     hook = folder / "hook"
     hook.mkdir()
     (hook / "sitecustomize.py").write_text(HOOK)
@@ -129,7 +126,6 @@ def test_a_name_that_no_depfile_can_hold() -> None:
 
 
 def run(*words: str, code: int = 0) -> str:
-    """Return what a build tool prints."""
     program = shutil.which(words[0], path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     if program is None:
         pytest.skip(f"{words[0]} is not installed")
@@ -139,7 +135,6 @@ def run(*words: str, code: int = 0) -> str:
 
 
 def touched(path: Path) -> None:
-    """Give a file the time of now, which is later than that of all files before."""
     time.sleep(0.02)
     os.utime(path)
     time.sleep(0.02)
@@ -235,23 +230,6 @@ def test_an_error_leaves_no_depfile(rosorin: Path) -> None:
     for words in (["all", "--depfile", "made.d"], ["print", "urdf", "-o", "r.urdf", "--depfile", "made.d"]):
         assert main(words) == 1
         assert not (rosorin / "made.d").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["all", "--depfile", "d"], "a depfile is about one robot, and there are several: left, right; name one"),
-        (["all", "left", "--depfile", "d", "-n"], "--depfile does not go with --dry-run, which writes nothing"),
-        (["all", "left", "--depfile-target", "d"], "--depfile-target goes with --depfile FILE"),
-        (["all", "left", "--only", "urdf", "--prune"], "--only does not go with --prune"),
-        (["print", "left", "urdf", "--depfile", "d"], "write -o FILE, or --depfile-target NAME"),
-        (["print", "left", "urdf", "--depfile-target", "d"], "--depfile-target goes with --depfile FILE"),
-    ],
-)
-def test_what_does_not_go_together(home: Path, capsys: Shown, words: list[str], said: str) -> None:
-    for name in ("left", "right"):
-        write_files(home / "descriptions" / name, {"robot.yaml": f"robot: {name}\nlinks: {{base: {{}}}}\n"})
-    assert said in ask(capsys, *words, code=2)
 
 
 # --only
@@ -355,19 +333,4 @@ def test_what_differs_is_not_done(project: Path) -> None:
     assert main(["all", "lamp"]) == 0
     edit(project / "descriptions/lamp/more.yaml", "base_link", "base")
     assert main(list(CHECK)) == 1
-    assert not (project / "lamp.d").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (CHECK[:4], "a depfile needs a target: --depfile-target NAME"),
-        (("check", "lamp", *CHECK[4:]), "--depfile-target goes with --depfile FILE"),
-        (("check", *CHECK[2:]), "a depfile is about one robot, and there are several: lamp, other; name one"),
-        ((*CHECK, "--every-argument"), "it does not go with --every-argument"),
-    ],
-)
-def test_what_does_not_go_together_depfile(project: Path, words: tuple[str, ...], said: str, capsys: Shown) -> None:
-    assert main(list(words)) == 2
-    assert said in capsys.readouterr().err
     assert not (project / "lamp.d").exists()

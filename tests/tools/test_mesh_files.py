@@ -1,7 +1,5 @@
 """Meshes of a description: where they are looked for, what gets beside the MJCF, and what is said of the rest."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import sys
@@ -324,17 +322,6 @@ def test_a_change_of_a_mesh_is_seen(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path("outputs/r/part.stl").read_bytes().startswith(b"new")
 
 
-def test_a_name_outside_of_the_artifacts_is_as_they_see_it(capsys: pytest.CaptureFixture[str]) -> None:
-    describe("../common/part.stl")
-    put(Path("descriptions/common/part.stl"), stl())
-    assert main(["all"]) == 1
-    message = "error[mesh-not-found]: mesh ../common/part.stl is not there, as seen from the artifacts\n"
-    assert message in capsys.readouterr().err
-    put(Path("outputs/common/part.stl"), stl())
-    assert main(["all"]) == 0
-    loads()
-
-
 @pytest.mark.slow
 def test_what_is_converted_never_stands_outside_of_the_artifacts() -> None:
     pytest.importorskip("trimesh")
@@ -347,7 +334,6 @@ def test_what_is_converted_never_stands_outside_of_the_artifacts() -> None:
 
 
 def two_parts(first: bytes, second: bytes, more: str = MJCF) -> Path:
-    """Describe a robot whose links, each in a file of its own folder, both name wheel.stl."""
     folder = describe("wheel.stl", more)
     for name, data in (("left", first), ("right", second)):
         links = f"links: {{{name}: {{visual: [{{mesh: {{file: wheel.stl}}}}]}}}}"
@@ -391,14 +377,6 @@ def test_two_files_of_one_name_in_a_urdf_are_a_warning(capsys: pytest.CaptureFix
     assert main(["all"]) == 0
     said = capsys.readouterr().err
     assert "warning[mesh-ambiguous]: mesh wheel.stl is two files, and one name in r.urdf: " in said
-
-
-def test_a_file_that_nobody_names_is_not_meant(capsys: pytest.CaptureFixture[str]) -> None:
-    folder = two_parts(stl(), stl())
-    put(folder / "wheel.stl", other())
-    assert main(["all"]) == 0
-    assert "mesh-ambiguous" not in capsys.readouterr().err
-    assert Path("outputs/r/wheel.stl").read_bytes() == stl()
 
 
 def test_two_names_of_one_place_are_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,7 +1,5 @@
 """Meshes that are none: MuJoCo loads the MJCF whatever stands in their files, and what is left out is told."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 
@@ -31,7 +29,6 @@ DAE = """<?xml version="1.0"?>
 
 
 def stl(*more: tuple[float, ...], count: int | None = None) -> bytes:
-    """Return a binary STL of a tetrahedron and of more triangles."""
     facets = [sum((CORNERS[one] for one in face), ()) for face in FACES] + list(more)
     body = b"".join(struct.pack("<12fH", 0, 0, 1, *facet, 0) for facet in facets)
     return bytes(80) + struct.pack("<I", len(facets) if count is None else count) + body

@@ -1,7 +1,5 @@
 """``print``: one artifact on standard output, the same bytes as ``all`` writes, and nothing else anywhere."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -55,7 +53,6 @@ def run(*words: str, cwd: Path = ROOT, **environment: str) -> subprocess.Complet
 
 
 def printed(*words: str, cwd: Path = ROOT, **environment: str) -> bytes:
-    """Return what a call prints that has to go well, without a word on standard error."""
     done = run("print", *words, cwd=cwd, **environment)
     assert (done.returncode, done.stderr) == (0, b"")
     return done.stdout
@@ -183,21 +180,6 @@ def test_an_argument_and_what_is_wrong_with_one(capsys: Shown) -> None:
     assert "<freejoint" not in fixed
     assert ask(capsys, "print", str(ROSORIN), "mjcf", "-a", "base=fixed") == fixed
     assert 'did you mean "base"?' in ask(capsys, "print", str(ROSORIN), "mjcf", "bas:=free", code=1)
-
-
-def test_verbose_tells_what_silence_keeps(capsys: Shown) -> None:
-    assert main(["print", str(ROSORIN), "urdf", "-v"]) == 0
-    shown = capsys.readouterr()
-    assert shown.out.encode() == (OUTPUTS / "rosorin.urdf").read_bytes()
-    assert "note[stand-in]" in shown.err
-    read = [line.partition(" ")[2] for line in shown.err.splitlines() if line.startswith("read ")]
-    assert sorted(Path(name).name for name in read) == sorted(path.name for path in ROSORIN.parent.glob("*.yaml"))
-
-
-def test_a_reader_of_the_first_line_alone_is_no_mistake() -> None:
-    script = f"{' '.join(PROGRAM)} print rosorin frames_slam | head -c 1"
-    done = subprocess.run(["bash", "-c", script], capture_output=True, cwd=ROOT, check=False)
-    assert (done.stdout, done.stderr) == (b"<", b"")
 
 
 def test_what_cannot_be_printed_in_full_is_a_problem(tmp_path: Path) -> None:

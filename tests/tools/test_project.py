@@ -1,7 +1,5 @@
 """The project is found from any folder inside it, and what is inside it may be included."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -23,7 +21,6 @@ Shown = pytest.CaptureFixture[str]
 
 @pytest.fixture(autouse=True)
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a project with two robots that share a base."""
     for name in ("rover", "loader"):
         (tmp_path / "descriptions" / name).mkdir(parents=True)
         (tmp_path / "descriptions" / name / "robot.yaml").write_text(ROVER % name)

@@ -1,7 +1,5 @@
 """Quiet runs: errors alone, and how many stand-ins there are; also of a robot that has not changed."""
 
-from __future__ import annotations
-
 import io
 import json
 import sys

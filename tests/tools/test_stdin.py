@@ -1,7 +1,5 @@
 """A robot on standard input, called ``-``: read once, seen from the current folder, named <stdin> in what is said."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """verify on files, folders and messages that are damaged or cut off: one clear error, never a traceback or a wait."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil
@@ -28,7 +26,6 @@ def outcome(folder: Path) -> list[str]:
 
 
 def with_data(folder: Path, copy: Path, data: bytes) -> Path:
-    """Return a copy of a recording with other bytes in its file."""
     shutil.copytree(folder, copy)
     part(copy).write_bytes(data)
     return copy

@@ -1,7 +1,5 @@
 """verify compares the edges of joints with their joint states, for every kind of joint and at any position."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """verify on frames with other names than the description's: slashes, prefixes, frames under themselves, wrong ones."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -27,8 +25,6 @@ Change = Callable[[list[Message]], list[Message]]
 
 
 def stamped(topic: str, frame: str, each: int = 1) -> Change:
-    """The messages of a topic, or each so manyth of them, have another frame."""
-
     def change(messages: list[Message]) -> list[Message]:
         for message in [message for message in messages if message.topic == topic][::each]:
             message.content.header.frame_id = frame
@@ -59,7 +55,6 @@ def prefixed(prefix: str, but: str = "", headers: bool = True) -> Change:
 
 
 def merged(messages: list[Message]) -> list[Message]:
-    """Somebody makes scans in the body out of those of the lidar."""
     scans = [message for message in messages if message.topic == "/scan"]
     contents = [bags.scan(bags.header(message.received, "base_link")) for message in scans]
     return messages + [m._replace(topic="/merged", content=made) for m, made in zip(scans, contents, strict=True)]

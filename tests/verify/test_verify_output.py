@@ -1,7 +1,5 @@
 """What verify prints and writes: JSON, JUnit, the picture, the bar; what it needs for that; words in a wrong order."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

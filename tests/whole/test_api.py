@@ -1,7 +1,5 @@
 """The public Python API: lazy, never raising for what is wrong with the input, and the same as the command line."""
 
-from __future__ import annotations
-
 import gc
 import os
 import subprocess
@@ -60,7 +58,6 @@ def texts(compiled: Compiled) -> dict[str, str]:
 
 
 def told(result: Compiled | Reading | Difference) -> list[str]:
-    """Return the errors of a result that has to have some, and then nothing else."""
     assert has_errors(result.diagnostics)
     if isinstance(result, Difference):
         assert (result.a, result.b, result.same, result.items) == (None, None, False, ())

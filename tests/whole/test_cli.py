@@ -1,7 +1,5 @@
 """The command line as a person uses it: exit codes, messages, and nothing lost."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -85,28 +83,6 @@ def test_errors_are_reported_together_and_nothing_is_written(project: Path, caps
     assert 'did you mean "depth_camera"?' in shown
     assert "2 errors, nothing written" in shown
     assert {path.name: path.read_bytes() for path in (project / "outputs" / "rosorin").iterdir()} == before
-
-
-@pytest.mark.usefixtures("project")
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["all", "rosorn"], 'did you mean "rosorin"?'),
-        (["all", "-a", "base"], "is not NAME=VALUE"),
-        (["all", "-a", "bse=free"], 'did you mean "base"?'),
-        (["all", "-a", "base=loose"], "allowed: fixed, free"),
-    ],
-)
-def test_wrong_usage_has_a_way_out(capsys: pytest.CaptureFixture[str], arguments: list[str], words: str) -> None:
-    assert main(arguments) in (1, 2)
-    assert words in capsys.readouterr().err
-
-
-def test_usage_exit_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["all"]) == 2
-    assert "there is no descriptions/*/robot.yaml here" in capsys.readouterr().err
-    assert main(["al"]) == 2
 
 
 def test_dry_run_writes_nothing(project: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,7 +1,5 @@
 """The command line is one house: all commands are listed, an option means one thing, a slip is met with a way out."""
 
-from __future__ import annotations
-
 import errno
 import io
 import json
@@ -107,31 +105,6 @@ def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypa
         assert main(call.split()) == 1, call
         assert capsys.readouterr().err, call
     assert main(["init", "a/b"]) == main(["schema", "x"]) == main(["all", "nobody"]) == main([]) == 2
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["chek"], 'there is no command "chek"; did you mean "check"?'),
-        (["build"], 'there is no command "build"; say "all"'),
-        (["validate", "rosorin"], 'there is no command "validate"; say "check"'),
-        (["urdf", "rosorin"], 'there is no command "urdf"; say "print ROBOT urdf"'),
-        (["new", "bot"], 'there is no command "new"; say "init"'),
-        (["tf", "a", "b", "--strct"], 'tf has no option --strct; did you mean "--strict"?'),
-        (["all", "--dryrun"], 'all has no option --dryrun; did you mean "--dry-run"?'),
-        (["frames", "--frame=a", "--publishr=b"], 'frames has no option --publishr; did you mean "--publisher"?'),
-        (["extract", "boxes", "a.stl", "--formt"], 'extract boxes has no option --formt; did you mean "--format"?'),
-        (["extract", "heightmap", "a.stl", "--exact", "-1cm"], "extract heightmap has no option -1; "),
-        (["init", "a", "arm", "b"], "unexpected extra argument (b); see rosorin-compile init --help"),
-        (["rule", "axis-zero", "--format", "json-list"], "'json-list' is not one of 'text', 'json', "),
-        (["check", "--format", "json-list"], "'json-list' is not one of 'text', 'json', "),
-        (["schema", "recordin"], 'there is no schema "recordin"; did you mean "recording"?'),
-    ],
-)
-def test_a_slip_is_met_with_the_nearest_word(capsys: Shown, words: list[str], said: str) -> None:
-    code = main(words)
-    assert code == 2
-    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """The package examples/rosorin-toy, installed with pip: each command with it, and errors of broken plug-ins."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -34,8 +32,6 @@ WHO = "the plug-in rosorin-toy 1.0 (rosorin_compile.formats: toy = toy_robot.toy
 
 
 class Machine:
-    """A folder with robots, and with installed packages."""
-
     def __init__(self, folder: Path, packages: Path) -> None:
         self.folder = folder
         self.packages = folder / PACKAGES
@@ -54,7 +50,6 @@ class Machine:
         return (self.folder / name).read_text("utf-8")
 
     def change(self, *pairs: tuple[str, str]) -> None:
-        """Change the module of the format."""
         path = self.packages / "toy_robot" / "toy.py"
         text = path.read_text("utf-8")
         for old, new in pairs:
@@ -63,14 +58,12 @@ class Machine:
         path.write_text(text, "utf-8")
 
     def record(self, *fields: str, before: str = "") -> None:
-        """Change fields of the record."""
         text = before + "FORMAT = dataclasses.replace(FORMAT, " + ", ".join(fields) + ")\n"
         path = self.packages / "toy_robot" / "toy.py"
         path.write_text(f"{path.read_text('utf-8')}\nimport dataclasses\n\n{text}", "utf-8")
 
     @property
     def environment(self) -> dict[str, str]:
-        """The environment of a process that has the packages."""
         own = {"PYTHONPATH": str(self.packages), "ROSORIN_COMPILE_CACHE": str(self.folder / ".cache")}
         return {**os.environ, **own, "PYTHONDONTWRITEBYTECODE": "1"}
 
@@ -84,7 +77,6 @@ class Machine:
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder in which pip has installed the example package."""
     folder = tmp_path_factory.mktemp("example")
     shutil.copytree(EXAMPLE, folder / "rosorin-toy")
     assert install("./rosorin-toy", folder) == ("", 0)

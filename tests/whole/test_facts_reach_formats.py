@@ -1,7 +1,5 @@
 """A fact of a description reaches each format that has a word for it; engines judge the result."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.etree import ElementTree as ET
 

@@ -1,7 +1,5 @@
 """Nothing that a person can write ends in a traceback, hangs or grows without bound; it is told with its place."""
 
-from __future__ import annotations
-
 import json
 import os
 import random
@@ -40,7 +38,6 @@ def doubled(first: str, following: str, times: int = 60) -> str:
 
 
 def nested(levels: int, last: str) -> str:
-    """Parts, each of which uses the next one twice."""
     parts = "".join(f"  p{n}: {{use: {{x: {{part: p{n + 1}}}, y: {{part: p{n + 1}}}}}}}\n" for n in range(levels))
     return f"{ROBOT}parts:\n{parts}  p{levels}: {last}\nuse: {{u: {{part: p0}}}}\n"
 
@@ -210,65 +207,12 @@ def tell(*what: object) -> None:
     sys.stdout.write(f"{what}\n")
 
 
-WORDS = [
-    *(
-        "1",
-        "0",
-        "-1",
-        "2.5",
-        "1e300",
-        "10**18",
-        "'a'",
-        "''",
-        "'mm'",
-        "[]",
-        "[1, 2]",
-        "[[1, 2], [3, 4]]",
-        "x",
-        "side",
-        "length",
-    ),
-    *(
-        "table",
-        "spots",
-        "nothing",
-        "mm",
-        "deg",
-        "kg",
-        *CONSTANTS,
-        "+",
-        "-",
-        "*",
-        "/",
-        "//",
-        "%",
-        "**",
-        "==",
-        "!=",
-        "<",
-        ">=",
-    ),
-    *(
-        " in ",
-        " not in ",
-        " and ",
-        " or ",
-        "not ",
-        " if ",
-        " else ",
-        " for i in ",
-        "i",
-        "(",
-        ")",
-        "[",
-        "]",
-        ",",
-        ":",
-        ".",
-        "=",
-    ),
-    *(f"{name}(" for name in (*FUNCTIONS, "load", "open", "__import__")),
-]
+ATOMS = """
+1 0 -1 2.5 1e300 10**18 'a' '' 'mm' [] x side length table spots nothing mm deg kg + - * / // % **
+== != < >= i ( ) [ ] , : . =
+"""
+WORDS = [*ATOMS.split(), *CONSTANTS, *(f"{name}(" for name in (*FUNCTIONS, "load", "open", "__import__"))]
+WORDS += ["[1, 2]", "[[1, 2], [3, 4]]", " in ", " not in ", " and ", " or ", "not ", " if ", " else ", " for i in "]
 NAMES = {
     "x": 0.05,
     "side": "left",
@@ -313,21 +257,8 @@ def test_any_file(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None
 ROBOT_NUMBERS = (Path(__file__).parent.parent / "data" / "extreme_numbers.yaml").read_text("utf-8")
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?![\w.%])")
 NUMBERS = [found.span() for found in _NUMBER.finditer(ROBOT_NUMBERS)]
-EXTREME = [
-    "1.7976931348623157e308",
-    "1e308",
-    "1e300",
-    "1e200",
-    "1e155",
-    "1e149",
-    "1e110",
-    "1e100",
-    "1e30",
-    "9e29",
-    "1e18",
-    "1e16",
-    "1e10",
-]
+EXTREME = ["1.7976931348623157e308", "1e308", "1e300", "1e200", "1e155", "1e149", "1e110", "1e100", "1e30", "9e29"]
+EXTREME += ["1e18", "1e16", "1e10"]
 EXTREME += ["9007199254740993", "5e-324", "1e-308", "1e-300", "1e-160", "1e-30", "1e-12", "0", "255"]
 EXTREME += [f"-{text}" for text in EXTREME]
 _NO_NUMBER = re.compile(r"(?<![\w\"'])[-+]?(?:nan|inf)(?![\w\"'])", re.IGNORECASE)

@@ -96,7 +96,6 @@ def seen(home: Path) -> dict[str, bytes]:
 
 
 def shown(files: dict[str, bytes], depth: int) -> dict[str, dict[str, bytes]]:
-    """Return the files that are no hidden ones, apart where they do not belong together."""
     groups: dict[str, dict[str, bytes]] = {}
     for name, data in files.items():
         if "/." not in f"/{name}":
@@ -106,8 +105,6 @@ def shown(files: dict[str, bytes], depth: int) -> dict[str, dict[str, bytes]]:
 
 
 class Scene:
-    """A folder in which a command is run again and again."""
-
     def __init__(self, folder: Path, case: Case) -> None:
         self.home, self.origin, self.case = folder / "home", folder / "origin", case
         self.kills = self.mixed = self.edits = 0
@@ -132,7 +129,6 @@ class Scene:
         return found
 
     def again(self) -> None:
-        """Put everything back, each file the same one."""
         for path in self.home.iterdir():
             shutil.rmtree(path) if path.is_dir() else path.unlink()
         subprocess.run(["cp", "-a", f"{self.origin}/.", self.home], check=True)

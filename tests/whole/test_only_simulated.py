@@ -1,16 +1,12 @@
 """What only simulations have is no frame: ``publisher: {simulation: WHY}``, and what hangs there unpublished."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
-from support.commands import Shown
 from support.paths import data_text
 from support.robots import compiled_text, sound, texts
 
@@ -47,28 +43,6 @@ def test_simulators_have_it_and_drivers_do_not(tmp_path: Path) -> None:
     asked = SIMULATED.replace("{file: model.json}", "{file: model.json, joints: [spin]}")
     assert list(json.loads(made(tmp_path, asked)[1]["model.json"])["joints"]) == ["spin"]
     assert list(json.loads(made(tmp_path, UNPUBLISHED)[1]["model.json"])["joints"]) == ["axle", "spin", "end"]
-
-
-def test_the_urdf_misses_only_what_is_a_frame(tmp_path: Path) -> None:
-    def missed(text: str) -> str:
-        said = [one.message for one in made(tmp_path, text)[2].diagnostics if one.rule == "urdf-cannot-say"]
-        return "\n".join(said)
-
-    assert "roller (collision)" in missed(UNPUBLISHED)
-    assert "roller (collision)" not in missed(SIMULATED)
-    assert "mass" in missed(SIMULATED)  # which rides along at zero
-
-
-def test_frames_answers_for_the_robot(home: Path, capsys: Shown) -> None:
-    (home / "r.yaml").write_text(SIMULATED)
-    assert main(["frames", "r.yaml"]) == 0
-    assert "roller" not in capsys.readouterr().out
-    assert main(["frames", "r.yaml", "--format", "json"]) == 0
-    assert "roller" not in capsys.readouterr().out
-    assert main(["frames", "r.yaml", "--frame", "roller"]) == 2
-    assert 'there is no frame "roller"' in capsys.readouterr().err
-    assert main(["tf", "r.yaml", "base_link", "tip"]) == 0  # geometry is known of every link
-    assert "0.3" in capsys.readouterr().out
 
 
 def test_a_sensor_of_a_simulation_stamps_no_message(tmp_path: Path) -> None:

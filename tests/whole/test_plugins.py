@@ -1,7 +1,5 @@
 """Plug-ins: a distribution in a folder of its own, and the tool in a process that finds it."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -29,7 +27,6 @@ outputs: {urdf: {file: cart.urdf}}
 """
 TOY = """\
 from rosorin_compile.language.expression.functions import function
-from support import forks
 from rosorin_compile.source.rule_registry import rule
 
 
@@ -48,8 +45,6 @@ BOTH = "[rosorin_compile.functions]\nhalved = toy:halved\n\n[rosorin_compile.rul
 
 
 class Machine:
-    """A folder of packages, and one with a description."""
-
     def __init__(self, folder: Path) -> None:
         self.packages = folder / "packages"
         self.work = folder / "work"

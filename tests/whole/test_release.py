@@ -3,8 +3,6 @@
 ``.ci/archives`` makes sdist and wheel twice and compares the bytes; ``.ci/run`` asks the wheel what installs an extra.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shlex
@@ -26,20 +24,6 @@ CHANGELOG = ROOT / "CHANGELOG.md"
 VERSION = re.compile(r"^## \[(\d+\.\d+\.\d+)\] - \d{4}-\d\d-\d\d$", re.MULTILINE)
 # What builds make, and what sdist adds.
 MADE = re.compile(r"^(PKG-INFO|setup\.cfg|compiler/rosorin_compile\.egg-info/.*)$")
-SAID = (
-    "compiler",
-    "templates",
-    "docs",
-    "cmake",
-    "ament",
-    "bazel",
-    "schemas",
-    "examples",
-    "parts",
-    "viewer/src",
-    ".github",
-)
-BARE_NAME = re.compile(r"pip install (?:-\S+ )*[`'\"]*rosorin[-_]compile(?![\w.-]*\.whl|-\d)")
 
 
 def test_the_version_is_the_same_everywhere() -> None:
@@ -61,7 +45,6 @@ def test_the_version_is_the_same_everywhere() -> None:
 
 
 def sections() -> list[str]:
-    """Return the sections of CHANGELOG.md, Unreleased first, without their marks of a heading."""
     return re.split("^## ", CHANGELOG.read_text("utf-8"), flags=re.MULTILINE)[1:]
 
 
@@ -76,23 +59,8 @@ def test_changelog_has_versions_with_short_notes() -> None:
         ]
 
 
-def test_nobody_is_told_to_install_a_name_or_sent_to_an_address_that_nobody_serves() -> None:
-    texts = [path for folder in SAID for path in sorted((ROOT / folder).rglob("*")) if path.is_file()]
-    texts += [*ROOT.glob("*.md"), ROOT / "action.yml"]
-    texts.remove(ROOT / "RELEASING.md")  # says what may be said one day
-    found = []
-    for path in texts:
-        if path.suffix in (".pyc", ".png", ".stl") or "node_modules" in path.parts:
-            continue
-        for number, line in enumerate(path.read_text("utf-8", "replace").splitlines(), 1):
-            if BARE_NAME.search(line) or "rosorin-compile.invalid" in line:
-                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()}")
-    assert not found
-
-
 @pytest.fixture(scope="module")
 def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sdist of what is under version control here, as it is now."""
     folder = tmp_path_factory.mktemp("sdist")
     for name in of_clone("ls-files", "-z").split("\0")[:-1]:
         if (ROOT / name).is_file():

@@ -3,8 +3,6 @@
 ``.ci/full robots`` takes all that the packages of PyPI have; a small one is in every run.
 """
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from collections import Counter
@@ -55,7 +53,6 @@ def judged(source: Path, brought: Brought) -> list[str]:
 
 
 def _other_meshes(plain: bytes, source: Path, made: Path) -> list[str]:
-    """Return the meshes of a URDF that the artifact does not have, or that are other files there."""
     theirs, ours, found = meshes(plain, source), meshes(made.read_bytes(), made), []
     if theirs.keys() != ours.keys():
         found.append(f"meshes of {sorted(theirs.keys() ^ ours.keys())}")

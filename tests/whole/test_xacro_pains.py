@@ -4,8 +4,6 @@
 9 those who read plain URDF ask for the expanded file.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable
@@ -17,6 +15,7 @@ import pytest
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.report import text as report
+from support.paths import data_text
 
 HEAD = "rosorin_compile: 1\nrobot: r\noutputs: {urdf: {file: r.urdf, number_format: exact}}\n"
 
@@ -25,7 +24,6 @@ Make = Callable[..., Compiled]
 
 @pytest.fixture
 def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Make:
-    """Compile a description from the texts of its files, the head of the first is there already."""
     monkeypatch.chdir(tmp_path)
 
     def make_robot(robot: str, arguments: dict[str, str] | None = None, **files: str) -> Compiled:
@@ -93,19 +91,7 @@ parts:
 
 @pytest.mark.slow
 def test_work_grows_with_the_number_of_uses(make: Make) -> None:
-    robot = """parts:
-  peg:
-    params: {x: {type: length}, r: {type: length, default: 10 mm}}
-    let: {mass: "${1000*kg/m**3 * pi * r**2 * 0.1*m}"}
-    links:
-      peg:
-        inertial: {mass: "${mass}", inertia: {ixx: "${mass * r**2}", iyy: "${mass * r**2}", izz: "${mass * r**2}"}}
-        collision: [{cylinder: {radius: "${r}", length: 0.1}}]
-    joints: {foot: {type: fixed, parent: mount, child: peg, xyz: ["${x}", 0, 0]}}
-use:
-  "p${i}": {for: {i: "${range(COUNT)}"}, part: peg, parent: board, with: {x: "${i * 20*mm}"}}
-links: {board: {}}
-"""
+    robot = data_text("robots/xacro_pains_peg.yaml")
     calls = {count: _calls(lambda count=count: make(robot.replace("COUNT", str(count)))) for count in (100, 200, 400)}
     first, second = calls[200] - calls[100], calls[400] - calls[200]
     assert second < 2.2 * first, f"twice the uses take {second / first:.2f} times the calls"
@@ -113,7 +99,6 @@ links: {board: {}}
 
 
 def _calls(work: Callable[[], Compiled]) -> int:
-    """Return how many Python functions a compilation calls."""
     count = 0
 
     def watch(_frame: Any, event: str, _argument: Any) -> None:

@@ -1,7 +1,5 @@
 """sweep: what stands in the folder, what is stored once, what is made anew, and what is said."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -256,14 +254,6 @@ def test_what_is_not_ours_stays(capsys: Shown) -> None:
     assert (OUT / "notes.md").read_text() == (OUT / "r1/log.txt").read_text() == "mine"
 
 
-def test_an_index_that_is_not_ours_is_not_replaced(capsys: Shown) -> None:
-    OUT.mkdir()
-    (OUT / "sweep.json").write_text("[1]")
-    sweep(code=1)
-    assert "error[output-not-ours]: this tool did not write build/sweep.json" in capsys.readouterr().err
-    assert (OUT / "sweep.json").read_text() == "[1]"
-
-
 def test_a_variant_that_is_not_in_the_list_any_more(capsys: Shown) -> None:
     sweep()
     Path("fleet.csv").write_text("name\nr2\n")
@@ -336,13 +326,3 @@ def test_a_description_with_errors_is_an_error_of_each(capsys: Shown) -> None:
     said = capsys.readouterr().err
     assert said.count('did you mean "base_link"?') == 20
     assert "10 more variants with errors" in said
-
-
-def test_a_robot_without_outputs_is_made_of_nothing(capsys: Shown) -> None:
-    path = Path("descriptions/mast/robot.yaml")
-    path.write_text(path.read_text().partition("outputs:")[0])
-    sweep()
-    assert [one["artifacts"] for one in index()["variants"]] == [{}, {}, {}]
-    assert not (OUT / "r1").exists()
-    sweep()
-    assert table(capsys)["unchanged"] == 3

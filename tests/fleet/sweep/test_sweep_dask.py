@@ -3,8 +3,6 @@
 The cluster and its client run in processes of their own.
 """
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys
@@ -119,7 +117,6 @@ def ran(*words: str) -> str:
 
 
 def without() -> bytes:
-    """Return the index of a sweep that is made here."""
     assert main(["sweep", "mast", "--over", "fleet.csv", "-o", "out", "-j", "1", "-q"]) == 1
     made = Path("out/sweep.json").read_bytes()
     shutil.copytree("out", "here")

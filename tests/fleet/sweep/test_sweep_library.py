@@ -1,7 +1,5 @@
 """``rosorin_compile.sweep``: what a program gives, what it gets, and that it can be sent to another process."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The command line of extract: results as YAML, JSON and tables, robots and meshes, and what it does not take."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -216,28 +214,3 @@ def test_problems(here: Path, capsys: Said, words: list[str], message: str) -> N
     (here / "folder.stl").mkdir()
     assert main(["extract", *words]) == 1
     assert message in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["boxes", "brick.stl", "robot.urdf"], "name mesh files, or one robot"),
-        (["boxes", "brick.stl", "--link", "a"], "--link selects a link of a robot; a mesh file has none"),
-        (["boxes", "brick.stl", "--stack", "0"], "--stack takes 1 to 100 boxes"),
-        (["boxes", "brick.stl", "--scale", "0"], "--scale 0 leaves nothing of a mesh"),
-        (["heightmap", "robot.urdf"], "name the link of the robot: --link LINK"),
-        (["heightmap", "brick.stl", "--cell", "1kg"], '--cell takes a length (m), not "1kg"'),
-        (["heightmap", "brick.stl", "--cell", "-1cm"], '--cell takes a length above zero, not "-1cm"'),
-        (["heightmap", "brick.stl", "--origin", "1"], '--origin takes 2 numbers with commas between them, not "1"'),
-        (["heightmap", "brick.stl", "--cells", "3"], '--cells takes two whole numbers such as 30x23, not "3"'),
-        (["heightmap", "brick.stl", "--rpy", "0,0,1m"], '--rpy takes an angle (rad), not "1m"'),
-        (["heightmap", "a.stl"], 'there is no file "a.stl"; check the name'),
-        (["boxes", "nothing"], 'no description "nothing": it is no file, no folder with robot.yaml, no name; '),
-        (["heightmap", "robot.urdf", "--link", "bdy"], 'the robot has no link "bdy"; did you mean "body"?'),
-        (["factory", "a", "-o", "b"], "a is not a folder; name the folder of a description package"),
-    ],
-)
-def test_wrong_usage(here: Path, capsys: Said, words: list[str], message: str) -> None:
-    assert here.is_dir()
-    assert main(["extract", *words]) == 2
-    assert f"rosorin-compile: {message}" in capsys.readouterr().err

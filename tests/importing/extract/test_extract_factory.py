@@ -1,7 +1,5 @@
 """extract factory: all numbers of a package that is like those that makers of robots deliver."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

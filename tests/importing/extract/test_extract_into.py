@@ -1,7 +1,5 @@
 """A height map put in the place of another: only that collision changes, in every way that it may be written."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import shutil
@@ -85,13 +83,6 @@ def test_twice_changes_nothing(rosorin: Path, capsys: Said) -> None:
     assert (path.read_bytes(), path.stat().st_mtime_ns) == (text, status.st_mtime_ns)
 
 
-def test_status_and_note_can_be_said(rosorin: Path) -> None:
-    assert rosorin.is_dir()
-    assert main([*COMMAND, "--status", "measured", "--note", 'scanned, "twice"']) == 0
-    entry = parse_yaml(Source("c", Path(CHASSIS).read_text()))["links"]["base_footprint"]["collision"][0]
-    assert entry["source"] == {"status": "measured", "note": 'scanned, "twice"'}
-
-
 def test_another_cell_keeps_the_area(rosorin: Path, capsys: Said) -> None:
     assert rosorin.is_dir()
     assert main([*COMMAND, "--cell", "5mm"]) == 0
@@ -157,13 +148,6 @@ def test_block_styles(text: str, end: str, tmp_path: Path) -> None:
     for comment in ("# before", "# the body", "# untouched", "# kept", "# a cell", "# rows", "# where", "# behind"):
         assert (comment in new) == (comment in text), comment
     assert replace_in(tmp_path, new, link="body")
-
-
-def test_what_is_outside_stays_to_the_letter(tmp_path: Path) -> None:
-    new = replace_in(tmp_path, BLOCK)
-    before, _ = BLOCK.split("        height_map:\n")
-    assert new.startswith(before)
-    assert new.endswith("\n        # behind\n  other: {}\n# after\n")
 
 
 HEIGHTS = st.integers(1, 4).flatmap(

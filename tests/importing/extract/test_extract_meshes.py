@@ -1,7 +1,5 @@
 """Mesh files: every format gives the same triangles, and no broken or hostile file gives a traceback."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -86,7 +84,6 @@ def test_scale_is_a_factor_and_a_mirror_keeps_the_outside_outside(tmp_path: Path
 
 
 def first_number(word: str, semantic: str = "POSITION") -> bytes:
-    """Return a DAE in which the first number of one kind is another word."""
     text = (MESHES / "link2.dae").read_text()
     (source,) = {*re.findall(f'semantic="{semantic}" source="#([^"]+)"', text)}
     made, count = re.subn(

@@ -1,7 +1,5 @@
 """What MuJoCo says of the links of a URDF, held against coal: who touches, and how far apart the others are."""
 
-from __future__ import annotations
-
 import os
 import random
 from pathlib import Path
@@ -65,7 +63,6 @@ def described(folder: Path, seed: int) -> Path:
 
 
 def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[float, float]]]:
-    """Return a robot as the two engines have it, and where its joints can be."""
     description = Description("judged", path, outputs)
     known = Request(description).understand().case
     assert known is not None

@@ -1,7 +1,5 @@
 """Ball joints and ellipsoids: MuJoCo has them, a URDF has what stands for them."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 

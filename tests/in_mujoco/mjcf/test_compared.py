@@ -4,8 +4,6 @@
 it, and in every compared array of its model.
 """
 
-from __future__ import annotations
-
 import copy
 import re
 from collections.abc import Iterator
@@ -22,21 +20,19 @@ from mujoco.introspect import structs  # noqa: E402
 
 from rosorin_compile.mujoco.mjcf import accelerations, compare_models  # noqa: E402
 from rosorin_compile.mujoco.mjcf.compiled_model import Model  # noqa: E402
-from support.paths import DATA  # noqa: E402
+from support.paths import DATA, data_text  # noqa: E402
 
 EVERYTHING = DATA / "mjcf" / "compared" / "everything.xml"
 TEXT = EVERYTHING.read_text("utf-8")
 
 
 def compiled(text: str) -> tuple[Any, Any]:
-    """Return the model of a text, and what its <statistic> says."""
     spec = mujoco.MjSpec.from_string(text)
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
     return spec.compile(), spec.stat
 
 
 def told(one: str, other: str, names: Any = None) -> list[str]:
-    """Return what differs between two texts."""
     (source, said), (ours, _) = compiled(one), compiled(other)
     return [one.text for one in compared(source, ours, names, said)]
 
@@ -85,18 +81,7 @@ def test_what_is_added_is_told() -> None:
     assert told(TEXT, edited('<site name="pull"/>', heavy)) == ["body more is in ours alone"]
 
 
-ARM = """<mujoco><compiler angle="radian"/><worldbody><body name="base">
-<geom name="foot" type="box" size="0.1 0.1 0.1" mass="1"/>
-<body name="arm" pos="0 0 0.1" quat="0.8 0 0.6 0">
-  <joint name="turn" axis="0 0 1" range="-1 2" ref="0.5" stiffness="3" springref="0.7"/>
-  <inertial pos="0.1 0 0" mass="1" diaginertia="0.02 0.02 0.03"/>
-  <geom name="box" type="box" size="0.1 0.1 0.1" rgba="1 0 0 1"/><site name="tip" pos="0.1 0.2 0"/>
-  <body name="hand" pos="0 0 0.2"><joint name="wrist" type="ball" pos="0 0 0.1"/><geom name="fist" size="0.1"/></body>
-</body></body></worldbody>
-<equality><weld name="held" body1="base" body2="arm" relpose="0 0 0.2 0.8 0 0.6 0" active="false"/></equality>
-<tendon><fixed name="string" range="0 3" stiffness="2" springlength="1"><joint joint="turn" coef="2"/></fixed></tendon>
-<actuator><position name="servo" joint="turn" kp="5" ctrlrange="-0.5 1.5"/><motor name="motor" joint="turn"/></actuator>
-<keyframe><key name="home" qpos="0.6 1 0 0 0" ctrl="0.8 0.1"/></keyframe></mujoco>"""
+ARM = data_text("robots/compared_arm.mjcf.xml")
 FROM_ZERO = (
     ('range="-1 2" ref="0.5" stiffness="3" springref="0.7"', 'range="-1.5 1.5" stiffness="3" springref="0.2"'),
     ('range="0 3"', 'range="-1 2"'),
@@ -228,7 +213,6 @@ def test_names_that_the_import_gave_are_no_difference() -> None:
 
 @pytest.fixture(autouse=True)
 def _no_log() -> Any:
-    """Keep MuJoCo from writing its warnings into a file."""
     mujoco.set_mju_user_warning(lambda _: None)
     yield
     mujoco.set_mju_user_warning(None)
@@ -256,7 +240,6 @@ SOME_ROWS = re.compile(
 
 
 def _arrays() -> Iterator[str]:
-    """Yield the arrays that ``mujoco.introspect`` has."""
     for field in structs.STRUCTS["mjModel"].fields:
         is_derived = compare_models._DERIVED.fullmatch(field.name) or IN_NO_OBJECT.fullmatch(field.name)
         if getattr(field, "array_extent", None) and not is_derived and field.name not in NOT_ALONE:

@@ -3,8 +3,6 @@
 The comment of each file in tests/data/mjcf/told and tests/data/mjcf/bad lists its diagnostics (see support/cases.py).
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

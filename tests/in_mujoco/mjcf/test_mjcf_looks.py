@@ -1,7 +1,5 @@
 """What people expect of an MJCF: classes, groups, materials and a key home; to MuJoCo the robot is the same."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from dataclasses import replace
@@ -47,10 +45,6 @@ def test_joints_that_move_alike_share_a_class_with_their_actuators(tmp_path: Pat
         assert model.jnt_actfrcrange[joint.id].tolist() == [-20, 20]
         assert servo.gainprm[0] == 125
         assert servo.biasprm[:3].tolist() == [0, -125, -1.5]
-
-
-def test_one_joint_of_its_kind_has_its_values_itself() -> None:
-    assert re.findall(r"<default class=[^>]*>\n\s*<joint", emit(overlapping())) == []
 
 
 UNSAID = ("autolimits=", 'type="hinge"', 'type="sphere"', 'axis="0 0 1"', ' 0 0 0"/>')
@@ -128,17 +122,6 @@ def test_materials_are_assets_and_a_colour_of_a_visual_stays_its_own() -> None:
     assert geoms[1].rgba.tolist() == [1, 0, 0, 1]
 
 
-def test_two_robots_are_included_into_one_scene(tmp_path: Path) -> None:
-    """But for the keys: both have one called home, and MuJoCo wants other names."""
-    keys = re.compile(r"  <keyframe>.*</keyframe>\n", re.DOTALL)
-    (tmp_path / "machine.xml").write_text(keys.sub("", emit(machine())), "utf-8")
-    (tmp_path / "pair.xml").write_text(pair(tmp_path / "pair"), "utf-8")
-    scene = tmp_path / "both.xml"
-    scene.write_text('<mujoco><include file="machine.xml"/><include file="pair.xml"/></mujoco>', "utf-8")
-    model = mujoco.MjModel.from_xml_path(str(scene))
-    assert model.joint("left_knee_joint").damping[0] == 0.25
-
-
 def test_a_class_that_is_kept_verbatim_keeps_its_name() -> None:
     robot = machine()
     kept = '<default><default class="machine"><geom group="5"/></default></default>'
@@ -182,7 +165,6 @@ def test_collision_shapes_that_are_seen_come_back_as_that() -> None:
 
 
 def floor_gap(text: str, key: str) -> float:
-    """Return how far the robot is above the floor at a key (m)."""
     floor = '<geom name="the_floor" type="plane" size="0 0 1"/>'
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -1,7 +1,5 @@
 """Textures in MuJoCo: the images of visuals and materials are carried, each pixel of them; what is not is told."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -102,38 +100,12 @@ def test_what_is_no_image_is_told_and_left_out(home: Path, folder: Path, capsys:
     assert look_of(loaded(home), "plank")[0] == 10
 
 
-def test_a_urdf_alone_asks_for_no_texture(folder: Path, capsys: Said) -> None:
-    described(folder, "gone.png", "gone.png")
-    text = (folder / "robot.yaml").read_text("utf-8")
-    (folder / "robot.yaml").write_text(text[: text.index("outputs:")] + "outputs: {urdf: {file: box.urdf}}\n", "utf-8")
-    assert main(["all"]) == 0
-    assert "texture" not in capsys.readouterr().err
-
-
 def test_an_imported_mjcf_keeps_its_images(home: Path, capsys: Said) -> None:
     """An image as it is becomes a word; what MuJoCo wraps around a cube stays an element, and its material has it."""
     source = home / "source"
     (source / "pictures").mkdir(parents=True)
     (source / "pictures" / "wood.png").write_bytes(png(10))
-    (source / "box.xml").write_text("""\
-<mujoco model="box">
-  <compiler texturedir="pictures"/>
-  <default><geom contype="0" conaffinity="0"/></default>
-  <asset>
-    <texture name="wood" type="2d" file="wood.png"/>
-    <texture name="wrapped" type="cube" file="wood.png"/>
-    <material name="plank" texture="wood" texrepeat="3 3"/>
-    <material name="crate" texture="wrapped" rgba="0.5 1 1 1"/>
-  </asset>
-  <worldbody>
-    <body name="base">
-      <geom name="plank" type="box" size="1 1 1" material="plank" mass="1"/>
-      <geom name="crate" type="box" size="1 1 1" pos="3 0 0" material="crate" mass="1"/>
-      <geom name="dyed" type="box" size="1 1 1" pos="6 0 0" material="plank" rgba="0 1 0 1" mass="1"/>
-    </body>
-  </worldbody>
-</mujoco>
-""")
+    (source / "box.xml").write_text(data_text("robots/mjcf_textures_box.mjcf.xml"))
     assert main(["import", "source/box.xml", "-o", "descriptions/box", "--meshes", "../../source"]) == 0
     assert "MuJoCo's model of the MJCF is that of the source, in every field that it decides" in capsys.readouterr().out
     assert main(["all"]) == 0
@@ -190,7 +162,6 @@ def letters() -> bytes:
 
 
 def obj() -> bytes:
-    """Return an OBJ with a vertex that no face has, which MuJoCo's hull has all the same."""
     lines = ["v 0 0 -90 1.0", *(f"v {x} {y} {z}" for x, y, z in CORNERS), "vn 0 0 1"]
     lines += ["f " + " ".join(f"{i + 2}//1" for i in FACES[0])]
     lines += ["f " + " ".join(f"{i - len(CORNERS)}//1" for i in face) for face in FACES[1:]]
@@ -204,7 +175,6 @@ def msh() -> bytes:
 
 
 def lowest(scene: Path, key: str) -> float:
-    """Return how high the lowest vertex is that collides, in a key (m)."""
     model = mujoco.MjModel.from_xml_path(str(scene))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)

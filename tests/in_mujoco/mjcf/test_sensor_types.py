@@ -1,7 +1,5 @@
 """The types of sensors of the library, judged in MuJoCo: scenes whose right reading is known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The robot in MuJoCo: what its actuators are, where it stands, and what comes of numbers that end."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path

@@ -5,8 +5,6 @@ others with a conflict. The comments (see support/cases.py) follow ``# options:`
 ``--controllers`` as the first of them the file has to have controllers.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +26,6 @@ CASES = sorted(one for one in FOLDER.glob("*/*.yaml") if one.name != "robot.yaml
 
 
 def options(case: Path) -> Options:
-    """Return the options of a case, as the command line would parse them."""
     lines = case.read_text("utf-8").splitlines()
     words = next((line.split()[2:] for line in lines if line.startswith("# options: ")), [])
     if words[:1] == ["--controllers"]:
@@ -103,7 +100,6 @@ def test_what_is_nested_too_deeply_is_one_value() -> None:
 
 
 def in_namespaces(depth: int) -> str:
-    """Return a parameter file whose node stands in so many mappings."""
     return f"{'{a: ' * depth}{{ros__parameters: {{rate: 1}}}}{'}' * depth}"
 
 

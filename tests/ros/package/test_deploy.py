@@ -1,7 +1,5 @@
 """Deploying into a package that people have: what goes where, and what is said about it."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -12,15 +10,12 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST
 from support.launch import run
 from support.packages import LAUNCH, TEXTS, check, contents, deploy, package_of_people
-from support.paths import ROSORIN
-from support.robots import compiled
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
 def base(tmp_path: Path) -> Path:
-    """The package of people that artifacts are put into."""
     return package_of_people(tmp_path)
 
 
@@ -112,20 +107,6 @@ def test_a_damaged_mapping(base: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert contents(base) == {**before, ".rosorin-compile-deploy.yaml": "robots: {"}
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--map", "urdf"], '"urdf" is not OUTPUT=PLACE, such as urdf=urdf/robot.urdf'),
-        (["--map", "udrf=a"], 'the robot has no output "udrf"; it has '),
-        (["-o", "nowhere"], 'there is no folder "nowhere"; rosorin-compile package makes a new package'),
-        (["another"], "one robot is deployed at a time: rosorin-compile deploy ROBOT -o FOLDER"),
-    ],
-)
-def test_wrong_usage(base: Path, words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert deploy(base, *words) == 2
-    assert f"rosorin-compile: {message}" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("place", ["../x.urdf", "/x.urdf", "a/../../x.urdf"])
 def test_a_mapping_never_leads_out(base: Path, place: str, capsys: pytest.CaptureFixture[str]) -> None:
     before = contents(base.parent)
@@ -189,17 +170,6 @@ def test_an_unknown_argument_writes_nothing(base: Path) -> None:
     assert contents(base) == before
 
 
-def test_what_goes_nowhere_is_said(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    nowhere = ("mjcf", "scene", "frames", "frames_picture")
-    others = [a.output for a in compiled().artifacts if a.withheld or a.backend in nowhere]
-    message = f"no copy of {', '.join(others)} is in {base}, and none is put there"
-    deploy(base)
-    said = f"note[deploy-nowhere]: {message}\n    --map OUTPUT=PLACE puts one there; --map OUTPUT=none keeps it quiet\n"
-    assert said in capsys.readouterr().err
-    deploy(base, *[word for output in others for word in ("--map", f"{output}=none")])
-    assert "deploy-nowhere" not in capsys.readouterr().err
-
-
 def test_meshes_of_a_deployed_urdf(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "robot.yaml"
     mesh = "{base_link: {visual: [{mesh: {file: meshes/body.stl}}]}}"
@@ -215,16 +185,3 @@ def test_meshes_of_a_deployed_urdf(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["deploy", str(path), "-o", str(package)]) == 0
     assert 'filename="package://mine/meshes/body.stl"' in (package / "urdf/meshed.urdf").read_text("utf-8")
     assert main(["check", "deployed", str(path), str(package)]) == 0
-
-
-@pytest.mark.parametrize(
-    "words",
-    [["deploy", "-o", ""], ["deploy", "-o", "x", "--install", ""], ["package", "-o", ""], ["frames", "-o", ""]],
-)
-def test_a_variable_that_is_not_set_is_no_folder(
-    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main([*words, "--", str(ROSORIN)]) == 2
-    assert ": the name is empty" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []

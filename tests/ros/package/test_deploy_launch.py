@@ -1,7 +1,5 @@
 """Static transforms in launch files of people: read from every form, and held against the description."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

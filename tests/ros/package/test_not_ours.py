@@ -1,7 +1,5 @@
 """What somebody else wrote, or changed since, is not lost to deploy and package: refused, or kept and said."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -17,7 +15,6 @@ BY_HAND = "# written by hand\n"
 
 @pytest.fixture
 def pkg(home: Path) -> Path:
-    """The package of somebody, in a project with a robot."""
     described("0.1")
     (home / "descriptions/mine/table.txt.jinja").write_text("{{ robot.joint['j'].origin.xyz[0] }}\n")
     (home / "pkg" / "launch").mkdir(parents=True)

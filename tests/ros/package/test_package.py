@@ -1,7 +1,5 @@
 """The ROS 2 package of a robot: its metadata, its meshes, its view, and what is said about it."""
 
-from __future__ import annotations
-
 import os
 import struct
 import subprocess
@@ -109,24 +107,6 @@ def test_names_that_are_refused(name: str, tmp_path: Path, capsys: pytest.Captur
         assert not (tmp_path / "p").exists()
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--maintainer", "Ada"], "\"Ada\" is not a name and an address: --maintainer 'NAME <MAIL>'"),
-        (["--package-version", "1.2"], '"1.2" is no version of a ROS 2 package, which has three numbers: 1.2.3'),
-        (["--license", " "], "the license is one line of text"),
-        (["--url", "example.org"], '"example.org" is no address of a page: https://example.org/robot'),
-        (["--url", "https://a b"], '"https://a b" is no address of a page: https://example.org/robot'),
-        (["--topic", "lidar"], '"lidar" is not SENSOR=TOPIC, such as laser=/scan'),
-        (["--topic", "nose=/scan"], 'the robot has no sensor "nose"; it has camera, lidar, imu'),
-        (["x"], "a package is for one robot: rosorin-compile package ROBOT -o FOLDER"),
-    ],
-)
-def test_wrong_usage(words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["package", str(ROSORIN), "-o", str(tmp_path / "p"), *words]) == 2
-    assert capsys.readouterr().err.endswith(f"rosorin-compile: {message}\n")
-
-
 def test_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = describe(tmp_path, MESHED)
     (path.parent / "meshes").mkdir()
@@ -183,14 +163,6 @@ def test_a_robot_without_a_urdf(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert not (tmp_path / "p").exists()
 
 
-def test_what_nobody_said_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    written(tmp_path)
-    told = "note[package-defaults]: package.xml does not say yet who maintains the package or how it is licensed"
-    assert told in capsys.readouterr().err
-    written(tmp_path, "--maintainer", "A <a@b.org>", "--license", "MIT")
-    assert told not in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("spdx", ["Apache-2.0", "BSD-2-Clause", "BSD-3-Clause"])
 def test_the_text_of_the_license_comes_along(tmp_path: Path, spdx: str) -> None:
     package = written(tmp_path, "--license", spdx, "--maintainer", "Ada & L. <ada@example.org>")
@@ -238,16 +210,6 @@ def test_changelog_and_license_belong_to_people_once_they_wrote_in_them(
         assert "kept" not in capsys.readouterr().err
         assert {name: (package / name).read_text("utf-8") for name in mine} == mine
     assert not list(package.rglob("*.kept*"))
-
-
-def test_the_changelog_is_clean_rst(tmp_path: Path) -> None:
-    docutils = pytest.importorskip("docutils.core")
-    text = (written(tmp_path) / "CHANGELOG.rst").read_text("utf-8")
-    tree = ET.fromstring(docutils.publish_doctree(text).asdom().toxml())
-    assert not list(tree.iter("system_message"))
-    titles = [element.text for element in tree.iter() if element.tag in ("title", "subtitle")]
-    assert titles == ["Changelog for package rosorin_description", "Forthcoming"]
-    assert len(list(tree.iter("list_item"))) == 1
 
 
 @pytest.mark.parametrize("name", ["package.xml", "README.md", "urdf/rosorin.urdf"])
@@ -301,15 +263,6 @@ def test_the_fixed_frame_is_the_root_of_the_urdf(tmp_path: Path, folder: Path) -
     tree = ET.parse(next((tmp_path / "package/urdf").iterdir()))
     children = {element.get("link") for element in tree.iter("child")}
     assert [link.get("name") for link in tree.getroot().findall("link") if link.get("name") not in children] == [frame]
-
-
-def test_many_missing_textures_are_one_warning(tmp_path: Path) -> None:
-    urdf = "".join(f'<texture filename="m/{number}.png"/>' for number in range(5))
-    (told,) = settle(urdf, "made", [tmp_path], tmp_path / "package").diagnostics
-    assert told.message == (
-        "5 files are neither in the package nor beside the description: m/0.png, m/1.png, m/2.png and 2 more"
-    )
-    assert told.help == "put the files into meshes/ of the package"
 
 
 def test_a_mesh_that_check_refuses_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

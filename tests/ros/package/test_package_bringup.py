@@ -1,7 +1,5 @@
 """Packages that start more than the publishers: controllers, MoveIt, navigation."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -10,7 +8,7 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from support.launch import Started, read
-from support.packages import names_in, written
+from support.packages import written
 from support.paths import DATA, ROOT, data_text
 
 NAME = "rosorin_description"
@@ -76,22 +74,10 @@ def test_one_launch_file_starts_all(tmp_path: Path) -> None:
     assert len(types["ros__parameters"]) == 5
 
 
-def test_what_was_asked_once_holds_until_it_is_taken_back(tmp_path: Path) -> None:
-    package = written(tmp_path, "--control", "--moveit")
-    before = names_in(package)
-    assert written(tmp_path) == package
-    assert names_in(package) == before
-    written(tmp_path, "--no-moveit")
-    assert "launch/moveit.launch.py" not in (package / "README.md").read_text("utf-8")
-    assert "moveit" not in (package / "package.xml").read_text("utf-8")
-    assert "control.launch.py" in (package / "launch/bringup.launch.py").read_text("utf-8")
-
-
 MECANUM = (DATA / "robots/mecanum.yaml").read_text("utf-8")
 
 
 def cart(folder: Path, distribution: str, namespace: str) -> Path:
-    """Write the package of a mecanum base whose controller owns the odometry, and return it."""
     text = MECANUM.replace("DISTRIBUTION", distribution).replace("NAMESPACE", f'"{namespace}"')
     (folder / "cart.yaml").write_text(text, "utf-8")
     assert main(["package", str(folder / "cart.yaml"), "-o", str(folder / "cart"), "--control", "-q"]) == 0
@@ -122,7 +108,6 @@ GRIPPER = data_text("robots/package_bringup_gripper.yaml")
 
 
 def hand(folder: Path, distribution: str, kind: str = "position_gripper") -> Path:
-    """Write the package of a gripper that MoveIt moves, and return it."""
     (folder / "hand.yaml").write_text(GRIPPER.replace("DISTRIBUTION", distribution).replace("KIND", kind), "utf-8")
     words = ["--control", "--moveit"]
     assert main(["package", str(folder / "hand.yaml"), "-o", str(folder / "hand"), *words]) == 0

@@ -1,7 +1,5 @@
 """The three launch files of a package: they start the same nodes, with the numbers of the description."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -20,23 +18,8 @@ from support.packages import EXAMPLES, FORMS, clean, describe, made, static, wri
 from support.paths import data_text
 from support.robots import compiled
 
-ODD = [
-    "a|b",
-    "x\\y",
-    "weiß",
-    "🤖",
-    "{{x}}",
-    "{%x%}",
-    "$(x)",
-    "#x",
-    "coding:latin-1",
-    "%s",
-    "--x",
-    "`a`",
-    "\\",
-    "a b",
-    "$$",
-]
+ODD = ["a|b", "x\\y", "weiß", "🤖", "{{x}}", "{%x%}", "$(x)", "#x", "coding:latin-1", "%s", "--x", "`a`", "\\", "a b"]
+ODD += ["$$"]
 
 
 def test_every_node_that_runs_on_a_robot_is_a_dependency(tmp_path: Path) -> None:
@@ -125,7 +108,6 @@ def test_odd_names_come_through_in_all_forms(tmp_path_factory: pytest.TempPathFa
 
 
 def composed(package: Path, form: str) -> dict[tuple[str, str], Transform]:
-    """Return the transforms that a launch file publishes, from its own arguments."""
     launch = read(package / f"launch/description.launch.{form}", {"rosorin_description": package})
     read_back = [command_line(node.arguments) for node in launch.nodes[1:]]
     return {(parent, child): pose.transform() for parent, child, pose in read_back}

@@ -1,7 +1,5 @@
 """Every reference in every file of a built package resolves: meshes, their materials, textures and buffers."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -22,7 +20,6 @@ ROBOT = data_text("robots/package_references.yaml")
 
 
 def write(folder: Path) -> None:
-    """Write a description whose meshes name other files."""
     for name, data in {
         "robot.yaml": ROBOT,
         "meshes/part.obj": f"mtllib part.mtl\n{CORNERS}",
@@ -41,7 +38,6 @@ def write(folder: Path) -> None:
 
 
 def dangling(package: Path, name: str) -> list[str]:
-    """Return the references in the files of a package that lead nowhere."""
     found = []
     patterns = {
         ".urdf": r'filename="([^"]*)"',

@@ -155,7 +155,6 @@ def described(case: Case) -> str:
 
 
 def started(folder: Path, case: Case, **given: str) -> list[Started]:
-    """Write the package of a robot, and return the nodes that all of it starts."""
     bringup = folder / "nav2_bringup"
     files = (
         ("launch/bringup_launch.py", LAUNCH.format(nodes=NODES[case.distribution])),
@@ -182,8 +181,6 @@ def started(folder: Path, case: Case, **given: str) -> list[Started]:
 
 
 class End(NamedTuple):
-    """A topic by its full name, with its message."""
-
     topic: str
     message: str
 
@@ -243,7 +240,6 @@ def wheels(nodes: list[Started], case: Case) -> Wheels:
 
 
 def transforms(nodes: list[Started], case: Case) -> Iterator[tuple[str, str]]:
-    """Yield what nodes publish on /tf between the map, the odometry and the base."""
     topic, *ends = wheels(nodes, case).transform
     if topic == "/tf":
         yield tuple(ends)
@@ -258,7 +254,6 @@ def transforms(nodes: list[Started], case: Case) -> Iterator[tuple[str, str]]:
 
 
 def ends(node: Started, case: Case) -> tuple[list[End], list[End]]:
-    """Return what velocities a node of Nav2 takes and sends."""
     keys = parameters(node, node.name)
     stamped = case.distribution != "humble" and keys.get("enable_stamped_cmd_vel", case.distribution == "kilted")
     taken, sent = {

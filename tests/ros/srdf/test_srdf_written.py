@@ -1,7 +1,5 @@
 """The SRDF of a description: its text, what it makes of each kind of base, parts and files that add to it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +25,6 @@ WRITTEN = data_text("robots/srdf_written_written.urdf")
 
 
 def srdf(folder: Path, text: str) -> str:
-    """Return the SRDF of a description that has to be sound."""
     made = compiled_text(folder, text)
     return sound(made)[1]["srdf"]
 
@@ -125,14 +122,6 @@ def test_two_files_add_to_it(tmp_path: Path) -> None:
     assert text.count("<passive_joint") == 2
 
 
-def test_a_group_in_two_files_is_told(tmp_path: Path) -> None:
-    (tmp_path / "more.yaml").write_text("moveit: {groups: {arm: {joints: [wrist]}}}\n", "utf-8")
-    made = compiled_text(tmp_path, ARM.replace("robot: arm\n", "robot: arm\ninclude: [more.yaml]\n") + MOVEIT)
-    assert [(one.rule, one.message) for one in made.diagnostics if one.severity == "error"] == [
-        ("duplicate-name", 'group "arm" is defined twice')
-    ]
-
-
 def test_diff_tells_what_is_planned_otherwise(home: Path, capsys: Shown) -> None:
     (home / "a.yaml").write_text(ARM + MOVEIT, "utf-8")
     other = MOVEIT.replace("base: base_link", "base: upper").replace(
@@ -195,13 +184,11 @@ BAD = sorted(FILES.glob("bad/*.srdf"))
 
 
 def joined(file: Path, **options: Any) -> Imported:
-    """Return the arm with what an SRDF says of it."""
     how = ReadOptions(**options)
     return join(read_robot(FILES / "arm.urdf", how), "srdf", file, how)
 
 
 def robot_of(imported: Imported) -> tuple[Robot, Moveit]:
-    """Return a robot, and what it has for MoveIt."""
     assert imported.tree is not None
     robot = lower(imported.tree).robot
     assert robot is not None

@@ -1,7 +1,5 @@
 """Explain: where a frame sits, and for each number the file, line and column that set it, and the way it took."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -15,6 +13,8 @@ from rosorin_compile.language.arguments import read
 from rosorin_compile.language.explain import Answer, Explanation, NotThere, Number, explain
 from rosorin_compile.language.origins import Meaning, Origin, Where
 from support.commands import HANDY
+
+pytestmark = pytest.mark.usefixtures("project")
 
 PROJECT = HANDY
 
@@ -54,7 +54,6 @@ def meanings(names: tuple[Meaning, ...], indent: str = "") -> list[str]:
     return lines
 
 
-@pytest.mark.usefixtures("project")
 def test_a_plain_number() -> None:
     (eye,) = found("eye_link")
     z = number(eye, "z")
@@ -64,7 +63,6 @@ def test_a_plain_number() -> None:
     assert number(eye, "roll").note == "not written"
 
 
-@pytest.mark.usefixtures("project")
 def test_a_number_of_a_part_in_a_loop_in_a_part_in_a_loop() -> None:
     (tip,) = found("left_f1_tip")
     x = origin(tip, "x")
@@ -93,7 +91,6 @@ def test_a_number_of_a_part_in_a_loop_in_a_part_in_a_loop() -> None:
     ]
 
 
-@pytest.mark.usefixtures("project")
 def test_the_pose_of_a_mount_and_of_what_is_on_it() -> None:
     (palm,) = found("right_palm", scale="2")
     parts = origin(palm, "y").parts
@@ -118,7 +115,6 @@ def test_the_pose_of_a_mount_and_of_what_is_on_it() -> None:
     }
 
 
-@pytest.mark.usefixtures("project")
 def test_a_mirrored_part_on_the_mount_of_its_part() -> None:
     (thumb,) = found("left_thumb_finger")
     assert [number(thumb, axis).value for axis in "xyz"] == pytest.approx([0.101, 0.002 + 0.002 - 0.01, 0.008])
@@ -132,7 +128,6 @@ def test_a_mirrored_part_on_the_mount_of_its_part() -> None:
     ]
 
 
-@pytest.mark.usefixtures("project")
 def test_what_a_named_value_holds_is_found_in_it() -> None:
     (finger,) = found("right_f0_joint")
     (upper,) = [n for n in finger.joint if n.name == "limit upper"]
@@ -152,7 +147,6 @@ def test_what_a_named_value_holds_is_found_in_it() -> None:
     ]
 
 
-@pytest.mark.usefixtures("project")
 def test_a_list_that_is_one_expression() -> None:
     (shelf,) = found("shelf", scale="0.5")
     assert [number(shelf, axis).value for axis in "xyz"] == [0.1, 0.12, 0.5]
@@ -166,7 +160,6 @@ def test_a_list_that_is_one_expression() -> None:
     assert [n.name for n in shape.numbers] == ["box size[0]", "box size[1]", "box size[2]"]
 
 
-@pytest.mark.usefixtures("project")
 def test_frames_of_other_nodes() -> None:
     odom, chip, inner, world, base = found("odom", "chip", "inner", "map", "base_link")
     assert [(edge.parent, edge.child, edge.publisher, edge.when) for edge in odom.chain] == [
@@ -187,7 +180,6 @@ def test_frames_of_other_nodes() -> None:
     assert base.children == ("shelf", "left_palm", "left_thumb_finger", "right_palm", "right_thumb_finger")
 
 
-@pytest.mark.usefixtures("project")
 def test_names_of_all_kinds() -> None:
     assert [e.name for e in found("eye", "shelf_joint", "shelf", "eye_link")] == ["eye_link", "shelf"]
     with pytest.raises(
@@ -199,7 +191,6 @@ def test_names_of_all_kinds() -> None:
         found("shelf", pose="opn")
 
 
-@pytest.mark.usefixtures("project")
 def test_a_pose() -> None:
     (tip,) = found("left_f0_tip", pose="open")
     at_zero, opened = tip.placed
@@ -221,42 +212,6 @@ def test_an_argument_from_a_file(project: Path) -> None:
     assert meanings(origin(shelf, "z").names)[1] == "scale = 3 (argument, set by the file) mine.yaml:1:8: 3"
 
 
-def test_what_a_part_knows_of_its_use(project: Path) -> None:
-    (project / "descriptions" / "handy" / "robot.yaml").write_text(
-        "robot: handy\n"
-        "links: {base_link: {}}\n"
-        "parts:\n"
-        "  peg:\n"
-        "    links: {peg: {}}\n"
-        '    joints: {joint: {type: fixed, parent: mount, child: peg, xyz: [0, 0, "${len(name) * mm}"]}}\n'
-        "use:\n"
-        "  abc: {part: peg, parent: base_link}\n",
-        "utf-8",
-    )
-    (peg,) = found("abc_peg")
-    assert number(peg, "z").value == 0.003
-    (line,) = meanings(origin(peg, "z").names)
-    assert line == "name = abc (name of what uses it) robot.yaml:8:3: {part: peg, parent: base_link}"
-
-
-@pytest.mark.usefixtures("project")
-def test_numbers_alone() -> None:
-    (eye,) = answers("eye_link", "z", "rpy")
-    assert isinstance(eye, Answer)
-    assert [n.name for n in eye.numbers] == ["z", "roll", "pitch", "yaw"]
-    assert eye.numbers[0].origin is not None
-    assert place(eye.numbers[0].origin.where) == "robot.yaml:21:67: 1 cm"
-
-
-@pytest.mark.usefixtures("project")
-def test_the_name_of_a_use_means_its_frames() -> None:
-    whole = [one.name for one in found("left")]
-    assert "left_f1_tip" in whole
-    assert all(name.startswith("left_") for name in whole)
-    assert [one.name for one in found("left_f1")] == [name for name in whole if name.startswith("left_f1_")]
-
-
-@pytest.mark.usefixtures("project")
 def test_a_number_that_none_has_is_told() -> None:
     with pytest.raises(NotThere, match='"mas"; did you mean "mass"'):
         answers("left_f1_tip", "left", "mas")
@@ -298,7 +253,6 @@ eye_link in base_link, with all joints at zero:
 """
 
 
-@pytest.mark.usefixtures("project")
 def test_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "eye"]) == 0
     assert capsys.readouterr().out == GOLDEN
@@ -308,28 +262,6 @@ def test_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == GOLDEN
 
 
-@pytest.mark.usefixtures("project")
-def test_for_people_in_a_part(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", "left_f1_finger", "odom", "--pose", "open"]) == 0
-    told = capsys.readouterr().out
-    for line in (
-        "    x       0 m      of the pose in the part and that of its mount",
-        '        descriptions/handy/parts.yaml:11:14  xyz: [0, "${length / 2}", 5 mm]',
-        '          length = 0.02 m: default of the part  descriptions/handy/parts.yaml:3:46  "${2 * base_length}"',
-        "    descriptions/handy/parts.yaml:22:18: i = 1",
-        'left_f1_finger in base_link, in the pose "open":',
-        "Joint left_f1_joint:",
-        "    limit lower     0 rad                            descriptions/handy/robot.yaml:8:25  0",
-        "        descriptions/handy/parts.yaml:13:16: taken over by ${finger_limit}",
-        "Mass:",
-        "  map -> odom: published by slam on /tf, when mapping",
-        "    the numbers are known to that node alone",
-        "  not known: another node alone knows an edge of the chain",
-    ):
-        assert f"\n{line}\n" in told, line
-
-
-@pytest.mark.usefixtures("project")
 def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "eye", "--format", "json", "-a", "scale=2"]) == 0
     (eye,) = json.loads(capsys.readouterr().out)["result"]
@@ -346,7 +278,6 @@ def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
     assert "-0.0" not in json.dumps(eye)
 
 
-@pytest.mark.usefixtures("project")
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -1,7 +1,5 @@
 """Every number of every robot of this repository is written where explain says, and means what explain says."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +15,6 @@ from support.paths import ROOT, ROSORIN
 
 
 def all_explanations() -> Iterator[tuple[Path, list[Explanation]]]:
-    """Yield the explanations of every frame of every robot in this repository."""
     for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]:
         expanded, lowered, *_ = understand(path)
         assert lowered is not None

@@ -1,12 +1,7 @@
 """rosorin-compile tf: what the guide recorded with tf2_echo, and states of the joints."""
 
-from __future__ import annotations
-
 import json
 import math
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,12 +11,13 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.kinematics import Graph, NoWay
 from rosorin_compile.model.tf2 import lookup
-from rosorin_compile.rules.joint_states import free_joint, position, sweep_of
+from rosorin_compile.rules.joint_states import free_joint, position
 from rosorin_compile.rules.transform import _no_way
 from rosorin_compile.source.diagnostics import RequestError
 from support.commands import HANDY, Shown, ask, edit, write_files
-from support.paths import ROOT
 from support.robots import RECORDED, compiled
+
+pytestmark = pytest.mark.usefixtures("rosorin")
 
 
 def tf(capsys: Shown, *words: str, code: int = 0) -> str:
@@ -37,7 +33,6 @@ ON_THE_ROBOT = {
 }
 
 
-@pytest.mark.usefixtures("rosorin")
 @pytest.mark.parametrize("asked", ON_THE_ROBOT)
 def test_the_lines_of_the_real_robot(asked: tuple[str, str], capsys: Shown) -> None:
     frame, pose = asked
@@ -47,7 +42,6 @@ def test_the_lines_of_the_real_robot(asked: tuple[str, str], capsys: Shown) -> N
     assert f"- Rotation: in RPY (degree) {degrees}" in lines
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_every_recorded_transform(capsys: Shown) -> None:
     for recorded in RECORDED["tf"]:
         pose = ["--pose", recorded["pose"]] if "pose" in recorded else []
@@ -57,7 +51,6 @@ def test_every_recorded_transform(capsys: Shown) -> None:
             assert [round(value, 3) for value in said["rpy_degrees"]] == recorded["rpy_deg"]
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_the_whole_text(capsys: Shown) -> None:
     assert tf(capsys, "base_link", "imu_link") == (
         "At time 0.0\n"
@@ -73,21 +66,6 @@ def test_the_whole_text(capsys: Shown) -> None:
     )
 
 
-@pytest.mark.usefixtures("rosorin")
-def test_jazzy_says_the_order_of_the_quaternion(capsys: Shown) -> None:
-    said = tf(capsys, "base_link", "imu_link", "--distro", "jazzy")
-    assert "- Rotation: in Quaternion (xyzw) [0.003, -0.003, 0.707, 0.707]\n" in said
-    assert said.replace(" (xyzw)", "") == tf(capsys, "base_link", "imu_link")
-
-
-@pytest.mark.usefixtures("rosorin")
-def test_a_frame_in_itself_is_the_identity(capsys: Shown) -> None:
-    said = tf(capsys, "laser", "laser")
-    assert "- Translation: [0.000, 0.000, 0.000]\n- Rotation: in Quaternion [0.000, 0.000, 0.000, 1.000]\n" in said
-    assert "- Rotation: in RPY (degree) [0.000, -0.000, 0.000]\n" in said
-
-
-@pytest.mark.usefixtures("rosorin")
 def test_pulses_of_the_tuck_are_the_tuck(capsys: Shown) -> None:
     pulses = [f"--pulse={joint}={pulse}" for joint, pulse in RECORDED["tuck"]["pulses"].items()]
     radians = [f"--joint=joint{i + 1}={value!r}" for i, value in enumerate(RECORDED["tuck"]["positions_rad"])]
@@ -98,16 +76,6 @@ def test_pulses_of_the_tuck_are_the_tuck(capsys: Shown) -> None:
     assert tf(capsys, "base_link", "camera_link", *same) == told
 
 
-@pytest.mark.usefixtures("rosorin")
-def test_more_digits_widen_the_matrix(capsys: Shown) -> None:
-    lines = tf(capsys, "base_link", "laser", "--digits", "6").splitlines()
-    assert lines[1] == "- Translation: [0.048156, 0.000076, 0.106748]"
-    assert lines[6] == " -1.000000 -0.000000  0.000000  0.048156"
-    assert tf(capsys, "base_link", "laser", "--digits", "0").splitlines()[1] == "- Translation: [0, 0, 0]"
-    assert tf(capsys, "base_link", "laser", "--digits", "18", code=2) == "rosorin-compile: --digits takes 0 to 17\n"
-
-
-@pytest.mark.usefixtures("rosorin")
 def test_json_has_the_chain_with_its_publishers(capsys: Shown) -> None:
     said = json.loads(tf(capsys, "laser", "camera_link", "--joint", "joint1=30deg", "--format", "json"))["result"]
     assert said["positions"] == {"joint1": pytest.approx(math.pi / 6)}
@@ -126,7 +94,6 @@ def test_json_has_the_chain_with_its_publishers(capsys: Shown) -> None:
 FRAMES = ["base_footprint", "base_link", "laser", "link5", "depth_camera_link"]
 
 
-@pytest.mark.usefixtures("rosorin")
 @pytest.mark.landing("fuzz", "link5")
 @pytest.mark.parametrize("source", FRAMES)
 def test_any_state_is_that_of_the_model(source: str) -> None:
@@ -147,7 +114,6 @@ def test_any_state_is_that_of_the_model(source: str) -> None:
     holds()
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_a_sweep_prints_a_block_a_state(capsys: Shown) -> None:
     said = tf(capsys, "base_link", "link1", "--sweep", "joint1=-30deg:30deg:3")
     heads = [line for line in said.splitlines() if line.startswith("#")]
@@ -156,7 +122,6 @@ def test_a_sweep_prints_a_block_a_state(capsys: Shown) -> None:
     assert said.splitlines()[12:22] == tf(capsys, "base_link", "link1").splitlines()
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_a_sweep_as_a_table(capsys: Shown) -> None:
     said = tf(capsys, "base_link", "link1", "--sweep", "joint1=-90deg:90deg:3", "--table")
     assert said == (
@@ -170,7 +135,6 @@ def test_a_sweep_as_a_table(capsys: Shown) -> None:
     assert [row[6] for row in rows] == pytest.approx([90, 0, -90], abs=0.01)
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_several_sweeps_are_all_combinations_and_csv_reads_back(capsys: Shown) -> None:
     sweeps = ["--sweep", "joint1=0:1:2", "--sweep", "joint2=-0.5:0.5:3"]
     lines = tf(capsys, "base_link", "link5", *sweeps, "--csv").splitlines()
@@ -191,7 +155,6 @@ def test_several_sweeps_are_all_combinations_and_csv_reads_back(capsys: Shown) -
 PROJECT = HANDY
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_beyond_a_limit_is_a_warning_and_with_strict_an_error(capsys: Shown) -> None:
     said = 'joint "joint1" at 2.5 rad is above its upper limit of 2.09 rad'
     asked = ["base_link", "link1", "--joint", "joint1=2.5"]
@@ -205,13 +168,11 @@ def test_beyond_a_limit_is_a_warning_and_with_strict_an_error(capsys: Shown) -> 
     assert swept.count("error[position-beyond-limit]") == 2  # each side once
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_a_follower_beyond_its_limit_is_told_too(capsys: Shown) -> None:
     said = tf(capsys, "base_link", "link1", "--joint", "r_joint=1.6", "--strict", code=1)
     assert said.count("position-beyond-limit") == 6
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_frames_of_other_nodes_name_the_missing_edges(capsys: Shown) -> None:
     said = tf(capsys, "map", "laser", code=1)
     message = "the description has no numbers for map -> odom and odom -> base_link, on the way from map to laser"
@@ -225,7 +186,6 @@ def test_frames_of_other_nodes_name_the_missing_edges(capsys: Shown) -> None:
     assert "deptrum (from the calibration stored in the camera) publishes it always" in said
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_in_one_mode_only_its_publishers_are_named(capsys: Shown) -> None:
     assert "amcl" not in tf(capsys, "map", "laser", "--mode", "slam", code=1)
     assert "slam_toolbox" not in tf(capsys, "map", "laser", "--mode", "not slam", code=1)
@@ -233,7 +193,6 @@ def test_in_one_mode_only_its_publishers_are_named(capsys: Shown) -> None:
     assert said == 'rosorin-compile: rosorin has no mode "slamm"; did you mean "slam"?\n'
 
 
-@pytest.mark.usefixtures("rosorin")
 def test_a_transform_that_nobody_publishes_is_answered_with_a_note(capsys: Shown) -> None:
     assert main(["tf", "base_footprint", "camera_link", "--pose", "tuck"]) == 0
     shown = capsys.readouterr()
@@ -243,67 +202,30 @@ def test_a_transform_that_nobody_publishes_is_answered_with_a_note(capsys: Shown
 
 
 def test_edges_with_a_pose_are_answered_and_modes_told(project: Path, capsys: Shown) -> None:
-    assert "- Translation: [0.000, 0.001, 0.000]" in tf(capsys, "eye_link", "chip")
+    assert "- Translation: [0.000, 0.001, 0.000]" in tf(capsys, "handy", "eye_link", "chip")
     file = project / "descriptions" / "handy" / "robot.yaml"
     edit(file, "publisher: slam, when: mapping", "publisher: slam, when: mapping, moving: false, xyz: [1, 0, 0]")
-    assert "map -> odom: amcl publishes it when not mapping" in tf(capsys, "map", "odom", code=1)
-    assert main(["tf", "map", "odom", "--mode", "mapping"]) == 0
+    assert "map -> odom: amcl publishes it when not mapping" in tf(capsys, "handy", "map", "odom", code=1)
+    assert main(["tf", "handy", "map", "odom", "--mode", "mapping"]) == 0
     shown = capsys.readouterr()
     assert "- Translation: [1.000, 0.000, 0.000]" in shown.out
     assert "note[transform-sometimes]: map -> odom is published when mapping\n" in shown.err
     edit(
         file, "publisher: amcl, when: not mapping", "publisher: amcl, when: not mapping, moving: false, xyz: [2, 0, 0]"
     )
-    said = tf(capsys, "map", "odom", code=1)
+    said = tf(capsys, "handy", "map", "odom", code=1)
     assert "error[transform-not-known]: map -> odom, on the way from map to odom, depends on the mode\n" in said
     assert "say which mode is on: --mode NAME" in said
-    assert "- Translation: [2.000, 0.000, 0.000]" in tf(capsys, "map", "odom", "--mode", "not mapping")
+    assert "- Translation: [2.000, 0.000, 0.000]" in tf(capsys, "handy", "map", "odom", "--mode", "not mapping")
     edit(file, "publisher: amcl, when: not mapping, ", "publisher: amcl, when: not mapping and not mapping, ")
     edit(file, "  - {parent: map, child: odom, publisher: slam, when: mapping, moving: false, xyz: [1, 0, 0]}\n", "")
-    said = tf(capsys, "map", "odom", "--mode", "mapping", code=1)
+    said = tf(capsys, "handy", "map", "odom", "--mode", "mapping", code=1)
     assert said == 'rosorin-compile: in these modes nobody publishes the frame "map"\n'
 
 
 def test_trees_that_do_not_meet_are_told() -> None:
     found = _no_way(None, NoWay("moon", "base"))  # type: ignore[arg-type]
     assert (found.rule, found.message) == ("transform-not-known", "moon and base are in trees that do not meet")
-
-
-AMISS = [
-    ("base_link lazer", 'there is no frame "lazer"; did you mean "laser"?'),
-    ("base_link /laser", 'there is no frame "/laser"; did you mean "laser"?'),
-    ("base_link", "two frames are needed, and at most one robot: rosorin-compile tf ROBOT SOURCE TARGET"),
-    ("a b c d", "two frames are needed, and at most one robot: rosorin-compile tf ROBOT SOURCE TARGET"),
-    ("nobody base_link laser", 'no description "nobody": it is no file'),
-    ("base_link laser --pose tuk", 'there is no pose "tuk"; did you mean "tuck"?'),
-    ("base_link laser --joint joint1", '"joint1" is not JOINT=POSITION'),
-    ("base_link laser --joint joint1=", '"joint1=" is not JOINT=POSITION'),
-    ("base_link laser --joint joint9=1", 'there is no joint "joint9"; did you mean "joint5"?'),
-    ("base_link laser --joint lidar_joint=1", 'joint "lidar_joint" is fixed: it never moves'),
-    ("base_link laser --joint joint1=5cm", 'joint "joint1" is revolute: 5cm is a length (m), not an angle (rad)'),
-    ("base_link laser --joint joint1=5parsec", 'the position of joint "joint1" has a unit that nobody knows: "parsec"'),
-    ("base_link laser --joint joint1=one", 'the position of joint "joint1" cannot be read: one: '),
-    ("base_link laser --joint joint1=1e999", 'the position of joint "joint1" is not finite: 1e999'),
-    ("base_link laser --joint joint1=[1]", 'the position of joint "joint1" is no number: [1]'),
-    ("base_link laser --pulse joint1=5.5", "a pulse is a whole number, 5.5 is none"),
-    ("base_link laser --pulse r_joint=5", 'joint "r_joint" has no servo; these have one: joint1, '),
-    ("base_link laser --sweep joint1=0:1", '"joint1=0:1" is not JOINT=FROM:TO:COUNT'),
-    ("base_link laser --sweep joint1=0:1:x", '"joint1=0:1:x" is not JOINT=FROM:TO:COUNT'),
-    ("base_link laser --sweep joint1=0:1:0", "a sweep has 1 to 100,000 states, not 0"),
-    ("base_link laser --sweep joint1=0:1:999 --sweep joint2=0:1:999", "the sweeps have 998,001 states together; "),
-]
-
-
-@pytest.mark.usefixtures("rosorin")
-@pytest.mark.parametrize(("words", "message"), AMISS, ids=[words for words, _ in AMISS])
-def test_asked_amiss(words: str, message: str, capsys: Shown) -> None:
-    assert tf(capsys, *words.split(), code=2).startswith(f"rosorin-compile: {message}")
-
-
-@pytest.mark.usefixtures("rosorin")
-def test_a_pulse_that_does_not_exist(capsys: Shown) -> None:
-    said = tf(capsys, "base_link", "laser", "--pulse", "joint1=1001", code=1)
-    assert said == 'rosorin-compile: there is no pulse 1001 of joint "joint1": outside the range; 0 to 1000 exist\n'
 
 
 def test_positions_are_quantities_and_expressions() -> None:
@@ -315,13 +237,6 @@ def test_positions_are_quantities_and_expressions() -> None:
     assert position(turns, "-1.5") == -1.5
     with pytest.raises(RequestError, match='joint "l_joint" follows "r_joint": set that one'):
         free_joint(robot, "l_joint")
-
-
-def test_a_sweep_ends_exactly_where_it_says() -> None:
-    robot = compiled().robot
-    assert robot is not None
-    assert sweep_of(robot, "joint1=0.1:0.7:4").positions[-1] == 0.7
-    assert sweep_of(robot, "joint1=0.1:0.7:1").positions == (0.1,)
 
 
 def test_of_several_robots_one_is_named(rosorin: Path, capsys: Shown) -> None:
@@ -345,15 +260,3 @@ def test_a_description_with_errors_has_no_answer(rosorin: Path, capsys: Shown) -
     assert said.endswith("rosorin: a description with errors has no frames and joints to ask about\n")
     said = tf(capsys, "base_link", "laser", "--args", "none.yaml", code=2)
     assert said == 'rosorin-compile: there is no file "none.yaml" of arguments\n'
-
-
-def test_no_numpy_is_needed(tmp_path: Path) -> None:
-    program = (
-        "import sys; from rosorin_compile.cli.main import main; code = main(['tf', 'base_link', 'laser']);"
-        "print(sorted({'numpy', 'mujoco'} & set(sys.modules))); sys.exit(code)"
-    )
-    environment = {**os.environ, "ROSORIN_COMPILE_CACHE": str(tmp_path)}
-    ran = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True, env=environment
-    )
-    assert ran.stdout.splitlines()[-1] == "[]"

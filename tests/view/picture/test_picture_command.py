@@ -1,7 +1,5 @@
 """picture: its files and their pixels, its options, its errors and exit codes; the same bytes each time."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess
@@ -65,12 +63,10 @@ def refused(capsys, *words: str) -> str:
 
 
 def count_of(shown: np.ndarray, colour: tuple[int, int, int]) -> int:
-    """Return how many pixels nearly have a colour."""
     return int((np.abs(shown[..., :3].astype(int) - colour).max(axis=2) < 20).sum())
 
 
 def rows_of(shown: np.ndarray, name: str) -> np.ndarray:
-    """Return the rows in which a colour is seen."""
     return np.array([index for index, row in enumerate(shown) if any(hue_name(colour) == name for colour in row)])
 
 
@@ -239,29 +235,6 @@ def test_a_broken_robot_is_not_drawn(capsys):
     said = capsys.readouterr().err
     assert said.endswith("broken: no picture was drawn\n")
     assert not Path("b.png").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["arm", "-o", "a.jpg"], 'a.jpg: unsupported picture format ".jpg": use .png'),
-        (["arm", "-o", "a.png", "--size", "80"], '"80" is not WIDTHxHEIGHT in pixels, such as 1280x800'),
-        (["arm", "-o", "a.png", "--size", "9000x80"], "a picture has 16 to 8192 pixels along a side, not 9000x80"),
-        (
-            ["arm", "-o", "a.png", "--from", "fromt"],
-            'there is no view "fromt"; did you mean "front"?, or AZIMUTH,ELEVATION: 30deg,20deg',
-        ),
-        (
-            ["arm", "-o", "a.png", "--from", "1deg,2deg,3deg"],
-            '"1deg,2deg,3deg" is not AZIMUTH,ELEVATION, such as 30deg,20deg',
-        ),
-        (["arm", "-o", "a.png", "--frame", "uper"], 'there is no frame "uper"; did you mean "upper"?'),
-        (["arm", "-o", "a.png", "--frames", "--mode", "slam"], 'arm has no mode "slam"; it has none'),
-    ],
-)
-def test_wrong_usage(capsys, words, message):
-    assert refused(capsys, *words) == message
-    assert not Path("a.png").exists()
 
 
 def test_a_file_of_another_program_is_not_replaced(capsys):

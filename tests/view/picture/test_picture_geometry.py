@@ -1,7 +1,5 @@
 """The pixels of pictures, compared with rays through the exact shapes."""
 
-from __future__ import annotations
-
 import math
 import random
 import re

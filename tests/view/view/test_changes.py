@@ -1,7 +1,5 @@
 """check --html and diff --html: the data of the page, the robot before and what became of it."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import struct
@@ -47,7 +45,6 @@ def stl(size: float) -> bytes:
 
 @pytest.fixture
 def committed(project: Path, capsys: Shown) -> Path:
-    """Two robots as they are committed, with a mesh each."""
     for name in NAMES:
         (project / f"descriptions/{name}/camera.stl").write_bytes(stl(0.03))
     assert main(["all"]) == 0
@@ -56,7 +53,6 @@ def committed(project: Path, capsys: Shown) -> Path:
 
 
 def page(capsys: Shown, *words: str, code: int) -> Any:
-    """Return the data of the page that a command writes, which fit the schema."""
     assert main([*words, "--html", "page.html"]) == code
     capsys.readouterr()
     data = data_of(Path("page.html").read_text("utf-8"))
@@ -65,7 +61,6 @@ def page(capsys: Shown, *words: str, code: int) -> Any:
 
 
 def drawn(data: Any) -> dict[str, list[str]]:
-    """Return the kinds of shapes that are drawn of the robot before, by link."""
     found = {
         link["name"]: [one["kind"] for one in (*link["visual"], *link["collision"])] for link in data["before"]["links"]
     }

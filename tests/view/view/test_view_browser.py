@@ -3,8 +3,6 @@
 Pictures that are compared are in tests/data/pages; ``RENEW_PICTURES=1`` writes them anew. Look at them then.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -13,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.model import Box, Joint, Link, Pose, Robot, Shape
 from rosorin_compile.viewer.page import html
 from rosorin_compile.viewer.page.data import robot_data
@@ -49,21 +46,18 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.fixture
 def sent(home: Path, capsys: Shown) -> Path:
-    """The page of the reference robot as a file."""
     ask(capsys, "view", str(ROSORIN), "--html", "robot.html")
     return home / "robot.html"
 
 
 @pytest.fixture
 def live(home: Path) -> Iterator[Viewing]:
-    """A server of a copy of the reference robot."""
     copy_of_rosorin(home)
     with Viewing(home, "--port", "0") as viewing:
         yield viewing
 
 
 def kept_to_itself(browser: Browser, port: int = 0) -> None:
-    """Hold that a page asked nothing from elsewhere, and complained of nothing."""
     own = (f"http://localhost:{port}/", "data:", "blob:") if port else ("file:///", "data:", "blob:")
     assert [url for url in browser.asked if not url.startswith(own)] == []
     assert browser.complaints == []
@@ -107,7 +101,6 @@ def test_a_robot_that_is_not_there_is_seen(browser: Browser, sent: Path, tmp_pat
 
 
 def near_model(browser: Browser, robot: Robot, state: dict[str, float]) -> None:
-    """Hold that the page has every link where the model has it."""
     for link, meant in robot.poses_in_root(state).items():
         place, rotation = browser.place(link)
         assert math.dist(place, meant.xyz) < 1e-9, link
@@ -148,7 +141,6 @@ def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsy
 
 
 def on_screen(browser: Browser, xyz: tuple[float, float, float]) -> list[float]:
-    """Return the pixel at which a point (m, in the root frame) is seen."""
     at = browser.evaluate(f"app.stage.pixel({list(xyz)})")
     return [float(at[0]), float(at[1])]
 
@@ -257,23 +249,6 @@ def test_sliders_of_planar_and_floating_joints(browser: Browser, home: Path, cap
 
 
 @pytest.mark.tier("outside")
-def test_a_colour_that_changed_is_drawn(browser: Browser, home: Path, capsys: Shown) -> None:
-    (home / "old.yaml").write_text(FREE)
-    (home / "new.yaml").write_text(FREE.replace("0.8, 0.1, 0.1", "0.1, 0.7, 0.1"))
-    assert main(["diff", "old.yaml", "new.yaml", "--html", "page.html"]) == 1
-    capsys.readouterr()
-    browser.open(f"file://{home}/page.html")
-    spots = "[...document.querySelectorAll('.changes .dot')].map((dot) => getComputedStyle(dot).backgroundColor)"
-    assert browser.evaluate(spots) == ["rgb(204, 26, 26)", "rgb(26, 179, 26)"]
-    drawn = """((piece) => { const colour = piece.colour.clone(); piece.mesh.getColorAt(piece.instance, colour);
-        return colour.getHex(); })(app.view.pieces.find(({link}) => link === 'base'))"""
-    assert browser.evaluate(drawn) == 0x1AB31A
-    browser.evaluate("app.fade(2)")
-    assert browser.evaluate(drawn) == 0xCC1A1A
-    kept_to_itself(browser)
-
-
-@pytest.mark.tier("outside")
 def test_images_are_on_the_parts(browser: Browser, home: Path, capsys: Shown) -> None:
     """An image of one red pixel on a box and, by its materials, on one of two parts of a mesh; from disk and served."""
     header = b"BM" + (58).to_bytes(4, "little") + bytes(4) + (54).to_bytes(4, "little") + (40).to_bytes(4, "little")
@@ -318,51 +293,6 @@ def test_a_name_is_text_and_nothing_else(browser: Browser, home: Path, name: str
     assert browser.evaluate("document.querySelector('.card b').textContent") == name
     assert browser.evaluate("document.querySelectorAll('#app script, #app img').length") == 0
     kept_to_itself(browser)
-
-
-def chain(size: int) -> Robot:
-    """A deep tree of many boxes."""
-    shape = Shape(Box((-0.01, -0.01, -0.01), (0.01, 0.01, 0.01)))
-    names = ["base", *(f"link{index}" for index in range(size))]
-    joints = tuple(
-        Joint(
-            f"joint{index}", "revolute", names[index if index % 50 else 0], name, Pose((0.03, 0.03 * (index % 7), 0.0))
-        )
-        for index, name in enumerate(names[1:])
-    )
-    return Robot("many", tuple(Link(name, collision=(shape,)) for name in names), joints)
-
-
-@pytest.mark.tier("outside")
-def test_five_thousand_links_answer(browser: Browser, home: Path) -> None:
-    (home / "many.html").write_text(html({"robot": robot_data(chain(5000))}), "utf-8")
-    browser.open(f"file://{home}/many.html")
-    browser.slide("joint49", 0.7)
-    assert browser.evaluate("app.state.joint49") == pytest.approx(0.7, abs=0.01)
-    browser.evaluate("(app.show({frames: 'all'}), app.select('link4999'))")
-    assert "link4999" in browser.evaluate("document.querySelector('.card').innerText")
-    left = browser.evaluate("app.panels.tree.rows.get('link49').querySelector('span').getBoundingClientRect().left")
-    assert 0 <= left < 200, "a deep tree stays in its panel"
-    kept_to_itself(browser)
-
-
-@pytest.mark.tier("outside")
-def test_how_long_a_picture_takes(browser: Browser, home: Path) -> None:
-    """Printed, and not held: here no graphics card draws."""
-    (home / "many.html").write_text(html({"robot": robot_data(chain(148))}), "utf-8")
-    browser.open(f"file://{home}/many.html")
-    took = browser.evaluate("""new Promise((done) => {
-        const [begun, count] = [performance.now(), 20];
-        let left = count;
-        const next = () => {
-            app.move({joint1: left / 20});
-            left -= 1;
-            if (left) requestAnimationFrame(next); else done((performance.now() - begun) / count);
-        };
-        next();
-    })""")
-    print(f"148 boxes: {took:.1f} ms a picture")
-    assert took > 0
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390)])

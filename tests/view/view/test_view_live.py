@@ -1,7 +1,5 @@
 """View as a person uses it: a process beside an editor that follows the files, and ends when it is told to."""
 
-from __future__ import annotations
-
 import signal
 import socket
 import struct
@@ -209,7 +207,6 @@ def test_only_this_machine_reaches_it_unless_somebody_says_so(project: Path) -> 
 
 
 def is_reached(host: str, port: int) -> bool:
-    """Say whether somebody answers at an address."""
     try:
         socket.create_connection((host, port), timeout=5).close()
     except OSError:

@@ -13,9 +13,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled, Reading, compile_robot, emit
+from rosorin_compile.formats.compiled import (
+    Compiled,
+    Reading,
+    Understood,
+    compile_robot,
+    emit,
+    judge_foreign,
+    understand,
+    understand_foreign,
+)
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.load_robot import Understood, judge_foreign, understand, understand_foreign
 from rosorin_compile.language import api_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
 from rosorin_compile.language.expand import Expanded
@@ -157,12 +165,11 @@ class Request:
 
     def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> Searched:
         """Search the meshes of a robot, and read those that belong to its artifacts."""
-        from rosorin_compile.formats.mesh_copies import read_meshes
-        from rosorin_compile.formats.mesh_files import Places, search
+        from rosorin_compile.formats.mesh_files import Places, read_files, search
 
         folder = self.description.outputs
         places = Places(self.description.path, folder, self.packages, os.environ)
-        return read_meshes(search(tree, outputs, places), folder)
+        return read_files(search(tree, outputs, places), outputs, folder)
 
     def inputs(self, compiled: Compiled) -> list[Path]:
         """Return the files that a compilation has read, files of arguments included."""

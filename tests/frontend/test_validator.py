@@ -14,10 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
+from authoring import with_formats
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.load_robot import IncludedRobots
+from rosorin_compile.formats.compiled import IncludedRobots
 from rosorin_compile.language.expand import expand
-from rosorin_compile.language.schema import schema, with_formats, with_outputs
+from rosorin_compile.language.schema import schema, with_outputs
 from rosorin_compile.language.validate import validate
 from rosorin_compile.language.validator import inlined, misfits, misfits_of, validator, validator_of
 from rosorin_compile.source.diagnostics import Source, Span

@@ -356,12 +356,7 @@ robot_options = combined(
         help="folder of a ROS package, for $(find NAME) and package://NAME; repeatable",
     ),
     flag("--trust", help="do not warn about code that a xacro file can run"),
-    option(
-        "--xacro-seconds",
-        type=int,
-        metavar="S",
-        help="time limit for a xacro file in seconds; default: 60",
-    ),
+    option("--xacro-seconds", type=int, metavar="S", help="time limit for a xacro file in seconds; default: 60"),
     texts(
         "-a",
         "--arg",

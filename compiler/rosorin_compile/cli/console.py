@@ -23,9 +23,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import and_more, counted, inert, printable
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.text_report import Block
-
-    from .markdown import Section
+    from .markdown import Block, Section
 
 MAX_SHOWN = 200  # more than a person reads; a program gets all
 

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from html import escape
+from typing import NamedTuple
 
-from rosorin_compile.compare.text_report import Block, Code, Diff, Table
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import gathered
 from rosorin_compile.source.wording import counted, listed, plural, printable
@@ -23,6 +23,35 @@ MAX_BYTES = 60_000  # of UTF-8; leaves room for words around the document
 HEAD = "## Robots: "  # the beginning of each document
 _MAX_CODE = 200  # letters of one name or number
 _MAX_TEXT = 1000  # letters of one message
+
+
+class Code(str):
+    """A name or a number, to be set as code."""
+
+    __slots__ = ()
+
+
+Cell = tuple[str, ...]  # texts, those that are Code as code
+
+
+class Table(NamedTuple):
+    """Rows under a head; ``noun`` is what one row is."""
+
+    noun: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+
+class Diff(NamedTuple):
+    """A unified diff of a file, folded: its name, a remark, its lines, and how many lines are already left out."""
+
+    name: str
+    remark: str
+    lines: tuple[str, ...]
+    left: int = 0
+
+
+Block = Table | Diff
 
 
 @dataclass

@@ -6,6 +6,7 @@ is written beside the file that ``-o`` names.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -149,11 +150,9 @@ def _outputs_here(run: Run) -> str:
     """Return the outputs of the only robot here, as the end of a sentence."""
     from rosorin_compile import api
 
-    try:
+    with suppress(RequestError):
         description = find_robot("", "")
-    except RequestError:
-        return "; --list ROBOT shows what there is"
-    outputs = api.outputs(replace(run.request(description), warn=None)).outputs
-    if not outputs:
-        return "; --list ROBOT shows what there is"
-    return f"; the outputs of {description.name}: {first_of([output.name for output in outputs], _MAX_NAMES)}"
+        outputs = api.outputs(replace(run.request(description), warn=None)).outputs
+        if outputs:
+            return f"; the outputs of {description.name}: {first_of([one.name for one in outputs], _MAX_NAMES)}"
+    return "; --list ROBOT shows what there is"

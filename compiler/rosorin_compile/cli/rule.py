@@ -20,9 +20,7 @@ _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import
 
 @command("rule", exits="0 printed, 1 a plug-in is broken")
 @words_argument(
-    "[ID ...]",
-    "id in the brackets of a message, such as axis-zero; default: list all rules",
-    offers=("rule",),
+    "[ID ...]", "id in the brackets of a message, such as axis-zero; default: list all rules", offers=("rule",)
 )
 def run(options: Options) -> int:
     """Print the entries of rules."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cache, cached_property
+from typing import Any, ClassVar
 
 from rosorin_compile.source.numbers import NumberFormat, exact, rounded, short
 
@@ -13,6 +13,20 @@ from .bounds import bounds_of
 from .geometry import Pose, Vector, eigenvalues
 from .shape import Shape
 from .simulation import Marked, Values
+
+
+def only_in(default: Any, **formats: str) -> Any:
+    """Return a field of a link that only some formats carry, each with its word for it: ``mjcf="gravcomp"``.
+
+    MJCF writes and reads it as that attribute of the body; every other format of robots reports that it is missing.
+    """
+    return field(default=default, metadata={"formats": formats})
+
+
+@cache
+def limited_fields(kind: type) -> Mapping[str, Mapping[str, str]]:
+    """Return the fields of a dataclass that are made with ``only_in``, each with the words of its formats."""
+    return {item.name: item.metadata["formats"] for item in fields(kind) if "formats" in item.metadata}
 
 
 @dataclass(frozen=True)
@@ -89,10 +103,15 @@ class Link:
     collision: tuple[Shape, ...] = ()
     source: Source = NO_SOURCE
     urdf_elements: tuple[str, ...] = ()
-    gravity_compensation: float = 0.0
+    gravity_compensation: float = only_in(0.0, mjcf="gravcomp")
     marked: tuple[Marked, ...] = ()
     mjcf: Values = field(default_factory=dict, hash=False)
     mjcf_elements: tuple[str, ...] = ()
+
+    def limited_values(self, format: str) -> dict[str, Any]:
+        """Return the values of fields of ``only_in`` that are not the default, by the words of a format."""
+        words = {name: formats[format] for name, formats in limited_fields(Link).items() if format in formats}
+        return {word: getattr(self, name) for name, word in words.items() if getattr(self, name) != getattr(Link, name)}
 
     def __repr__(self) -> str:
         """Return the name, the mass and how many shapes there are."""

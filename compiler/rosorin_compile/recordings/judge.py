@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
 from rosorin_compile.model.kinematics import NoWay
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Suggestion, and_more, counted, first_of
+from rosorin_compile.output.committed import compare
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, and_more, counted, did_you_mean, first_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
@@ -83,9 +83,8 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
         return
     unknown = [name for name in states.ranges if name not in robot.joint]
     for name in unknown if len(unknown) <= _FEW else ():
-        message = f'{_STATES} names "{name}", a joint that is not described'
-        suggestion = Suggestion(name, recording.description.joint_names)
-        yield problem("joint-state-unknown", _STATES, message, suggestion)
+        help = did_you_mean(name, recording.description.joint_names)
+        yield problem("joint-state-unknown", _STATES, f'{_STATES} names "{name}", a joint that is not described', help)
     if len(unknown) > _FEW:
         shown = first_of([f'"{name}"' for name in unknown], _SHOWN)
         message = f"{_STATES} names {len(unknown)} joints that are not described: {shown}"
@@ -171,7 +170,7 @@ def _answers(recording: Recording) -> Iterator[Diagnostic]:
     for question in {one.name: one for one in recording.refused if one.name not in answered}.values():
         frames = [frame for frame in (question.source, question.target) if f'"{frame}"' in question.why]
         owners = [edge for frame in frames for edge in recording.description.by_child.get(frame, ())]
-        help = owners[0].advice if owners else Suggestion(question.target, recording.description.frames)
+        help = owners[0].advice if owners else did_you_mean(question.target, recording.description.frames)
         message = f"tf2_echo got no answer for {question.name}: {question.why}"
         yield problem("edge-missing", question.name, message, help, [f"line {question.line}"])
 
@@ -190,7 +189,7 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
     for frame in (answer.source, answer.target):
         if frame not in known:
             message = f'tf2_echo was asked for "{frame}", a frame that is not described'
-            return problem("frame-unknown", name, message, Suggestion(frame, known))
+            return problem("frame-unknown", name, message, did_you_mean(frame, known))
     try:
         way = robot.kinematics.graph.way(answer.source, answer.target)
     except NoWay as no_way:

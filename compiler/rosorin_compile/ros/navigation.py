@@ -12,9 +12,8 @@ from typing import NamedTuple
 from rosorin_compile.model import Output, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.conditions import holds, modes_in
-from rosorin_compile.rules.tf_tree import is_tree
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, Suggestion, listed, quoted
+from rosorin_compile.rules.publishers import holds, modes_in
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, did_you_mean, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, exists
 
@@ -52,7 +51,7 @@ class Found(NamedTuple):
     rule: str
     message: str
     path: Path = ()
-    help: Help = ""
+    help: str = ""
     severity: str = ERROR
     absolute: bool = False
     key: bool = False
@@ -98,8 +97,8 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
     asked = output.options.get("odom_frame")
     pairs = [pair for pair in every if asked in (None, pair[0])]
     if not pairs:
-        message, parents = f'"{asked}" is not the frame of an odometry', {parent for parent, _ in every}
-        return None, [Found("navigation-frames", message, ("odom_frame",), Suggestion(str(asked), parents))]
+        help = did_you_mean(str(asked), {parent for parent, _ in every})
+        return None, [Found("navigation-frames", f'"{asked}" is not the frame of an odometry', ("odom_frame",), help)]
     below = {lead.child for lead in leads}
     pairs = [pair for pair in pairs if pair[0] in below] or pairs
     if len(pairs) > 1:
@@ -124,7 +123,7 @@ def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list
     maps = list(dict.fromkeys(lead.parent for lead in leads if lead.child == odom))
     if asked is not None and asked not in maps:
         message = f'no edge leads from "{asked}" to "{odom}"'
-        return "", [Found("navigation-frames", message, ("map_frame",), Suggestion(asked, maps))]
+        return "", [Found("navigation-frames", message, ("map_frame",), did_you_mean(asked, maps))]
     if asked is None and len(maps) > 1:
         message = f'edges lead to "{odom}" from {quoted(maps)}'
         return "", [Found("navigation-frames", message, (), "say which is the map: map_frame: NAME", key=True)]
@@ -172,7 +171,7 @@ def stated_topic(robot: Robot, name: str) -> str:
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Found]]) -> Iterator[Diagnostic]:
     """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is no tree."""
-    if not is_tree(case):
+    if not case.robot.is_tree:
         return
     entry: Path = ("outputs", output.name)
     for one in find(case.robot, output):

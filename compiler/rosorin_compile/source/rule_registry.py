@@ -8,12 +8,14 @@ them, so also where an extra is not installed: ids and texts of the tool's own r
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
+    import ast
+
     from rosorin_compile.rules.case import Case
 
     from .diagnostics import Diagnostic
@@ -81,6 +83,17 @@ class Rule:
         """Whether it can be a warning or a note, by its text."""
         return bool({"warning", "note"} & set(self.what.lower().replace(":", " ").replace(",", " ").split()))
 
+    @property
+    def severity(self) -> str:
+        """The severity of its problems where they do not name another: its entry begins with "A warning" or a note."""
+        return next((word for word in ("warning", "note") if self.what.startswith(f"A {word}")), "error")
+
+    @property
+    def hint(self) -> str:
+        """The way out as the help of a diagnostic: plain text that begins with a small letter."""
+        text = self.help.replace("`", "").removesuffix(".")
+        return text[:1].lower() + text[1:] if text[1:2].islower() else text
+
 
 def check_texts(rule: Rule) -> None:
     """Raise TypeError for a rule of a plug-in with other fields than texts."""
@@ -104,19 +117,25 @@ class Check(NamedTuple):
 
 
 def rule(
-    id: str, what: str, help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
+    id: str, what: str = "", help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
 ) -> Callable[[Look | Check], Check]:
     """Declare a rule, and make a check of the function that yields its diagnostics; one decorator for each rule.
 
-    The arguments are those of ``Rule``. A plug-in names the function as an entry point of ``rosorin_compile.rules``.
+    The arguments are those of ``Rule``; without ``what`` it is the first paragraph of the docstring. A plug-in names
+    the function as an entry point of ``rosorin_compile.rules``.
     """
-    declared = Rule(id, what, help, topic, accept, imported)
 
     def decorate(function: Look | Check) -> Check:
         check = function if isinstance(function, Check) else Check(function)
+        text = what or _first_paragraph(check.function.__doc__)
+        declared = DECLARED[id] = Rule(id, text, help, topic, accept, imported)
         return Check(check.function, (declared, *check.rules))
 
     return decorate
+
+
+def _first_paragraph(doc: str | None) -> str:
+    return " ".join((doc or "").strip().partition("\n\n")[0].split())
 
 
 def checks_of(module: ModuleType) -> tuple[Check, ...]:
@@ -127,6 +146,8 @@ def checks_of(module: ModuleType) -> tuple[Check, ...]:
 
 _PACKAGE = Path(__file__).parents[1]
 
+# The rules of the functions under ``rule`` that were imported, by id.
+DECLARED: dict[str, Rule] = {}
 # The rules that plug-ins have brought into this run, by id.
 OF_PLUGINS: dict[str, Rule] = {}
 
@@ -158,17 +179,34 @@ def _declaring() -> Iterator[tuple[Path, bytes]]:
 
 def declared_in(source: bytes | str) -> list[Rule]:
     """Return the rules that a source declares, in its order."""
-    import ast  # slow, and only needed here
+    import ast
+
+    rules = []
+    tree = ast.parse(source)
+    doc_of = {
+        id(call): _first_paragraph(ast.get_docstring(node))
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+        for call in node.decorator_list
+    }
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)]
+    for call in sorted(calls, key=lambda call: (call.lineno, call.col_offset)):
+        is_rule = isinstance(call.func, ast.Name) and call.func.id in ("Rule", "rule")
+        if is_rule and call.args and isinstance(call.args[0], ast.Constant):
+            rule = _read(call)
+            rules.append(rule if rule.what else replace(rule, what=doc_of.get(id(call), "")))
+    return rules
+
+
+def _read(call: ast.Call) -> Rule:
+    """Return the rule that a call in a source makes; a name in it is that of a topic."""
+    import ast
 
     def value(node: ast.expr) -> Any:
         if isinstance(node, ast.Attribute):
             return getattr(Heading, node.attr)
         return globals()[node.id] if isinstance(node, ast.Name) else ast.literal_eval(node)  # a name is a heading
 
-    calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
-    calls = [call for call in calls if isinstance(call.func, ast.Name) and call.func.id in ("Rule", "rule")]
-    calls = [call for call in calls if call.args and isinstance(call.args[0], ast.Constant)]
-    return [
-        Rule(*map(value, call.args), **{str(keyword.arg): value(keyword.value) for keyword in call.keywords})
-        for call in sorted(calls, key=lambda call: (call.lineno, call.col_offset))
-    ]
+    given = {field.name: value(node) for field, node in zip(fields(Rule), call.args, strict=False)}
+    given |= {str(keyword.arg): value(keyword.value) for keyword in call.keywords}
+    return Rule(**{"what": "", **given})

@@ -186,6 +186,7 @@ def parse_unit(text: str) -> tuple[float, Dimension] | None:
     return (value, dimension) if end == len(text) else None
 
 
+@lru_cache(maxsize=1_000)
 def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
     """Return the dimension of a product: the exponents of ``first`` plus ``times`` those of ``second``."""
     a, b, c, d = (x + times * y for x, y in zip(first, second, strict=True))

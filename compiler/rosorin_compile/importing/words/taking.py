@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats.imported import Comment, Imported
+from rosorin_compile.formats.imported import Comment, as_tree
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.tree import Map, Path, Seq, Text
 from rosorin_compile.source.xml.elements import indented, tree_of
@@ -148,4 +148,11 @@ def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
 
 def put(tree: Map, sections: Mapping[str, Any]) -> Map:
     """Return a tree with more sections, whose values are plain; what is empty goes."""
-    return Imported(tree, []).with_sections(sections).whole
+    made = tree.copied()
+    for key, value in sections.items():
+        if value:
+            plain = value if isinstance(value, (Map, Seq)) else as_tree(value, tree.span, [key])
+            made.put(key, plain, tree.span, tree.span)
+        else:
+            made.pop(key, None)
+    return made

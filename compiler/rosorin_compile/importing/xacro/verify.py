@@ -15,10 +15,10 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.language.expand.prefixing import moved
 from rosorin_compile.model import Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
@@ -30,6 +30,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.elements import canonical, tree_of
 
 from ..read_back import by_elements, read_back, without_words
+from ..same_model import model_differences
 from .tree import FLAG, LIST, NAME, NUMBER, WORDS, XML, Place, Variable, literal, place_of
 from .write_yaml import PROBE
 
@@ -74,7 +75,7 @@ class Source:
                 arguments = {**self.options.arguments, **rest}
                 read = read_robot(self.path, replace(self.options, arguments=arguments))
             if self.meshes is not None and read.tree is not None:
-                read = read.with_files_below(self.meshes)
+                read = read._replace(tree=moved(read.tree, self.meshes))
             self.known[combination] = read
         return self.known[combination]
 
@@ -237,7 +238,7 @@ def _differences(
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row, refused=True)]
     if name is not None:
         source = replace(source, name=name)
-    texts = by_elements(source, again, compiled.robot.asks_for_humble) if in_words else []
+    texts = by_elements(source, again, compiled.robot) if in_words else []
     again = without_words(again, source) if in_words else again
     source, again = _settled(source), _settled(again)
     texts += model_differences(source, again, carried_by_urdf=True)

@@ -301,9 +301,8 @@ class _Printer:
             return ""
         pose = self.root if frame.depth == 0 else frame.pose
         texts = [attribute("name", body_name(self.robot, frame.name)), _placed(pose.xyz, pose.rpy, self.number)]
-        if link.gravity_compensation:
-            texts.append(attribute("gravcomp", self.number(link.gravity_compensation)))
-        return "".join([*texts, self.simulated.printed(link.mjcf)] if link.mjcf else texts)
+        values = {**link.limited_values("mjcf"), **link.mjcf}
+        return "".join([*texts, self.simulated.printed(values)] if values else texts)
 
     def free_joint(self) -> Markup:
         """Return the element of the joint of a floating base."""

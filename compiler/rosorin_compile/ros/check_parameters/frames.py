@@ -6,8 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.tf_tree import legal_steps, pieces
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Suggestion, error, quoted
+from rosorin_compile.rules.publishers import legal_steps
+from rosorin_compile.rules.tf_tree import pieces
+from rosorin_compile.source.diagnostics import Diagnostic, Related, did_you_mean, error, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.tables import Key
@@ -106,7 +107,7 @@ def _frame(
         yield from _base(case, node, key, setting, value, parts)
     elif value not in known:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
-        yield error("parameters-frame", message, setting.span, Suggestion(value, known, "name a frame of the robot"))
+        yield error("parameters-frame", message, setting.span, did_you_mean(value, known, "name a frame of the robot"))
     elif not any(value in part for part in parts) and len(known) > 1:
         message = f'{name} is "{value}"{assumed}, a frame that nobody publishes'
         yield error("parameters-frame", message, setting.span, "say who publishes it", _unpublished(case, value))
@@ -136,7 +137,8 @@ def _base(
         yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
     else:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
-        yield error("parameters-frame", message, setting.span, Suggestion(value, part, instead=help), related)
+        near = did_you_mean(value, part)
+        yield error("parameters-frame", message, setting.span, near if near.startswith("did") else help, related)
 
 
 def _odometry(case: Case, node: Node) -> str:
@@ -149,5 +151,6 @@ def _odometry(case: Case, node: Node) -> str:
     if said and said[0] in parents:
         return str(said[0])
     children = {step.child for step in steps}
-    lowest = [step.parent for step in steps if step.edge and step.edge.moving and step.child not in parents]
+    moving = [step for step in steps if step.edge is not None and case.robot.edges[step.edge].moving]
+    lowest = [step.parent for step in moving if step.child not in parents]
     return next((p for p in lowest if p in children), next(iter(lowest), ""))

@@ -11,16 +11,7 @@ from collections.abc import Collection, Iterable, Iterator
 from rosorin_compile.model import Joint, Output
 from rosorin_compile.ros.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.tf_tree import is_tree
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Suggestion,
-    counted,
-    first_of,
-    quoted,
-)
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, did_you_mean, first_of, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 
@@ -101,7 +92,7 @@ _TOP = "moveit"
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find what the section says wrongly; the first of several SRDFs says it."""
     first = next(one for one in case.robot.outputs if one.backend == output.backend)
-    if output != first or not case.robot.links or not is_tree(case):
+    if output != first or not case.robot.links or not case.robot.is_tree:
         return
     planning = planning_of(case.robot)
     if planning is None:
@@ -124,8 +115,8 @@ def _no_urdf(case: Case, output: Output) -> Diagnostic:
     said = case.robot.moveit
     if said is not None and said.urdf:
         message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
-        suggestion = Suggestion(said.urdf, urdfs, "name an output that is a URDF")
-        return case.problem("moveit-urdf", message, (_TOP, "urdf"), suggestion)
+        help = did_you_mean(said.urdf, urdfs, "name an output that is a URDF")
+        return case.problem("moveit-urdf", message, (_TOP, "urdf"), help)
     message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
     help = "add one: urdf: {file: NAME.urdf}"
     return case.problem("moveit-urdf", message, ("outputs", output.name), help, key=True)
@@ -173,7 +164,7 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 def _is_above(case: Case, link: str, other: str) -> bool:
     """Say whether another link hangs on a link, by joints of which one moves."""
     robot = case.robot
-    if not (link in robot.link and other in robot.link and is_tree(case)):
+    if not (link in robot.link and other in robot.link and case.robot.is_tree):
         return False
     way = robot.chain(other)
     above = next((index for index, joint in enumerate(way) if joint.parent == link), None)
@@ -334,6 +325,6 @@ def _unknown_in_pairs(case: Case, within: Path) -> Iterator[Diagnostic]:
         for side, name in enumerate(pair["links"]):
             if name not in case.robot.link:
                 path: Path = (*within, index, "links", side)
-                help = Suggestion(name, case.robot.link, "rosorin-compile collisions computes the matrix anew")
+                help = did_you_mean(name, case.robot.link, "rosorin-compile collisions computes the matrix anew")
                 message = f'there is no link "{name}", one of two links of the collision matrix'
                 yield case.problem("unknown-link", message, path, help)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
 
@@ -72,6 +73,39 @@ def _value(text: str) -> str | float:
         return text if "_" in text else float(text) + 0.0
     except ValueError:
         return " ".join(text.split())
+
+
+_NAMES = ("name", "class", "link", "joint", "body", "site")
+
+
+def values_of(text: str) -> list[tuple[str, str | float]]:
+    """Return the attributes and texts of an XML text, each by its place: the last three elements that have names.
+
+    Places that occur several times are numbered. The root element is part of the places of its own attributes alone.
+    Raises ValueError for a text that is not well formed. Not recursive.
+    """
+    root = tree_of(text)
+    found: list[tuple[str, str | float]] = []
+    times: Counter[str] = Counter()
+
+    def add(place: str, value: str) -> None:
+        times[place] += 1
+        found.append((place if times[place] == 1 else f"{place} ({times[place]})", _value(value)))
+
+    for key, value in root.items():
+        add(f"{root.tag} {key}", value)
+    waiting: list[tuple[ElementTree.Element, tuple[str, ...]]] = [(inner, ()) for inner in reversed(root)]
+    while waiting:
+        element, above = waiting.pop()
+        name = next((element.attrib[key] for key in _NAMES if key in element.attrib), "")
+        here = (*above, f"{element.tag} {name}".rstrip())[-3:]
+        for key, value in element.items():
+            add(f"{' '.join(here)} {key}", value)
+        words = (element.text or "").strip()
+        if words or not (len(element) or element.attrib):
+            add(" ".join(here), words)
+        waiting += [(inner, here if name else above) for inner in reversed(element)]
+    return found
 
 
 class Found(NamedTuple):

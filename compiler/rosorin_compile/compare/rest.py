@@ -11,8 +11,8 @@ from typing import Any
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import HeightMap, Joint, Link, Robot
-from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.model.robot import JointPose
 
 from .change import Describer
 from .difference import JOINT, LIMIT, OTHER, YAML, Item, Side

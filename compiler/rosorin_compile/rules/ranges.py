@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,6 +22,7 @@ SHOWN = 8
 
 # A limit that is zero, and was calculated.
 HAIR = 1e-6
+_INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*<")
 
 
 @rule(
@@ -61,7 +63,7 @@ def followers(case: Case) -> Iterator[Diagnostic]:
 @rule(
     "beyond-joint-limit",
     "A warning: a soft limit, an edge of a calibration or an initial value is beyond the limits of its joint, or soft "
-    "limits leave it no room.",
+    "limits leave it no room, or it turns without end.",
     "Correct it, or the limit.",
     JOINTS,
     accept="joint",
@@ -85,14 +87,30 @@ def within_joint_limits(case: Case) -> Iterator[Diagnostic]:
                 help = "correct it, or the limit"
                 yield case.problem("beyond-joint-limit", message, path, help, related=related, severity=WARNING)
     for joint in case.robot.joints:
+        yield from _initial_positions(case, joint)
         safety = joint.safety if joint.moves else None
-        if safety is None or safety.soft_lower_limit is None or safety.soft_upper_limit is None:
-            continue
-        ends = [safety.soft_lower_limit, safety.soft_upper_limit]
-        if ends[0] >= ends[1]:
+        both = () if safety is None else (safety.soft_lower_limit, safety.soft_upper_limit)
+        ends = [end for end in both if end is not None]
+        if joint.type == "continuous" and any(ends):
+            message = f'joint "{joint.name}" is continuous: its soft limits have no effect'
+            path, help = case.joint(joint, "safety_controller"), "make it revolute, or leave them out"
+            yield case.problem("beyond-joint-limit", message, path, help, severity=WARNING, within=True)
+        elif len(ends) == 2 and ends[0] >= ends[1]:
             message = f'the soft limits of joint "{joint.name}", {span_of(ends, joint)}, leave it no room to move'
             path, help = case.joint(joint, "safety_controller"), "widen them, or leave them out"
             yield case.problem("beyond-joint-limit", message, path, help, severity=WARNING, within=True)
+
+
+def _initial_positions(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+    """Find initial positions that a joint keeps for SDF beyond its limits."""
+    limits = range_of(joint)
+    for index, text in enumerate(joint.urdf_elements if limits is not None else ()):
+        for value in map(float, _INITIAL.findall(text)):
+            if limits is not None and not limits[0] - HAIR <= value <= limits[1] + HAIR:
+                message = f'the initial position of joint "{joint.name}" is {number(value)}, beyond its limits of'
+                message += f" {number(limits[0])} to {number(limits[1])}"
+                path = case.joint(joint, "urdf_elements", index)
+                yield case.problem("beyond-joint-limit", message, path, "correct it, or the limit", severity=WARNING)
 
 
 def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[Path, str, float]]:

@@ -1,7 +1,5 @@
 """SDF, judged by who reads it: Drake, which refuses what it does not know, and libsdformat, the reader of Gazebo."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 from pathlib import Path
@@ -37,7 +35,6 @@ def written(robot: Robot, folder: Path, **options) -> Path:
 
 
 def without_meshes(robot: Robot) -> Robot:
-    """Drake opens meshes, and these are not there."""
     links = tuple(
         replace(link, visual=tuple(s for s in link.visual if hasattr(s.geometry, "radius"))) for link in robot.links
     )
@@ -59,7 +56,6 @@ def states_of(robot: Robot, count: int, seed: int) -> list[dict[str, float]]:
 
 
 def judged(robot: Robot, folder: Path, count: int = STATES, seed: int = 7, **options) -> None:
-    """Hold frames, masses, inertias and limits of Drake against the model."""
     states = states_of(robot, count, seed)
     found = in_drake.ask(written(robot, folder, **options), robot.root, states)
     for state, frames in zip(states, found["frames"], strict=True):

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rosorin_compile.compare.elements import context_of, element_differences
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
@@ -14,6 +13,7 @@ from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model import Robot
 from rosorin_compile.source.tree import Map
 
+from .elements import context_of, element_differences
 from .words.sensors import without_collisions
 
 

@@ -11,11 +11,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.checked import accept, lower_artifact
 from rosorin_compile.formats.comments import comments_of
-from rosorin_compile.formats.described import as_tree
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree
+from rosorin_compile.formats.reading import accept, lower_artifact
 from rosorin_compile.formats.urdf.robot import plain
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Source, Span, has_errors

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Transform
-from rosorin_compile.rules.misplaced_elements import sdf_elements
+from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_of, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.describing import correction, named

@@ -13,7 +13,7 @@ from rosorin_compile.formats.format import Placed
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, UNITS, Reading
 from rosorin_compile.model import Pose, Transform
-from rosorin_compile.rules.misplaced_elements import sdf_elements
+from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.files import exists, is_file, is_folder, resolve
 from rosorin_compile.source.packages import OF_GAZEBO, Packages

@@ -37,7 +37,7 @@ from rosorin_compile.source.numbers import number_format
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import counted, first_of, plural, quoted
 
-from ..named_files import urdf_file_name
+from ..mesh_files import urdf_file_name
 
 RULES = (
     Rule(

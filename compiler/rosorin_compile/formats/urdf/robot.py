@@ -25,10 +25,10 @@ from rosorin_compile.source.xml.describing import named, shortened
 from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
-from ..checked import accept, lower_artifact
 from ..comments import comments_of
 from ..format import Placed
 from ..imported import Imported, ReadOptions
+from ..reading import accept, lower_artifact
 from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, numbers, put
 
 RULES = (

@@ -17,7 +17,7 @@ from rosorin_compile.source.numbers import NumberFormat, number_format, numbers,
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.escaping import Markup
 
-from ..named_files import urdf_file_name
+from ..mesh_files import urdf_file_name
 from ..templating import Templates, attribute, attributes, comment
 from .content import Content, link_groups, version_of
 

@@ -237,7 +237,8 @@ class Joints:
             else:
                 rest.append(self.models.text_of(child, node.scope))
         if rest:
-            keep(entry, axis, wrapped("sdf", [wrapped("axis", rest)]))
+            text = Placed(wrapped("sdf", [wrapped("axis", rest)]), axis.span)
+            entry["urdf_elements"] = [text, *entry.get("urdf_elements", ())]
 
     def _limit(self, name: str, entry: dict[str, Any], axis: Element | None, span: Span) -> None:
         """Set the limit; stand-ins replace what readers of other formats need and the SDF does not have."""

@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.urdf.reading import named
 from rosorin_compile.formats.urdf.robot import read_urdf
 from rosorin_compile.importing.xacro.trust import untrusted
 from rosorin_compile.source import system
@@ -41,6 +40,7 @@ from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.wording import and_more, counted
+from rosorin_compile.source.xml.describing import named
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.checked import errors
+from rosorin_compile.formats.element_meanings import Context, context_of, element_differences
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Sensor
@@ -19,7 +20,6 @@ from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Document
 
-from ..elements import Context, context_of, element_differences
 from .blocks import Unsayable, block
 from .drives import Driven, driven
 from .sensors import Seen, entry, gazebo_of, overlay, seen, without_collisions

@@ -8,8 +8,7 @@ import pytest
 
 from rosorin_compile.compare.precision import Precision, exact
 from rosorin_compile.model import Joint, Link, Pose, Robot
-from rosorin_compile.source.numbers import Style
-from rosorin_compile.source.printing import Printing
+from rosorin_compile.source.printing import Printing, Style
 from rosorin_compile.viewer.overlay import moves
 
 ROUGH = Printing({"xyz": Style(2, decimals=True)}).tolerance

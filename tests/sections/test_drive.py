@@ -1,7 +1,5 @@
 """What the core makes of a drive without its name: what is left empty, other names, and a base that is free."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

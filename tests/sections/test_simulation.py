@@ -1,7 +1,5 @@
 """The sections that only a simulation has: compared value by value."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -11,25 +9,10 @@ from rosorin_compile.model import Robot
 from rosorin_compile.model.geometry import Pose
 from rosorin_compile.model.simulation import Actuator, Entry, Root
 from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Stop, Tendon
+from support.paths import data_text
 from support.robots import compiled_text
 
-ROBOT = """robot: r
-links:
-  base: {inertial: {mass: 1, of: [sphere: {radius: 0.1}]}, collision: [{sphere: {radius: 0.1}}], sites: {near: {}}}
-  arm: {inertial: {mass: 1, of: [sphere: {radius: 0.1}]}, collision: [{sphere: {radius: 0.1}}], sites: {far: {}}}
-joints: {hip: {type: continuous, parent: base, child: arm, axis: [0, 1, 0]}}
-root: {xyz: [0, 0, 1]}
-tendons:
-  cord: {joints: {hip: 2}}
-  rope: {path: [{site: near}, {site: arm}]}
-constraints: {shut: {type: connect, links: [base, arm], at: [0, 0, 0]}}
-actuators: {pull: {tendon: cord, type: motor}}
-mjcf_sensors: {angle: {kind: jointpos, joint: hip}}
-contact_layers: [default, floor]
-contact_pairs: [{links: [base, arm]}, {name: both, shapes: [base_collision_1, arm_collision_1]}]
-mjcf_elements: [<custom><text name="note" data="x"/></custom>]
-poses: {home: {controls: {pull: 0.2}}}
-"""
+ROBOT = data_text("robots/simulation.yaml")
 
 
 @pytest.fixture

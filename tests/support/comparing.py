@@ -1,7 +1,5 @@
 """Helpers of the tests of diff: the arm of data/diff, and what is said about it against a changed copy of itself."""
 
-from __future__ import annotations
-
 import io
 import json
 import re

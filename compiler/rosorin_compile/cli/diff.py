@@ -9,23 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.language.asked import NO_ARGUMENTS
+from rosorin_compile.language.api_arguments import NO_ARGUMENTS
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.load import LoadError
 
 from .answer import FINE, PROBLEMS
-from .command import (
-    Decorator,
-    Options,
-    command,
-    flag,
-    option,
-    page_options,
-    robot_options,
-    texts,
-    words_argument,
-)
+from .command import Decorator, Options, command, flag, option, page_options, robot_options, texts, words_argument
 from .run import Run, find_robot, named, take_stdin, write_page
 
 if TYPE_CHECKING:

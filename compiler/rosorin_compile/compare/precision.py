@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Transform
 from rosorin_compile.model.geometry import norm
-from rosorin_compile.source.numbers import off_by_short, off_by_six, six
+from rosorin_compile.source.numbers import six
+from rosorin_compile.source.printing import off_by_short, off_by_six
 
 # How far the values of a key ("xyz", "rpy", "ixx") may be from what was meant: the worst of them.
 Precision = Callable[..., float]

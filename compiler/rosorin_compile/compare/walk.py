@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Edge, HeightMap, Inertial, Joint, Link, Pose, Robot, Shape, Vector
 from rosorin_compile.model.geometry import IDENTITY, rotation_of_rpy
 from rosorin_compile.model.joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
+from rosorin_compile.model.link import limited_fields
 from rosorin_compile.model.mass import along_link
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.source.xml.elements import values_of
@@ -278,7 +279,8 @@ def _link(link: Link, found: Leaves) -> None:
     _elements(link.urdf_elements, entry)
     for mark in link.marked:
         _flatten(mark, "", found.setdefault((mark.tag, mark.name), {"link": link.name}))
-    _flatten({"gravity compensation": link.gravity_compensation or None, **link.mjcf}, "", entry)
+    limited = {name.replace("_", " "): getattr(link, name) or None for name in limited_fields(Link)}
+    _flatten({**limited, **link.mjcf}, "", entry)
     _elements(link.mjcf_elements, entry, "mjcf element")
 
 

@@ -14,7 +14,7 @@ from rosorin_compile.compare.precision import POSE_NOISE
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported, Outputs, Proof
-from rosorin_compile.formats.named_files import urdf_file_name
+from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.reading import outputs_of
 from rosorin_compile.model import Joint, Mesh, Robot, Shape, Transform
 from rosorin_compile.request import Request
@@ -161,7 +161,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     what = f"compiled {format.word}"
     found = []
     if plain is not None:
-        found += [f"{what}: {text}" for text in by_elements(source, again, made.asks_for_humble)]
+        found += [f"{what}: {text}" for text in by_elements(source, again, made)]
         made, again = without_words(made, source), without_words(again, source)
     found += [f"description: {text}" for text in model_differences(source, made, 0.0)]
     found += [f"{what}: {text}" for text in model_differences(_with_urdf_names(source), again, carried_by_urdf=True)]

@@ -6,12 +6,14 @@ has more digits.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 from .diagnostics import Span
-from .numbers import Style
+from .numbers import SHORT
 from .tree import Map, Seq
 
 # Fewer digits than these are taken for a choice, not for rounding: 0.1 is 0.1.
@@ -21,6 +23,52 @@ _MOST = 14
 # By how much less a number is known that was calculated from printed ones.
 _CALCULATED = 4.0
 _NUMBER = re.compile(r"[+-]?(?P<whole>[0-9]*)\.?(?P<part>[0-9]*)(?:[eE](?P<power>[+-]?[0-9]+))?")
+
+_DIGITS_OF_SHORT = 13  # always enough for ``short``; a number that has more was printed exactly
+
+
+class Style(NamedTuple):
+    """The number of digits that numbers are printed with: significant ones, decimals, or (neither) some of each."""
+
+    digits: int
+    significant: bool = False
+    decimals: bool = False
+
+    def tolerance(self, value: float) -> float:
+        """Return the largest error of a number that is printed like that."""
+        point = 0.5 * 10.0**-self.digits
+        if not value:
+            return point if self.decimals else 0.0
+        first = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) + 1 - self.digits)
+        known = point if self.decimals else min(first, point)
+        if self.significant:
+            known = max(first, point) if self.decimals else first
+        # A number that is this long may be one that ``short`` has printed.
+        return max(known, off_by_short(value)) if self.digits >= _DIGITS_OF_SHORT - 1 else known
+
+
+# What ``six`` prints.
+SIX = Style(6)
+
+
+def off_by_short(value: float, largest: float = 0.0) -> float:
+    """Return how far a number may be off that is no longer than ``short`` prints it; a longer one is exact."""
+    if float(f"{value:.{_DIGITS_OF_SHORT}g}") != value:
+        return 0.0
+    return _ABOVE * SHORT * max(abs(value), largest)
+
+
+# The bound was that of the number before it was rounded.
+_ABOVE = 1 + 1e-9
+_tolerance_of_six = lru_cache(maxsize=20_000)(SIX.tolerance)
+
+
+def off_by_six(value: float, largest: float = 0.0) -> float:
+    """Return how far a number may be off where none has more digits than ``six`` prints.
+
+    ``short`` may have printed them as well: what is small beside the largest entry of its vector is 0 then.
+    """
+    return max(_tolerance_of_six(value), off_by_short(value, largest))
 
 
 class Printing(NamedTuple):

@@ -1,7 +1,5 @@
 """What an import of an MJCF lists may differ, of that feature and in that way; how both moved is said in words."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
-from rosorin_compile.language.arguments import Argument
+from rosorin_compile.language.arguments import choices, combinations, declared
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
@@ -224,11 +224,13 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
 
 
 def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
-    arguments, wrong = Argument.declared(root, {}, packages)
+    arguments, wrong = declared(root, {}, packages)
     if has_errors(wrong):
         return {(): _in_words(wrong[0])}
     made: dict[tuple[str, ...], Robot | str] = {}
-    for given in islice(Argument.combinations(arguments), _MOST_ROBOTS):
+    varied = choices(arguments, {})
+    for row in islice(combinations(varied), _MOST_ROBOTS):
+        given = dict(zip((name for name, _ in varied), row, strict=True))
         found = Request.of(root, given, packages).read()
         robot = found.robot
         errors = [_in_words(one) for one in found.diagnostics if one.severity == ERROR]

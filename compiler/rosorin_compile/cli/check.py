@@ -18,7 +18,7 @@ from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.language.arguments import Argument, Choice, Combination, combinations, declared
+from rosorin_compile.language.arguments import Choice, Combination, choices, combinations, declared
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
@@ -167,7 +167,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     if not committed.same:
 
         def blocks() -> list[Block]:
-            from rosorin_compile.compare.text_report import blocks
+            from .check_tables import blocks
 
             return blocks(comparison.changes, comparison.texts, committed.meshes)
 
@@ -201,7 +201,7 @@ def _check_every(run: Run, description: Description) -> int:
     if has_errors(wrong):
         run.console.show(wrong)
         return PROBLEMS
-    varied = Argument.choices(arguments, values)
+    varied = choices(arguments, values)
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
     for number, combination in enumerate(tried, 1):

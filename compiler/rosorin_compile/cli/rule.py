@@ -6,7 +6,7 @@ import re
 import textwrap
 from collections.abc import Iterable
 
-from rosorin_compile.language.accepting import STAYS
+from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.rule_registry import PLUGINS, Rule
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.language.accepting import names_at
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.expand.tracing import mistake_place
-from rosorin_compile.language.misnamed import name_meant
 from rosorin_compile.language.schema import TEMPLATE
+from rosorin_compile.language.suggestions import name_meant
+from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Reference, SymbolTable
 from rosorin_compile.model import Joint, Link, Output, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Span, or_else

@@ -7,13 +7,13 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.language.accepting import accepted, unused
-from rosorin_compile.language.accepting import settled as without_accepted
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.expand.tracing import USED
+from rosorin_compile.language.lower.links import RULES as LINK_RULES
 from rosorin_compile.language.lower.sections import is_resolved
-from rosorin_compile.language.lower.shapes import RULES as SHAPE_RULES
 from rosorin_compile.language.section_registry import plugged as plugged_sections
+from rosorin_compile.language.suppressions import accepted, unused
+from rosorin_compile.language.suppressions import settled as without_accepted
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import own_sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
@@ -113,7 +113,7 @@ def is_id(text: str) -> bool:
 def acceptable() -> Mapping[str, Rule]:
     """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
     all_checks = (*checks(), *(check for _, check in (*plugged().checks, *_section_checks())))
-    rules = (*SHAPE_RULES, *(rule for check in all_checks for rule in check.rules))
+    rules = (*LINK_RULES, *(rule for check in all_checks for rule in check.rules))
     return {rule.id: rule for rule in sorted(rules, key=lambda rule: rule.id) if rule.accept}
 
 

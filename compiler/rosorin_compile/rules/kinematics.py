@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import count
 
-from rosorin_compile.language.lower import owner_of_frame
+from rosorin_compile.language.lower.lowering import owner_of_frame
 from rosorin_compile.language.symbols import MOUNT, Reference
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, nearest

@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rosorin_compile.language.misnamed import word_meant
+from rosorin_compile.language.suggestions import word_meant
 from rosorin_compile.model import Output
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, swaps
 from rosorin_compile.source.rule_registry import OUTPUTS, rule

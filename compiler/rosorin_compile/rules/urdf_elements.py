@@ -269,7 +269,7 @@ _FREE = ("plugin", "script", "shader", "meta")  # their contents are their own
 
 
 @cache
-def _sdf_elements() -> Mapping[str, list[str]]:
+def sdf_elements() -> Mapping[str, list[str]]:
     """Return the elements of SDF by their parent, of all versions that are read."""
     elements: dict[str, list[str]] = json.loads(files.read_text(data_folder("schemas") / "sdf_elements.json"))[
         "elements"
@@ -330,7 +330,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
     holder = parent
     if parent == "sdf":
         holder = "model" if above[-1] == "robot" else above[-1]
-    known = _sdf_elements().get(holder)
+    known = sdf_elements().get(holder)
     if known is None or tag in known:
         return None
     return f"SDF has no <{tag}> in <{holder}>", did_you_mean(tag, sorted(known)) or "correct it, or remove it"
@@ -338,7 +338,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
 
 def _unknown_keys(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagnostic]:
     """Yield the keys of a sensor's elements that are no elements of SDF."""
-    known = _sdf_elements().get(parent, [])
+    known = sdf_elements().get(parent, [])
     for name, value in elements.items() if isinstance(elements, Map) and known else ():
         if name in _FREE or ":" in name or name == "attributes" or value is None:
             continue

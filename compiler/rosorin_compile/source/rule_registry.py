@@ -1,9 +1,8 @@
-"""The registry of rules: what each id of a diagnostic means, said where it is raised.
+"""The registry of rules: what each id of a diagnostic means.
 
-A rule of meaning is a function under ``@rule``; what other stages say is declared beside the code that says it, in a
-tuple ``RULES`` of the module. Nothing is collected while a robot is compiled. Who wants to know what an id means asks
-``find`` or ``every_rule``, which read the declarations out of the sources: without importing anything, so also where
-an extra is not installed. That is why ids and texts of the tool's own rules are plain literals.
+A rule about the meaning of a robot is a function under ``@rule``; rules of other stages are declared in a tuple
+``RULES`` next to their code. ``find`` and ``every_rule`` read the declarations from the source files, without importing
+them, so also where an extra is not installed: ids and texts of the tool's own rules are plain literals.
 """
 
 from __future__ import annotations
@@ -60,19 +59,15 @@ WRITING, READING, MESHES, PHYSICS = Heading.WRITING, Heading.READING, Heading.ME
 ASKING, PACKAGES, RECORDINGS, PARAMETERS = Heading.ASKING, Heading.PACKAGES, Heading.RECORDINGS, Heading.PARAMETERS
 NAVIGATION, PLUGINS = Heading.NAVIGATION, Heading.PLUGINS
 
-_MARKS = (b"Rule(", b"@rule(")
-
 
 @dataclass(frozen=True)
 class Rule:
-    """What the id of a diagnostic means: its entry on the page of rules.
+    """The entry of a rule on the page of rules.
 
-    ``what`` is wrong, and the way out (``help``), are a sentence or three of Markdown, links as seen from ``docs``.
-    ``topic`` is the heading under which it stands. ``accept`` is what a description may name that breaks the rule all
-    the same: "link", "joint" or "link or joint"; empty if nothing may. ``imported`` says when a robot of others is
-    accepted like that: "always", for all readers live with it, or "lenient", for some do; empty for never. ``asked``
-    says what a run has to ask for to tell it: "meshes" (mesh files are looked for), "physics", "simulation"; empty for
-    every run.
+    ``what`` and ``help`` are Markdown with links relative to ``docs``; ``topic`` is the heading. ``accept``: what a
+    description may name that breaks the rule ("link", "joint", "link or joint" or empty). ``imported``: whether a robot
+    in another format is accepted like that ("always", "lenient" or empty). ``asked``: what a run has to request to
+    check it ("meshes", "physics", "simulation" or empty).
     """
 
     id: str
@@ -90,9 +85,8 @@ class Rule:
 
     @property
     def mild(self) -> bool:
-        """Whether it can be less than an error, a warning or a note: its entry says so."""
-        words = self.what.lower().replace(":", " ").replace(",", " ").split()
-        return "warning" in words or "note" in words
+        """Whether it can be a warning or a note, by its text."""
+        return bool({"warning", "note"} & set(self.what.lower().replace(":", " ").replace(",", " ").split()))
 
     @property
     def severity(self) -> str:
@@ -107,31 +101,30 @@ class Rule:
 
 
 def check_texts(rule: Rule) -> None:
-    """Raise TypeError for a rule of a plug-in with something else than texts."""
-    for field in fields(rule):
-        value = getattr(rule, field.name)
+    """Raise TypeError for a rule of a plug-in with other fields than texts."""
+    for name, value in vars(rule).items():
         if not isinstance(value, str):
-            raise TypeError(f"{field.name} of a rule is a text, not {str(value)[:60]!r}")
+            raise TypeError(f"{name} of a rule is a text, not {str(value)[:60]!r}")
 
 
 class Check(NamedTuple):
-    """A function that yields what it finds wrong with a robot, and the rules that are declared with it.
+    """A function that yields diagnostics of a robot, and the rules that are declared with it.
 
-    As a decorator it makes a check of a function that tells problems of rules that are declared elsewhere.
+    As a decorator it is for a function whose rules are declared elsewhere.
     """
 
     function: Look
     rules: tuple[Rule, ...] = ()
 
     def __call__(self, case: Case) -> Iterable[Diagnostic]:
-        """Return what is wrong with a robot."""
+        """Return the diagnostics of a robot."""
         return self.function(case)
 
 
 def rule(
     id: str, what: str = "", help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
 ) -> Callable[[Look | Check], Check]:
-    """Make a check of a function, and declare a rule whose problems it yields; one decorator for each of them.
+    """Declare a rule, and make a check of the function that yields its diagnostics; one decorator for each rule.
 
     The arguments are those of ``Rule``; without ``what`` it is the first paragraph of the docstring. A plug-in names
     the function as an entry point of ``rosorin_compile.rules``.
@@ -167,7 +160,7 @@ OF_PLUGINS: dict[str, Rule] = {}
 def find(ids: Collection[str]) -> dict[str, Rule]:
     """Return those of the tool's own rules that have one of the ids, by id."""
     quoted = [f'"{id}"'.encode() for id in ids]
-    rules = (rule for path, text in _declaring() if any(one in text for one in quoted) for rule in declared_in(text))
+    rules = (rule for _, text in _declaring() if any(one in text for one in quoted) for rule in declared_in(text))
     return {rule.id: rule for rule in rules if rule.id in ids}
 
 
@@ -185,7 +178,7 @@ def every_rule() -> dict[str, Rule]:
 def _declaring() -> Iterator[tuple[Path, bytes]]:
     for path in sorted(_PACKAGE.glob("**/*.py")):
         text = path.read_bytes()
-        if any(mark in text for mark in _MARKS):
+        if b"Rule(" in text or b"@rule(" in text:
             yield path, text
 
 
@@ -217,7 +210,7 @@ def _read(call: ast.Call) -> Rule:
     def value(node: ast.expr) -> Any:
         if isinstance(node, ast.Attribute):
             return getattr(Heading, node.attr)
-        return globals()[node.id] if isinstance(node, ast.Name) else ast.literal_eval(node)
+        return globals()[node.id] if isinstance(node, ast.Name) else ast.literal_eval(node)  # a name is a heading
 
     given = {field.name: value(node) for field, node in zip(fields(Rule), call.args, strict=False)}
     given |= {str(keyword.arg): value(keyword.value) for keyword in call.keywords}

@@ -89,6 +89,8 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
         yield case.problem(id, message, path[:-1], "widen them, or leave them out", within=True)
     interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
     lower, upper = joint.limits_of(interface)
+    if id in ("pose-beyond-limit", "mimic-beyond-limit") and joint.limit and joint.type != "continuous":
+        lower, upper = joint.limit.lower, joint.limit.upper  # also if they are stand-ins
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
         return
@@ -109,6 +111,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
     if first < low - slack or last > high + slack:
         shown = number(first) if first == last else f"{number(first)} to {number(last)}"
         message = f'{called} joint "{joint.name}" at {shown}, beyond its limits of {number(low)} to {number(high)}'
+        message += f" {joint.unit}" if interface == "position" else ""
         limit = case.joint(joint, "limit")
         related.append(("the limit", case.value(limit, "lower" if first < low - slack else "upper")))
         message += case.stands_in(limit)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 _MAX_RELATED = 3
 _AROUND = "elements"  # a tag that nobody closes by mistake
-_CLOSES = r"</(.+)> closes what is not open: <(.+)> is"
+_CLOSES = r"</(.+)> does not close <(.+)>"
 _UNIQUE = ("ros2_control", "transmission", "plugin", "sensor")  # elements of which a reader takes one of a name
 
 

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import frames
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.launching import condition, in_frontends, in_python
+from rosorin_compile.formats.frames import publishing
+from rosorin_compile.formats.launch_conditions import condition, in_frontends, in_python
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Link, Robot
-from rosorin_compile.rules.conditions import combinations, holds
-from rosorin_compile.rules.publishing import in_words, publishing
+from rosorin_compile.rules.publishers import combinations, holds
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.viewer.frame_trees import frame_trees
@@ -502,7 +502,7 @@ def test_proof_of_the_reference_robot():
     joints = {j.child for j in robot.joints if j.publisher.kind != "none" and j.publisher.name}
     assert set(proof.published) == edges | joints
     assert proof.gaps == proof.wrong == proof.unchecked == ()
-    words = in_words(proof)
+    words = proof.in_words()
     assert words.startswith(
         f"Checked with slam on and with it off: each of {len(proof.published)} frames has one parent"
     )
@@ -511,5 +511,5 @@ def test_proof_of_the_reference_robot():
 def test_no_proof_of_what_does_not_hold():
     edges = [{"parent": "odom", "child": "base", "publisher": who} for who in ("a", "b")]
     description = {"robot": "r", "links": {"base": {}}, "publishers": dict.fromkeys("ab"), "edges": edges}
-    assert in_words(publishing(model(description))) == ""
-    assert in_words(publishing(model({"robot": "r", "links": {"base": {}}}))) == ""
+    assert publishing(model(description)).in_words() == ""
+    assert publishing(model({"robot": "r", "links": {"base": {}}})).in_words() == ""

@@ -17,7 +17,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.sdf.bodies import bodies_of
+from rosorin_compile.sdf.content import content_of
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.report import text as report
@@ -75,7 +75,7 @@ def test_a_robot_comes_back_as_it_was(seed, tmp_path):
     robot = robot_of(random.Random(seed))  # noqa: S311 - a case, no secret
     path = tmp_path / "robot.sdf"
     path.write_text(written(robot), "utf-8")
-    weightless = frozenset(bodies_of(robot).weightless)
+    weightless = frozenset(content_of(robot).weightless)
     back = as_in_sdf(robot_in(path), weightless)
     assert different(as_in_sdf(robot, weightless), back, 0.0, carried_by_urdf=False) == []
 
@@ -90,7 +90,7 @@ def test_the_reference_robot_and_the_examples_come_back_as_they_were(file, tmp_p
     assert robot is not None
     path = tmp_path / "robot.sdf"
     path.write_text(written(robot, gazebo=False), "utf-8")
-    weightless = frozenset(bodies_of(robot).weightless)
+    weightless = frozenset(content_of(robot).weightless)
     # Hardware and controllers are said in a URDF and beside it.
     plain = replace(robot, control=(), controllers=())
     sides = (as_in_sdf(one, weightless) for one in (plain, robot_in(path)))
@@ -191,7 +191,7 @@ def test_an_include_is_read_where_the_user_says_and_nowhere_else(tmp_path):
 
 
 def test_what_is_included_has_one_budget_of_elements(tmp_path, monkeypatch):
-    monkeypatch.setattr("rosorin_compile.sdf.included.MAX_ELEMENTS", 200)
+    monkeypatch.setattr("rosorin_compile.sdf.reading.MAX_ELEMENTS", 200)
     links = "".join(f'<link name="l{number}"/>' for number in range(48))
     (tmp_path / "part.sdf").write_text(FOLLOWERS.format("1.9", links), "utf-8")
     many = "".join(f"<include><uri>part.sdf</uri><name>p{number}</name></include>" for number in range(9))

@@ -11,7 +11,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Ellipsoid, Joint, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.mass import along_link
-from rosorin_compile.sdf.bodies import bodies_of
+from rosorin_compile.sdf.content import content_of
 from support import in_drake, sdformat
 from support.engines import pose
 from support.machines import BODY, TESTER, chain, machine, robot_of
@@ -64,7 +64,7 @@ def judged(robot: Robot, folder: Path, count: int = STATES, seed: int = 7, **opt
             ours = np.eye(4)
             ours[:3, :3], ours[:3, 3] = place.rows, place.xyz
             np.testing.assert_allclose(frames[name], ours, atol=TOLERANCE, err_msg=name)
-    bodies = bodies_of(robot).inertials
+    bodies = content_of(robot).inertials
     assert set(found["masses"]) == set(bodies)
     for name, inertial in bodies.items():
         assert found["masses"][name] == pytest.approx(inertial.mass, rel=SHORT, abs=0)

@@ -4,11 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.change import Change
-from rosorin_compile.compare.sentences import Row
-from rosorin_compile.formats.load_robot import understand
-from rosorin_compile.language.explain.answer import explain
-from rosorin_compile.language.explain.explanation import Explanation
+from rosorin_compile.compare.changes import Change
+from rosorin_compile.formats.compiled import understand
+from rosorin_compile.language.explain import Explanation, explain
 from rosorin_compile.viewer.changed import change_data
 from support.paths import data_text
 
@@ -43,5 +41,5 @@ def test_a_page_shows_a_change_of_servos_at_their_first_joint() -> None:
     _, lowered, *_ = understand(Path("descriptions/arm/robot.yaml"), {})
     assert lowered is not None
     assert lowered.robot is not None
-    change = Change("servo", "small", "zero", "zero 450 -> 451", "", Row("small", "zero", "450", "451"), ("model",))
+    change = Change("servo", "small", "zero", "zero 450 -> 451", ("model",))
     assert change_data(change, [lowered.robot])["frame"] == "tool"

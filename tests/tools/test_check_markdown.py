@@ -59,7 +59,7 @@ def test_one_that_moved_and_one_that_does_not_compile(capsys: Shown) -> None:
     )
     assert "| error | `unknown-key` | `descriptions/arm/robot.yaml:5:" in made
     assert "### `dog`: not up to date\n\nrun rosorin-compile all to write them again\n" in made
-    row = "| `mast` in `base_link` | origin z | 0.1 m | 0.12 m | 20.0 mm | `urdf`, `frames` |"
+    row = "| mast moved 20.0 mm in `base_link`: origin z 0.1 -&gt; 0.12 m | `urdf`, `frames` |"
     assert made.count(row) == 1
     assert "<details><summary><code>dog.urdf</code>: different text</summary>" in made
     assert made.endswith("</details>\n\n- `cart`: 2 artifacts up to date in outputs/cart\n")
@@ -109,7 +109,7 @@ def test_deployed(capsys: Shown) -> None:
     made = told(capsys, *words, code=1)
     summary = "### `dog`: not as deployed\n\nrun rosorin-compile deploy to write them again\n\n0 of 2 copies in share"
     assert summary in made
-    assert "| `mast` in `base_link` | origin z | 0.1 m | 0.12 m | 20.0 mm | `a/dog.urdf`, `b/dog.urdf` |" in made
+    assert "| mast moved 20.0 mm in `base_link`: origin z 0.1 -&gt; 0.12 m | `a/dog.urdf`, `b/dog.urdf` |" in made
     assert "--- deployed/" in made
 
 

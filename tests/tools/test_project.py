@@ -111,8 +111,8 @@ def test_where_there_is_no_robot_it_is_said_how_to_get_one(
         assert main(words) == 2
         told = capsys.readouterr().err
         assert "there is no descriptions/*/robot.yaml here or above" in told
-        assert "rosorin-compile init NAME begins one" in told
-        assert "rosorin-compile import FILE makes one of a URDF" in told
+        assert "rosorin-compile init NAME creates one" in told
+        assert "rosorin-compile import FILE converts a URDF" in told
 
 
 def test_an_install_space_of_links(project: Path, capsys: Shown) -> None:

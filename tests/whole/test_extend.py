@@ -322,7 +322,6 @@ RECORDS = {
 COMPARED = {
     "view=lambda robot, output: 1 / 0": "fails: ZeroDivisionError",
     "view=lambda robot, output: 3": "view and read return a dataclass",
-    "names=lambda output: {1: 2}": "texts are wanted",
 }
 READ = '    """Return the description that a file contains, as plain YAML values."""\n'
 READINGS = {

@@ -31,7 +31,7 @@
 | | | a text: as the definition that is called so |
 | ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
 | ``x-sourced`` | a section | its entries have the source of their file, where they have none of their own |
-| ``x-within`` | a number | it is within another number of its joint: ``limit`` |
+| ``x-within`` | a number | the limits of its joint bound it; the rule that reports it beyond |
 | ``x-ordered`` | a section | its entries are in the model as they are written; else by name |
 | ``x-file`` | a section | the file, without its ending, that an import writes it into beside ``robot.yaml`` |
 | ``x-first`` | a mapping | the keys that an import writes first; the others stay as in the source |
@@ -104,38 +104,9 @@ ROBOT, WORLD = "robot", "world"
 SIMULATION, DESCRIPTION = "simulation", "description"
 ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
-# Each annotation and the field of a node that has it.
-WORDS = {
-    "x-names": "names",
-    "x-gives": "gives",
-    "x-otherwise": "otherwise",
-    "x-scope": "scope",
-    "x-spelt": "spelt",
-    "x-said": "said",
-    "x-among": "among",
-    "x-names-in": "inside",
-    "x-mirror": "mirror",
-    "x-attached": "attached",
-    "x-in-parts": "in_parts",
-    "x-in-types": "in_types",
-    "x-accepted": "accepted",
-    "x-reckoned": "reckoned",
-    "x-whole": "whole",
-    "x-called": "called",
-    "x-explained": "explained",
-    "x-topic": "topic",
-    "x-compared": "compared",
-    "x-merge": "merge",
-    "x-sourced": "sourced",
-    "x-within": "within",
-}
-
-# Beside them what ``synonyms``, lowering and an import read: all that validators and editors have no use for.
-ANNOTATIONS = frozenset((*WORDS, "x-unmirrored", "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
-
 
 class Node(NamedTuple):
-    """What the schema says of the values at a place.
+    """The annotations of the values at a place of the schema, each by its word (``inside``: ``x-names-in``).
 
     ``of`` is what is found here or anywhere below: the kinds of names that are looked up, and MIRROR, GIVES, INSIDE,
     SPELT.
@@ -183,6 +154,13 @@ class Node(NamedTuple):
             if below is not None and below.otherwise and key not in entry:
                 with suppress(KeyError):  # what it follows from is missing, too
                     yield key, below.gives, below.otherwise.format_map(texts(entry))
+
+
+# Each annotation and the field of a node that has it.
+WORDS = {f"x-{name.replace('_', '-')}": name for name in Node._fields[: Node._fields.index("keys")]}
+WORDS["x-names-in"] = WORDS.pop("x-inside")
+# Annotations that ``synonyms``, lowering and imports read; validators and editors have no use for any of them.
+ANNOTATIONS = frozenset((*WORDS, "x-unmirrored", "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
 
 
 def texts(entry: Mapping[str, Any]) -> dict[str, str]:

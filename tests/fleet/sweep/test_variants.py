@@ -148,7 +148,7 @@ def test_suggestions_for_misspelt_columns() -> None:
         ("- r1\n", "fleet.yaml:1:3: error[variants-list]"),
         ("- {mast: 1}\n", "fleet.yaml:1:3: error[variant-name]"),
         ("r1: 5\n", "fleet.yaml:1:5: error[variants-list]"),
-        ("r1: {}\nr1: {}\n", "fleet.yaml:2:1: error[variant-name]"),
+        ("r1: {}\nr1: {}\n", "fleet.yaml:2:1: error[duplicate-key]"),
         ("just text\n", "fleet.yaml:1:1: error[not-a-mapping]"),
         ("r1: {a: 1, a: 2}\n", "fleet.yaml:1:12: error[duplicate-key]"),
         ("r1: {\n", "fleet.yaml:1:5: error[yaml-syntax]"),

@@ -7,8 +7,7 @@ import pytest
 
 pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.compare.proof import Proof
-from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.imported import Imported, Proof
 from rosorin_compile.mujoco.mjcf import proof
 from rosorin_compile.mujoco.mjcf.proof import is_listed
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic

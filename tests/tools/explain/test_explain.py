@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.load_robot import understand
+from rosorin_compile.formats.compiled import understand
 from rosorin_compile.importing.new_robot import start
 from rosorin_compile.language.arguments import read
-from rosorin_compile.language.explain.answer import NotThere, explain
-from rosorin_compile.language.explain.explanation import Answer, Explanation, Meaning, Number, Origin, Where
+from rosorin_compile.language.explain import Answer, Explanation, NotThere, Number, explain
+from rosorin_compile.language.origins import Meaning, Origin, Where
 from support.commands import HANDY
 
 pytestmark = pytest.mark.usefixtures("project")

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.load_robot import understand
-from rosorin_compile.language.explain.answer import explain
-from rosorin_compile.language.explain.explanation import Explanation, Number
+from rosorin_compile.formats.compiled import understand
+from rosorin_compile.language.explain import Explanation, Number, explain
 from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.source.load import plain_scalar

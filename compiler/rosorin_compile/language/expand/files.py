@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
 from rosorin_compile.source.files import Version, is_file, record, recording, resolve, shown
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
-from rosorin_compile.source.memo import forget
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
@@ -34,8 +33,8 @@ from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq, loca
 
 from ..annotations import ENTRIES, ITEMS, WITHIN
 from ..expression.functions import ExpressionError
-from ..misnamed import word_meant
 from ..schema import holds_many, keys_of, merged, sections
+from ..suggestions import word_meant
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
 from .parts import copy, join_within, sourced
 
@@ -56,7 +55,6 @@ RULES = (
 
 
 MAX_FILES = 500
-_FORGETS = 200  # robots of one description after which what was remembered of them is let go of
 
 # Sections that are joined and are none of a whole description.
 _OF_PARTS = ("parts", "sensor_types", "use")
@@ -115,21 +113,16 @@ def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, 
 class Kept:
     """What was read of one description, to be taken again while its files are what they were, to the letter.
 
-    For whoever compiles it again and again in one go: where the names of packages lead is not asked once more, and the
-    numbers of many robots are not remembered, so that memory stays what it is.
+    For whoever compiles it again and again in one go: where the names of packages lead is not asked once more.
     """
 
     def __init__(self) -> None:
-        self.robots = 0
         self.reader: Reader | None = None
         self.root: Map | None = None
         self.looked_for: dict[Path, Version] = {}  # as ``recording`` has them
 
     def read(self, reader: Reader) -> tuple[Reader, Map | None]:
         """Return the joined files of a description, and who has read them: ``reader`` or one before, both anew."""
-        self.robots += 1
-        if self.robots % _FORGETS == 0:
-            forget()
         before = self.reader
         if before is not None and before.same_as(reader) and before.is_current():
             for file, version in self.looked_for.items():

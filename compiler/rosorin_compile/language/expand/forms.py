@@ -17,8 +17,8 @@ from rosorin_compile.source.wording import in_words, unseen
 from ..annotations import ENTRIES, ITEMS
 from ..expression import pieces
 from ..expression.functions import kind_of
-from ..misnamed import text_meant_by, text_tails, word_meant
 from ..schema import merged, of_parts, of_types, resolve, schema
+from ..suggestions import text_meant_by, text_tails, word_meant
 from .ledger import Failed
 from .scope import Scope
 

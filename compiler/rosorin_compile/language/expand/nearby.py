@@ -1,4 +1,4 @@
-"""Nearby: the names of files that an include may have, and what is wrong with one that it cannot have."""
+"""Names of included files: their packages, and messages about files that are not found."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ADDRESS = "package://"
 
 
 def address(name: str) -> tuple[str | None, str]:
-    """Return the ROS package that a name of a file begins with, None if it names none, and the file.
+    """Split the name of a file into its ROS package, or None, and the rest.
 
     >>> address("package://arm/parts/hand.yaml"), address("hand.yaml")
     (('arm', 'parts/hand.yaml'), (None, 'hand.yaml'))
@@ -26,13 +26,13 @@ def address(name: str) -> tuple[str | None, str]:
 
 
 def package_missing(package: str) -> tuple[str, str]:
-    """Return what is said of a ROS package that is not found, and the way out."""
+    """Return the message about a ROS package that is not found, and the help."""
     way_out = f"say where it is, --package {package}=FOLDER or packages: of the include; or source its workspace"
     return f'the package "{package}" is not found', way_out
 
 
 def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
-    """Return what is said of a file; of one that is not there, with the file beside it that is nearly called so."""
+    """Add a suggestion to the error about a file that does not exist: a file in the folder with a similar name."""
     if diagnostic.rule != "file-unreadable":
         return diagnostic
     close = None if files.exists(target) else Description.nearest_file(target)
@@ -44,14 +44,14 @@ def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
 
 
 def outside(name: str, by: Path, folder: Path) -> str:
-    """Return why a file that ``by`` names is not inside a folder (links followed): by its name, or by a link."""
+    """Return the message about a file that ``by`` names and that is outside of a folder, by its name or a link."""
     written = os.path.normpath(files.resolve(by.parent) / name)
     by_link = ": a link leads there" if Path(written).is_relative_to(folder) else ""
     return f"{name} is {outside_of(folder)}{by_link}"
 
 
 def outside_of(project: Path) -> str:
-    """Return the words for what is not in the project of a description, or not beside a lone one."""
+    """Return the words for a place outside of the project of a description."""
     if files.is_folder(project / DESCRIPTIONS):
         return "outside the project, the folder that has descriptions/"
     return "outside the folder of the description"

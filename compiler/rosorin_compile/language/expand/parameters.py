@@ -17,8 +17,7 @@ from rosorin_compile.source.wording import quoted
 
 from ..expression import CHOICES
 from ..expression.functions import kind_of
-from ..misnamed import text_meant_by, text_tails, word_meant
-from ..suggestions import flag_meant, number_meant
+from ..suggestions import flag_meant, number_meant, text_meant_by, text_tails, word_meant
 from .ledger import Failed
 from .scope import Scope
 

@@ -14,8 +14,8 @@ from rosorin_compile.source.load import LoadError, load_own
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
 
-from ..misnamed import word_meant
 from ..schema import of_types
+from ..suggestions import word_meant
 from .forms import KEPT, check_sensor_type
 from .ledger import Failed
 from .parameters import declare

@@ -72,7 +72,7 @@ def test_every_look_alike_stands_for_a_latin_letter_or_a_dash():
     [
         ("b\u0430se_link", 'did you mean "base_link"? the two differ in U+0430 CYRILLIC SMALL LETTER A'),
         ("\u0432\u0430se_link", 'did you mean "base_link"?'),  # the first of its letters is like none of Latin
-        ("base\u200b_link", 'did you mean "base_link"? the two differ in U+200B ZERO WIDTH SPACE, which nobody sees'),
+        ("base\u200b_link", 'did you mean "base_link"? the two differ in U+200B ZERO WIDTH SPACE, which is invisible'),
         ("Base_link", 'did you mean "base_link"?'),
     ],
 )

@@ -25,7 +25,7 @@ from rosorin_compile.model import Transform as Rigid
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, nearest
 from rosorin_compile.source.numbers import exact
-from rosorin_compile.source.tree import Path
+from rosorin_compile.source.tree import Path, at
 
 from .expand import Expanded
 from .lower import Lowered
@@ -345,7 +345,7 @@ class _Frames:
         """Yield every number below a path, named by the keys that lead to it; ``joint`` determines the units."""
         leader = self.robot.joint.get(joint.mimic.joint) if joint is not None and joint.mimic is not None else None
         slides, leads = (one is not None and one.type in ("prismatic", "planar") for one in (joint, leader))
-        waiting: list[tuple[Path, object]] = [(path, self.origins.tree.at(path))]
+        waiting: list[tuple[Path, object]] = [(path, at(self.origins.tree, path))]
         while waiting:
             here, value = waiting.pop(0)
             if isinstance(value, list) and any(isinstance(item, list) for item in value):

@@ -7,7 +7,6 @@ import json
 import re
 import shutil
 import xml.etree.ElementTree as ET
-from collections import Counter
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -19,9 +18,11 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.language.expand.prefixing import _Renamer
-from rosorin_compile.source.diagnostics import ERROR, WARNING
+from rosorin_compile.language.expand.included_robots import prefixed
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Source
 from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.source.tree import Instance
 from support.commands import write_files
 from support.engines import pose
 from support.paths import DATA
@@ -507,7 +508,10 @@ def test_renaming_only_ever_puts_the_prefix_in(parts):
     """The elements stay what they are: without the prefix they are the same text, and only whole names have one."""
     text = "".join(form.format(one, other) for form, one, other in parts)
     names = {"tool0", "base", "lift"}
-    renamed = _Renamer("PRE_", names, (), Counter()).elements(text)
+    tree = parse_yaml(
+        Source("robot.yaml", json.dumps({"links": {name: {} for name in names}, "urdf_elements": [text]}))
+    )
+    (renamed,) = prefixed(tree, "PRE_", Instance("included", tree.span))[0]["urdf_elements"]
     assert renamed.replace("PRE_", "") == text
     assert set(re.findall(r"PRE_(\w+)", renamed)) <= names
     before, after = (ET.fromstring(f"<r>{t}</r>") for t in (text, renamed))

@@ -28,7 +28,6 @@ from .templating import TemplateProblem, Templates
 from .unsupported import notes as unsupported_notes
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.expand.files import Kept
     from rosorin_compile.language.expand.included_robots import Tell
     from rosorin_compile.source.project import Resolved
 
@@ -125,7 +124,7 @@ def compile_robot(
     packages: Mapping[str, Path] | None = None,
     search: Search | None = None,
     requested: Sequence[str] = (),
-    cache: dict[Path, Kept] | None = None,
+    cache: dict[Any, Any] | None = None,
     *,
     exact: bool = False,
 ) -> Compiled:
@@ -142,7 +141,7 @@ def compile_robot(
                 robot = replace(robot, outputs=tuple(map(_with_all_digits, robot.outputs)))
                 understood = understood._replace(lowered=understood.lowered._replace(robot=robot))
             if understood.expanded.scope is not None:
-                understood.expanded.scope.ledger.forget()
+                understood.expanded.scope.expansion.forget()
             compiled = emit(understood, path, search, requested)
         except OSError as problem:
             if problem.filename is None:

@@ -133,16 +133,16 @@ class Imported(NamedTuple):
 
     def typed(self) -> Imported:
         """Return it with what the types of its sensors bring; what is wrong with those is all that it says then."""
-        from rosorin_compile.language.expand.ledger import Ledger
+        from rosorin_compile.language.expand.expansion import Expansion
         from rosorin_compile.language.expand.scope import Scope
         from rosorin_compile.language.expand.sensor_types import apply_types
         from rosorin_compile.source.project import data_folder
 
-        made, ledger = self.whole.copied(), Ledger()
+        made, expansion = self.whole.copied(), Expansion()
         if isinstance(made.get("sensors"), Map):
             made["sensors"] = made["sensors"].copied()
-            apply_types(made, None, Scope(ledger), data_folder("parts_library") / "sensors.yaml")
-        return self._replace(tree=made, diagnostics=ledger.diagnostics)
+            apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
+        return self._replace(tree=made, diagnostics=expansion.diagnostics)
 
     def with_sections(self, sections: Mapping[str, Any]) -> Imported:
         """Return it with more sections, whose values are plain or trees; those that are empty go."""
@@ -158,21 +158,21 @@ class Imported(NamedTuple):
 
     def relative_files(self) -> list[str]:
         """Return the relative names of mesh and texture files, each once, in their order."""
-        from rosorin_compile.language.expand.prefixing import relative_files
+        from rosorin_compile.language.expand.asset_files import relative_files
 
         return relative_files(self.whole)
 
     def with_files_named(self, name: Callable[[str], str]) -> Imported:
         """Return it with each name of a mesh or texture file as ``name`` makes it."""
-        from rosorin_compile.language.expand.prefixing import with_files_named
+        from rosorin_compile.language.expand.asset_files import map_files
 
-        return self._replace(tree=with_files_named(self.whole, name))
+        return self._replace(tree=map_files(self.whole, name))
 
     def with_files_below(self, folder: str) -> Imported:
         """Return it with ``folder`` before the relative names of mesh and texture files."""
-        from rosorin_compile.language.expand.prefixing import moved
+        from rosorin_compile.language.expand.asset_files import move_files
 
-        return self._replace(tree=moved(self.whole, folder))
+        return self._replace(tree=move_files(self.whole, folder))
 
 
 def file_name(name: str) -> str:

@@ -27,7 +27,6 @@ from .imported import Imported, ReadOptions
 from .reading import outputs_of, read_robot
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.expand.files import Kept
     from rosorin_compile.language.expand.included_robots import How, Tell
     from rosorin_compile.rules.case import Case
 
@@ -84,7 +83,7 @@ def understand(
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
     requested: Sequence[str] = (),
-    cache: dict[Path, Kept] | None = None,
+    cache: dict[Any, Any] | None = None,
 ) -> Understood:
     """Load the description whose main file is ``path``; no artifact is generated.
 
@@ -126,10 +125,10 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
         diagnostics += expanded.unused
     found = settled(tree, diagnostics, rules.acceptable())
     diagnostics = found.diagnostics
-    if expanded.scope and expanded.scope.ledger.left_out and any(one.severity != NOTE for one in diagnostics):
-        from rosorin_compile.language.expand.left_out import told_by_cause
+    if expanded.scope and expanded.scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
+        from rosorin_compile.language.expand.dropped_entries import explain_missing_names
 
-        diagnostics = told_by_cause(expanded.scope, tree, diagnostics)
+        diagnostics = explain_missing_names(expanded.scope, tree, diagnostics)
     return Understood(expanded, lowered, arrange(diagnostics), found.used)
 
 

@@ -13,8 +13,8 @@ from rosorin_compile.source.tree import Map, Seq, locate
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.wording import counted, in_words, unseen
 
+from .expand.provenance import problem_at
 from .expand.scope import Scope
-from .expand.tracing import problem_at
 from .misnamed import fallen_out, is_meant, key_meant, text_tails, word_meant
 from .schema import Steps, part_at, resolve, subject
 from .suggestions import (

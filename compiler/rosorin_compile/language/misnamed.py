@@ -12,7 +12,7 @@ from rosorin_compile.source.diagnostics import did_you_mean, nearest
 from rosorin_compile.source.tree import Map, Path, locate, prefix_at
 from rosorin_compile.source.units import parse_unit
 
-from .expand.tracing import text_at
+from .expand.provenance import text_at
 from .schema import resolve
 from .symbols import MOUNT
 from .synonyms import OTHERS, VALUES, synonym, way_out, words_for

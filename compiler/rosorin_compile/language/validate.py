@@ -12,7 +12,7 @@ from rosorin_compile.source.rule_registry import SHAPE, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
 
-from .expand.tracing import problem_at
+from .expand.provenance import problem_at
 from .schema import Steps, backend_of, has_entries, sections, subject, unit_at, with_outputs
 from .validator import misfits_of, validator_of
 

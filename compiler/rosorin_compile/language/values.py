@@ -74,7 +74,7 @@ def _check_letters(kind: str, places: dict[str, Place], scope: Scope) -> None:
             related = (Related("the other one", places[twin].span), *place.stack())
             help = "give one of them another name"
             alike = Diagnostic("names-look-alike", WARNING, message, place.span, related, help)
-            scope.ledger.diagnostics.append(alike)
+            scope.expansion.diagnostics.append(alike)
 
 
 _Unused = tuple[str, Place, str]
@@ -116,7 +116,7 @@ class ValueTable:
 
     def __init__(self, root: Map, reader: Reader, scope: Scope) -> None:
         self.root, self.reader = root, reader
-        self.is_constant = scope.ledger.is_constant
+        self.is_constant = scope.expansion.is_constant
 
     def uses(self, name: str) -> list[Place]:
         """Return the places of the expressions that use an argument or a named value of the description."""

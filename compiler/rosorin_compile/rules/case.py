@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.language.accepting import names_at
+from rosorin_compile.language.expand.provenance import mistake_place
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.expand.tracing import mistake_place
 from rosorin_compile.language.misnamed import name_meant
 from rosorin_compile.language.schema import TEMPLATE
 from rosorin_compile.language.symbols import Reference, SymbolTable

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.language.accepting import accepted, unused
 from rosorin_compile.language.accepting import settled as without_accepted
+from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.expand.tracing import USED
 from rosorin_compile.language.lower.sections import is_resolved
 from rosorin_compile.language.lower.shapes import RULES as _OF_SHAPES
 from rosorin_compile.language.section_registry import plugged as sections_of_plugins

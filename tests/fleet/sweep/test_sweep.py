@@ -16,8 +16,8 @@ import pytest
 
 from rosorin_compile import Variant
 from rosorin_compile.cli.main import main
-from rosorin_compile.language.expand import files as reading
 from rosorin_compile.source.memo import forget
+from rosorin_compile.variants import compiling
 from rosorin_compile.variants import writing as command
 from rosorin_compile.variants.compiling import Job, Result
 from rosorin_compile.variants.folder import VariantsFolder
@@ -321,14 +321,14 @@ def test_a_second_run_into_the_folder_is_refused(capsys: Shown) -> None:
 
 
 def test_numbers_of_many_variants_are_let_go_of(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reading, "_FORGETS", 3)
+    monkeypatch.setattr(compiling, "_FORGET_AFTER", 3)
     forgets: list[int] = []
-    monkeypatch.setattr(reading, "forget", lambda: (forgets.append(len(forgets)), forget()))
+    monkeypatch.setattr(compiling, "forget", lambda: (forgets.append(len(forgets)), forget()))
     sweep()
     kept = {(path.parent.name, path.name): path.read_bytes() for path in OUT.glob("r*/*")}
     assert len(kept) // 2 // 3 == len(forgets) > 0
     shutil.rmtree(OUT)
-    monkeypatch.setattr(reading, "_FORGETS", 10_000)
+    monkeypatch.setattr(compiling, "_FORGET_AFTER", 10_000)
     sweep()
     assert kept == {(path.parent.name, path.name): path.read_bytes() for path in OUT.glob("r*/*")}
 

@@ -1,41 +1,41 @@
-"""A foreign robot (URDF, xacro, SDF, MJCF), included as it is: prefixed, attached, joined like any file.
+"""Robots in other formats (URDF, xacro, SDF, MJCF) that a description includes: prefixed, attached, joined like a file.
 
-It is read when the arguments of the description are known, so that an include may have expressions, loops and
-conditions. What it holds is never evaluated: ``${...}`` in another one's file is that one's.
-
-``Robots`` takes the entries of ``include`` one by one; ``joint_above`` makes the joint that attaches a robot, and
-``check_include`` says what is wrong with an entry.
+They are read when the arguments of the description have values, so that an include may have expressions, loops and
+conditions. What their files contain is never evaluated.
 """
 
 from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
+from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.project import MESH_FILE, resolved
 from rosorin_compile.source.rule_registry import FILES, Rule
-from rosorin_compile.source.tree import Instance, Map, Place
+from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
+from rosorin_compile.source.xml.references import Reference, renamed
 
 from ..expression.functions import FUNCTIONS, kind_of
 from ..schema import backend_of, sections
-from .files import Asked
-from .forms import hides_letters
-from .ledger import Failed
-from .nearby import ADDRESS, address, corrected, outside, package_missing
-from .parts import sourced
-from .prefixing import from_one_folder, moved, prefixed, relative_files, with_files_named
-from .scope import Scope
+from ..symbols import THINGS, SymbolTable
+from .asset_files import map_files, move_files, relative_files
+from .expansion import Failed
+from .files import ADDRESS, ROBOT_KEYS, IncludeError, with_nearest_file
+from .joining import copy, sourced
+from .placing import map_items, placed
+from .scope import Scope, value_place
+from .section_kinds import check_entry, hides_letters, place_of
 
 if TYPE_CHECKING:
-    from .files import Reader
+    from .files import Reader, RobotInclude
 
 RULES = (
     Rule(
@@ -68,7 +68,10 @@ RULES = (
 Tell = Callable[[Diagnostic], None]
 
 _OF_ATTACHMENT = ("xyz", "rpy", "joint", "publisher")
-# What the readers say to somebody at a command line, and what it is called here.
+_KINDS: dict[str, type] = {"args": Map, "packages": Map, "lenient": bool, "trust": bool}
+_KINDS |= dict.fromkeys(("file", "package", "prefix", "meshes", "parent", "joint"), str)
+_PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name can begin with
+# What the readers suggest to somebody at a command line, and what it is called in an include.
 _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
     (re.compile(r"give it one: (\S+):=VALUE"), r"give it one: args: {\1: VALUE}"),
@@ -76,20 +79,31 @@ _WORDS = (
 )
 _FEW = 4
 _MJCF = "mjcf"
-_DEFAULT = ("integrator", "Euler")  # which an MJCF has that says nothing
+_DEFAULT = ("integrator", "Euler")  # of an MJCF without an option
+# Elements of URDF whose name has to be unique, by the element around: they get the prefix whatever it is.
+_UNIQUE = {
+    ("robot", "ros2_control"),
+    ("robot", "transmission"),
+    ("transmission", "actuator"),
+    ("ros2_control", "gpio"),
+    ("ros2_control", "sensor"),
+}
+# Elements whose name is a word of another program, and parts of the names of attributes that name no link or joint.
+_WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "property"}
+_NO_NAMES = ("topic", "service", "namespace", "remapping", "uri", "filename", "material")
 
 
 class How(NamedTuple):
-    """How a foreign file is read."""
+    """How a file in another format is read."""
 
     lenient: bool
 
 
 class ForeignReader(Protocol):
-    """What reads robots in other formats; the pipeline has one."""
+    """Reads robots in other formats."""
 
     def endings(self) -> tuple[str, ...]:
-        """Return how the names of files end that a description may include and that are no descriptions."""
+        """Return the endings of the files in other formats that a description may include."""
 
     def read(
         self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], how: How, tell: Tell, by: Span
@@ -98,9 +112,9 @@ class ForeignReader(Protocol):
 
 
 class Foreign(Protocol):
-    """What comes of reading a foreign robot: its tree, None for a broken one, what is to say, and what was read.
+    """A robot in another format: its tree (None with errors), diagnostics, the files that were read.
 
-    ``takes_arguments`` says that its file was told arguments.
+    ``takes_arguments``: its file has arguments.
     """
 
     @property
@@ -116,28 +130,23 @@ class Foreign(Protocol):
     def takes_arguments(self) -> bool: ...
 
 
-class Robots:
-    """Reads the foreign robots that a description includes; each file once, however often it is included."""
+class IncludedRobots:
+    """Reads the robots that a description includes; each file once for each set of arguments."""
 
     def __init__(
-        self,
-        reader: Reader,
-        robots: ForeignReader,
-        scope: Scope,
-        tell: Tell | None,
-        packages: Mapping[str, Path],
+        self, reader: Reader, robots: ForeignReader, scope: Scope, tell: Tell | None, packages: Mapping[str, Path]
     ) -> None:
         self.reader = reader
         self.robots = robots
         self.scope = scope
         self.tell = tell
         self.packages = packages
-        self.known: dict[tuple[Any, ...], Map | None] = {}
+        self.trees: dict[tuple[Any, ...], Map | None] = {}
         self.places: dict[tuple[Any, ...], Place] = {}
-        self.read: list[tuple[Map, Map, Instance]] = []
+        self.included: list[tuple[Map, Map, Instance]] = []
 
     def fragments(self) -> Iterator[Map | None]:
-        """Yield the sections that each include makes, in their order; None for one with mistakes, after telling."""
+        """Yield the sections of each included robot, in order; None for one with errors, after reporting."""
         for include in self.reader.robots:
             try:
                 for scope, entry in self.scope.entries(include.item):
@@ -145,123 +154,60 @@ class Robots:
             except Failed:
                 yield None
 
-    def _fragment(self, entry: Map, scope: Scope, include: Asked) -> Map:
+    def _fragment(self, entry: Map, scope: Scope, include: RobotInclude) -> Map:
         """Return the sections of a robot, prefixed and attached. Raises Failed after reporting."""
-        check_include(entry, scope)
+        _check_include(entry, scope)
         via = Instance("included here", include.place.span, scope.via or include.place.via)
-        tree = self._read(entry, scope, include, via)
-        self.read.append((entry, tree, via))
+        tree = self._tree(entry, scope, include, via)
+        self.included.append((entry, tree, via))
         scope.count(_size(tree), *include.place)
         prefix = entry.get("prefix") or ""
         made, changed = prefixed(tree, prefix, via)
         if changed:
             names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
             message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
-            self._say(Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"]), via.parent)
-        return self._attached(self._meshes(made, entry, via), entry, via, tree)
+            self._report(Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"]), via.parent)
+        return self._attached(self._with_meshes(made, entry, via), entry, via, tree)
 
-    def settle(self, tree: Map) -> None:
-        """Give the MJCF outputs of a description the settings of the simulation of what it includes.
+    # Reading
 
-        What an output has itself is kept; of two includes the first decides. What is lost is reported.
-        """
-        outputs = tree.get("outputs")
-        mine = [
-            name for name, one in (outputs or {}).items() if isinstance(one, Map) and backend_of(name, one) == _MJCF
-        ]
-        for entry, robot, via in self.read if mine else ():
-            settings = (robot.get("outputs") or {}).get(_MJCF) or {}
-            lost: list[str] = []
-            for name in mine:
-                output = tree["outputs"][name].copied()
-                for key, value in (settings.get("option") or {}).items():
-                    options = output["option"].copied() if isinstance(output.get("option"), Map) else Map(output.span)
-                    if (key, value) != _DEFAULT and options.get(key, value) != value:
-                        lost.append(f"{key} {value}")
-                    elif (key, value) != _DEFAULT:
-                        options.put(key, value, entry.span, entry.span)
-                        output.put("option", options, entry.span, entry.span)
-                if settings.get("contacts") and len(self.read) == 1 and not self._moves_more(tree, robot):
-                    output.setdefault_at("contacts", settings["contacts"], entry.span)
-                if settings.get("base") == "free" and entry.get("parent") is None:
-                    output.setdefault_at("base", "free", entry.span)
-                    if output["base"] != "free":
-                        lost.append("a free base")
-                    elif "root" in robot and len(self.read) == 1:
-                        tree.setdefault_at("root", robot["root"], entry.span)
-                outputs = tree["outputs"].copied()
-                outputs[name] = output
-                tree["outputs"] = outputs
-            if lost:
-                message = (
-                    f"settings of {Path(entry['file']).name} that the MJCF does not take over: {first_of(lost, _FEW)}"
-                )
-                help = "the output or another include has others: decide in the output"
-                diagnostic = Diagnostic("include-settings", WARNING, message, entry.value_spans["file"], (), help)
-                self._say(diagnostic, via.parent)
-
-    @staticmethod
-    def _moves_more(tree: Map, robot: Map) -> bool:
-        """Return True if a description has more joints that move than a robot that it includes."""
-        counts = [
-            sum(isinstance(one, Map) and one.get("type") != "fixed" for one in (some.get("joints") or {}).values())
-            for some in (tree, robot)
-        ]
-        return bool(counts[0] > counts[1])
-
-    def _meshes(self, made: Map, entry: Map, via: Instance) -> Map:
-        """Return a robot whose meshes are named as its artifacts find them; say where they do not."""
-        files = relative_files(made)
-        folder = entry.get("meshes")
-        if folder is not None:
-            if not files:
-                message = (
-                    f"{Path(entry['file']).name} names no mesh or texture by a relative path: nothing to put before"
-                )
-                span = entry.key_spans["meshes"]
-                self._say(Diagnostic("ignored-key", WARNING, message, span, (), "remove meshes"), via.parent)
-            return moved(made, folder)
-        base = Path(os.path.abspath(made.span.source.path)).parent
-        top, names = from_one_folder(base, {name: os.path.normpath(base / name) for name in files})
-        names = {old: new for old, new in names.items() if self._is_there(base, top, new)}
-        made = with_files_named(made, lambda name: names.get(name, name)) if names else made
-        files = [name for name in files if name not in names]
-        if files:
-            seen = f"seen from {Path(entry['file']).name}, but readers look from the artifacts"
-            message = f"files of meshes or textures are named as {seen}: {first_of(files, 1)}"
-            help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
-            span = entry.value_spans["file"]
-            self._say(Diagnostic("include-mesh-path", WARNING, message, span, (), help), via.parent)
-        return made
-
-    def _is_there(self, base: Path, top: Path, name: str) -> bool:
-        """Say whether a file is in a folder, and no other one is called so from a folder nearer to ``base``."""
-        above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
-        there = [folder for folder in above if files.is_file(folder / name)]
-        for folder in above:
-            here = folder / name if folder in there else None
-            self.reader.resolved.append(resolved(MESH_FILE, str(folder / name), "", here))
-        return there == [top]
-
-    def _read(self, entry: Map, scope: Scope, include: Asked, via: Instance) -> Map:
-        """Return the tree of a robot; what there is to say of its file is said once. Raises Failed."""
+    def _tree(self, entry: Map, scope: Scope, include: RobotInclude, via: Instance) -> Map:
+        """Return the tree of a robot; its file is read once. Raises Failed after reporting."""
         own = {name: include.by.parent / folder for name, folder in (entry.get("packages") or {}).items()}
         packages = {**own, **self.packages}
-        path = self._file(entry, scope, include, packages)
-        texts = {name: self._text(entry["args"], name, scope) for name in entry.get("args") or ()}
-        how = How(bool(entry.get("lenient")))
+        package = entry.get("package")
+        try:
+            path = Path(shown(self.reader.target(entry["file"], package, include.by, packages)))
+        except IncludeError as problem:
+            key = "package" if package and problem.rule == "package-missing" else "file"
+            is_package = package or entry["file"].startswith(ADDRESS)
+            place = place_of(entry, key, scope) if is_package else include.place
+            raise scope.failed(problem.rule, problem.message, place, problem.help) from None
+        texts = {name: _argument(entry["args"], name, scope) for name in entry.get("args") or ()}
         if "trust" in entry:
-            self._warn_of_trust(entry, scope)
-        key = (str(path), tuple(texts.items()), tuple(packages.items()), how.lenient)
-        self._check_prefix(path, entry, texts, scope, include.place)
-        if key not in self.known:
-            self.known[key] = self._opened(path, texts, packages, how, entry, scope, include, via)
-        tree = self.known[key]
+            message = "trust of an include has no effect: trust comes from the person who runs the command"
+            help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
+            span = place_of(entry, "trust", scope).span
+            self.reader.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
+        prefix = entry.get("prefix") or ""
+        names = (path, prefix, *texts.items())
+        if names in self.places:
+            related = [Related("first included here", self.places[names].span)]
+            how = f'with the prefix "{prefix}"' if prefix else "without a prefix"
+            message = f"{path.name} is included twice {how}: all of its names would stand twice"
+            help = "give each its own prefix: left_, right_"
+            raise scope.failed("duplicate-name", message, include.place, help, related)
+        self.places[names] = include.place
+        how_read = How(bool(entry.get("lenient")))
+        same = (str(path), tuple(texts.items()), tuple(packages.items()), how_read)
+        if same not in self.trees:
+            self.trees[same] = self._read(path, texts, packages, how_read, entry, scope, via)
+        tree = self.trees[same]
         if tree is None:
             raise Failed
         return tree
 
-    def _opened(
+    def _read(
         self,
         path: Path,
         texts: dict[str, str],
@@ -269,149 +215,268 @@ class Robots:
         how: How,
         entry: Map,
         scope: Scope,
-        include: Asked,
         via: Instance,
     ) -> Map | None:
-        """Return the tree of a file that is read for the first time; None for one that is wrong, after telling."""
+        """Return the tree of a file; None after reporting its errors."""
 
         def tell(diagnostic: Diagnostic) -> None:
-            self._say(diagnostic, via, ahead=True)
+            self._report(diagnostic, via, ahead=True)
 
-        read = self.robots.read(path, texts, packages, how, tell, include.place.span)
-        self.reader.files += [file for file in read.files if file not in self.reader.files]
-        for diagnostic in read.diagnostics:
-            self._say(corrected(diagnostic, entry["file"], path), via)
-        if not texts or read.takes_arguments or read.tree is None:
-            return read.tree
-        place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
-        message = f"{path.name} has no arguments: only a xacro has them"
-        scope.report("unknown-argument", message, place, "remove args")
-        return None
+        foreign = self.robots.read(path, texts, packages, how, tell, via.span)
+        self.reader.files += [file for file in foreign.files if file not in self.reader.files]
+        for diagnostic in foreign.diagnostics:
+            self._report(with_nearest_file(diagnostic, entry["file"], path), via)
+        if texts and not foreign.takes_arguments and foreign.tree is not None:
+            place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
+            scope.report(
+                "unknown-argument", f"{path.name} has no arguments: only a xacro has them", place, "remove args"
+            )
+            return None
+        return foreign.tree
 
-    def _check_prefix(self, path: Path, entry: Map, texts: dict[str, str], scope: Scope, place: Place) -> None:
-        """Report a file that is included again under the same names. Raises Failed after that."""
-        prefix = entry.get("prefix") or ""
-        key = (path, prefix, *texts.items())
-        if key in self.places:
-            related = [Related("first included here", self.places[key].span)]
-            how = f'with the prefix "{prefix}"' if prefix else "without a prefix"
-            help = "give each its own prefix: left_, right_"
-            message = f"{path.name} is included twice {how}: all of its names would stand twice"
-            scope.report("duplicate-name", message, place, help, related)
-            raise Failed
-        self.places[key] = place
+    def _report(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
+        """Report something about an included file, in the words of an include; ``ahead``: before it is read."""
+        message, help = diagnostic.message, diagnostic.help
+        for pattern, replacement in _WORDS:
+            message, help = pattern.sub(replacement, message), pattern.sub(replacement, help)
+        stack = tuple(via.stack()) if via else ()
+        # If the file cannot be read, the diagnostic is already at the include itself.
+        stack = stack[1:] if stack and diagnostic.span == stack[0].span else stack
+        reported = replace(diagnostic, message=message, help=help, related=(*diagnostic.related, *stack))
+        if ahead and self.tell is not None:
+            self.tell(reported)
+        elif diagnostic.numbers != TRUSTED:
+            self.reader.diagnostics.append(reported)
 
-    def _file(self, entry: Map, scope: Scope, include: Asked, packages: dict[str, Path]) -> Path:
-        """Return the file that an include names: in the project of the description, or in a ROS package."""
-        package, name = address(entry["file"])
-        package = package or entry.get("package")
-        if package is None:
-            target = include.by.parent / name
-            if not self.reader.inside(target):
-                help = f"move it inside, or name the ROS package that it is in: {ADDRESS}NAME/FILE"
-                scope.report("include-outside", outside(name, include.by, self.reader.project), include.place, help)
-                raise Failed
-            return Path(shown(target))
-        key = "package" if entry.get("package") else "file"
-        folder = self.reader.package(package, packages, include.by)
-        if folder is None:
-            message, help = package_missing(package)
-            scope.report("package-missing", message, place_of(entry, key, scope), help)
-            raise Failed
-        inner = Path(os.path.normpath(name))
-        if inner.is_absolute() or inner.parts[:1] == (os.pardir,):
-            message = f'{name} is outside the folder of the package "{package}"'
-            scope.report("include-outside", message, place_of(entry, "file", scope), "name a file in the package")
-            raise Failed
-        return Path(shown(folder / inner))
+    # Meshes
 
-    def _text(self, values: Map, name: str, scope: Scope) -> str:
-        """Return an argument as a xacro takes it: text; a quantity in SI units."""
-        value = values[name]
-        if isinstance(value, bool):
-            return str(value).lower()
-        if isinstance(value, (str, int, float)):
-            return str(FUNCTIONS["str"](value))
-        message = f'the argument "{name}" of a xacro is text or a number, not {kind(value)}'
-        scope.report("bad-argument", message, place_of(values, name, scope))
-        raise Failed
+    def _with_meshes(self, made: Map, entry: Map, via: Instance) -> Map:
+        """Return a robot with the mesh files named as its artifacts find them; warn where they do not."""
+        names = relative_files(made)
+        file, folder = Path(entry["file"]).name, entry.get("meshes")
+        if folder is not None:
+            if not names:
+                message = f"{file} names no mesh or texture by a relative path: nothing to put before"
+                span = entry.key_spans["meshes"]
+                self._report(Diagnostic("ignored-key", WARNING, message, span, (), "remove meshes"), via.parent)
+            return move_files(made, folder)
+        base = Path(os.path.abspath(made.span.source.path)).parent
+        places = {name: os.path.normpath(base / name) for name in names}
+        # The nearest folder, that of the robot or one above it, that contains all of them.
+        top = Path(os.path.commonpath([base, *places.values()]))
+        new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
+        new = {name: file for name, file in new.items() if self._is_only_in(top, base, file)}
+        made = map_files(made, lambda name: new.get(name, name)) if new else made
+        names = [name for name in names if name not in new]
+        if names:
+            seen = f"seen from {file}, but readers look from the artifacts"
+            message = f"files of meshes or textures are named as {seen}: {first_of(names, 1)}"
+            help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
+            span = entry.value_spans["file"]
+            self._report(Diagnostic("include-mesh-path", WARNING, message, span, (), help), via.parent)
+        return made
+
+    def _is_only_in(self, top: Path, base: Path, name: str) -> bool:
+        """Return True if a file is in a folder, and no other file of that name in a folder nearer to ``base``."""
+        above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
+        existing = [folder for folder in above if files.is_file(folder / name)]
+        for folder in above:
+            path = folder / name if folder in existing else None
+            self.reader.resolved.append(resolved(MESH_FILE, str(folder / name), "", path))
+        return existing == [top]
+
+    # Attaching
 
     def _attached(self, made: Map, entry: Map, via: Instance, tree: Map) -> Map:
         """Return a robot with the joint that attaches its root, and a source for each of its entries."""
         parent = entry.get("parent")
         if parent is not None:
-            root = root_of(made)
-            joints = Map(made.span)
-            name = str(entry.get("joint") or free_name(root, made))
+            root = _root_of(made)
+            have = made.get("joints") or Map(made.span)
+            name = str(entry.get("joint") or _free_name(root, have))
             span = entry.value_spans["joint" if entry.get("joint") else "parent"]
-            joints.put(name, joint_above(root, entry, via.parent), span, span)
-            for other, joint in (made.get("joints") or {}).items():
-                if other == name:
-                    self._taken(name, via, made["joints"])
-                joints.put(other, joint, made["joints"].key_spans[other], made["joints"].value_spans[other])
+            if name in have:
+                message = f'joint "{name}" is defined twice'
+                help = "give the include another joint: NAME"
+                self._report(error("duplicate-name", message, have.key_spans[name], help), via)
+                raise Failed
+            joints = Map(made.span)
+            joints.put(name, _joint_above(root, entry, via.parent), span, span)
+            for other, joint in have.items():
+                joints.put(other, joint, have.key_spans[other], have.value_spans[other])
             made.put("joints", joints, made.span, made.span)
         ignored = [key for key in _OF_ATTACHMENT if entry.get(key) is not None and parent is None]
         if ignored:
             message = f'an include has "{ignored[0]}", but what it includes is attached to nothing'
             span = entry.key_spans[ignored[0]]
-            self._say(Diagnostic("ignored-key", WARNING, message, span, (), "write parent: FRAME"), via.parent)
+            self._report(Diagnostic("ignored-key", WARNING, message, span, (), "write parent: FRAME"), via.parent)
         owner = entry if entry.get("source") is not None else tree
         for section in (key for key, node in sections().items() if node.sourced):
             if isinstance(made.get(section), Map):
                 made[section] = sourced(made[section], owner)
         return made
 
-    def _taken(self, name: str, via: Instance, joints: Map) -> NoReturn:
-        message = f'joint "{name}" is defined twice'
-        clash = error("duplicate-name", message, joints.key_spans[name], "give the include another joint: NAME")
-        self._say(clash, via)
+    # Settings of the simulation
+
+    def settle(self, tree: Map) -> None:
+        """Give the MJCF outputs of a description the settings of the simulation of the included robots.
+
+        What an output defines itself is kept; of two includes the first decides. What is lost is reported.
+        """
+        outputs = tree.get("outputs")
+        names = [
+            name
+            for name, output in (outputs or {}).items()
+            if isinstance(output, Map) and backend_of(name, output) == _MJCF
+        ]
+        for entry, robot, via in self.included if names else ():
+            settings = (robot.get("outputs") or {}).get(_MJCF) or {}
+            is_only = len(self.included) == 1
+            lost: list[str] = []
+            tree["outputs"] = outputs = copy(tree["outputs"])
+            for name in names:
+                output = outputs[name] = copy(outputs[name])
+                for key, value in (settings.get("option") or {}).items():
+                    options = copy(output["option"]) if isinstance(output.get("option"), Map) else Map(output.span)
+                    if (key, value) == _DEFAULT:
+                        continue
+                    if options.get(key, value) != value:
+                        lost.append(f"{key} {value}")
+                        continue
+                    options.put(key, value, entry.span, entry.span)
+                    output.put("option", options, entry.span, entry.span)
+                if settings.get("contacts") and is_only and _moving_joints(tree) <= _moving_joints(robot):
+                    output.setdefault_at("contacts", settings["contacts"], entry.span)
+                if settings.get("base") == "free" and entry.get("parent") is None:
+                    output.setdefault_at("base", "free", entry.span)
+                    if output["base"] != "free":
+                        lost.append("a free base")
+                    elif "root" in robot and is_only:
+                        tree.setdefault_at("root", robot["root"], entry.span)
+            if lost:
+                file = Path(entry["file"]).name
+                message = f"settings of {file} that the MJCF does not take over: {first_of(lost, _FEW)}"
+                help = "the output or another include has others: decide in the output"
+                span = entry.value_spans["file"]
+                self._report(Diagnostic("include-settings", WARNING, message, span, (), help), via.parent)
+
+
+def _check_include(entry: Map, scope: Scope) -> None:
+    """Report keys and values that an include of a robot cannot have. Raises Failed after that."""
+    good = check_entry("include", entry, scope, ("file", "package", "packages", "args", *ROBOT_KEYS), _KINDS)
+    if entry.get("file") is None:
+        message = "an include needs file, the name of the robot's file"
+        raise scope.failed("wrong-type", message, place_of(entry, "file", scope))
+    prefix = entry.get("prefix")
+    if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
+        help = "no markup, no quotes; spaces only within"
+        raise scope.failed("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
+    good &= not hides_letters("prefix", entry, scope)
+    packages = entry.get("packages")
+    if isinstance(packages, Map):
+        good &= check_entry("package", packages, scope, None, dict.fromkeys(packages, str))
+    if not good:
         raise Failed
 
-    def _warn_of_trust(self, entry: Map, scope: Scope) -> None:
-        """Report that a description cannot grant trust."""
-        message = "trust of an include has no effect: trust comes from the person who runs the command"
-        span = place_of(entry, "trust", scope).span
-        help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
-        self.reader.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
 
-    def _say(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
-        """Say something of a foreign file, in the words of an include; ``ahead``: before anything is done."""
-        message, help = diagnostic.message, diagnostic.help
-        for there, here in _WORDS:
-            message, help = there.sub(here, message), there.sub(here, help)
-        stack = tuple(via.stack()) if via else ()
-        # Where the file cannot be read, the diagnostic points at the include itself: that needs no note.
-        stack = stack[1:] if stack and diagnostic.span == stack[0].span else stack
-        told = replace(diagnostic, message=message, help=help, related=(*diagnostic.related, *stack))
-        if ahead and self.tell is not None:
-            self.tell(told)
-        elif diagnostic.numbers != TRUSTED:
-            self.reader.diagnostics.append(told)
+def _argument(values: Map, name: str, scope: Scope) -> str:
+    """Return an argument as a xacro takes it: text; a quantity in SI units."""
+    value = values[name]
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (str, int, float)):
+        return str(FUNCTIONS["str"](value))
+    kind = "empty" if value is None else kind_of(value)
+    message = f'the argument "{name}" of a xacro is text or a number, not {kind}'
+    raise scope.failed("bad-argument", message, Place(value_place(values, name).span, scope.via or values.via))
+
+
+def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
+    """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here.
+
+    Also return the names that were changed in elements for the URDF, each with how often.
+    """
+    fragment = Map(tree.span, via)
+    for key, value in tree.items():
+        if key not in sections() or not sections()[key].whole:
+            fragment.put(key, value, tree.key_spans[key], tree.value_spans[key])
+    names = SymbolTable(fragment).names()
+    things, materials = names.among(THINGS), fragment.get("materials") or ()
+    changed: Counter[str] = Counter()
+
+    def with_prefix(name: str) -> str:
+        changed[name] += 1
+        return prefix + name
+
+    def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) -> Iterator[Reference]:
+        tag, above = tags[-1], tags[-2] if len(tags) > 1 else "robot"
+        for attribute, value in attributes.items():
+            is_name = value in things and not (attribute == "name" and tag in _WORDS_OF_OTHERS)
+            if attribute == "name" and tag == "material":
+                is_name = value in materials
+            is_name |= attribute == "name" and (above, tag) in _UNIQUE
+            if value and is_name and not _is_no_name(attribute):
+                yield Reference(value, "", attribute, "")
+        if text in things and not _is_no_name(tag):
+            yield Reference(text, "", "", "")
+
+    def elements(text: str) -> str:
+        return Text(renamed(text, with_prefix, references)) if prefix else text
+
+    made = placed(fragment, prefix, names=names, elements=elements)
+    if prefix and isinstance(made.get("materials"), Map):
+        renamed_materials = Map(made["materials"].span, made["materials"].via)
+        for name, entry in made["materials"].items():
+            spans = made["materials"].key_spans[name], made["materials"].value_spans[name]
+            renamed_materials.put(prefix + name, entry, *spans)
+        made["materials"] = renamed_materials
+    if prefix and isinstance(made.get("accept"), Seq):
+        made["accept"] = _accepted(made["accept"], lambda name: prefix + name if name in things else name)
+    return made, changed
+
+
+def _is_no_name(word: str) -> bool:
+    """Return True for an element or attribute that never contains the name of a link or joint."""
+    return any(part in word.lower() for part in _NO_NAMES)
+
+
+def _accepted(entries: Seq, rename: Callable[[str], str]) -> Seq:
+    """Return the entries of ``accept`` with new names; a frame with a prefix is no longer one of the world."""
+    made = Seq(entries.span, entries.via)
+    for entry, span in zip(entries, entries.value_spans, strict=True):
+        if entry["rule"] != "owns-world-frame":
+            names = {"of": map_items(entry["of"], rename)} if "of" in entry else {}
+            made.put(entry.like(names), span)
+    return made
 
 
 def _size(node: Any) -> int:
-    """Return how many values a piece of a tree holds, itself included."""
+    """Return the number of values in a piece of a tree."""
     items = node.values() if isinstance(node, Map) else node if isinstance(node, list) else ()
     return 1 + sum(map(_size, items))
 
 
-def root_of(tree: Map) -> str:
-    """Return the root link of a robot: what is read as one has a single root."""
+def _moving_joints(tree: Map) -> int:
+    joints = (tree.get("joints") or {}).values()
+    return sum(isinstance(joint, Map) and joint.get("type") != "fixed" for joint in joints)
+
+
+def _root_of(tree: Map) -> str:
+    """Return the root link of a robot, which has one."""
     children = {joint["child"] for joint in (tree.get("joints") or {}).values()}
     return next(str(name) for name in tree["links"] if name not in children)
 
 
-def free_name(root: str, tree: Map) -> str:
+def _free_name(root: str, joints: Map) -> str:
     """Return a name for the joint above a root that no joint of the robot has."""
-    taken = tree.get("joints") or ()
     name = f"{root}_joint"
-    while name in taken:
+    while name in joints:
         name = name.removesuffix("_joint") + "_mount_joint"
     return name
 
 
-def joint_above(root: str, entry: Map, via: Instance | None) -> Map:
-    """Return the joint that attaches a root: what the include says of it, at its places."""
+def _joint_above(root: str, entry: Map, via: Instance | None) -> Map:
+    """Return the joint that attaches a root, with the places of the include."""
     span = entry.value_spans["parent"]
     made = Map(span, via)
     made.put("type", "fixed", span, span)
@@ -420,55 +485,3 @@ def joint_above(root: str, entry: Map, via: Instance | None) -> Map:
         if entry.get(key) is not None:
             made.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
     return made
-
-
-_OF_FILE = ("file", "package", "packages", "args", "lenient", "trust")
-KEYS = (*_OF_FILE, "prefix", "meshes", "parent", "xyz", "rpy", "joint", "publisher", "source", "for", "if")
-_TEXTS = ("file", "package", "prefix", "meshes", "parent", "joint")
-_PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name can begin with
-
-
-def check_include(entry: Map, scope: Scope) -> None:
-    """Report keys and kinds of values that an include cannot have. Raises Failed after that."""
-    wrong = 0
-    for key in entry:
-        if key not in KEYS:
-            place = Place(entry.key_spans[key], scope.via or entry.via)
-            scope.report("unknown-key", f'an include has no key "{key}"', place, did_you_mean(key, KEYS))
-            wrong += 1
-    kinds: list[tuple[str, type, str]] = [(key, str, "text") for key in _TEXTS]
-    kinds += [("args", Map, "a mapping"), ("packages", Map, "a mapping")]
-    kinds += [(key, bool, "true or false") for key in ("lenient", "trust")]
-    for key, wanted, word in kinds:
-        value = entry.get(key)
-        if not isinstance(value, wanted) and (value is not None or key == "file"):
-            message = f"{key} of an include is {word}, not {kind(value)}"
-            missing = f"an include needs {key}, the name of the robot's file"
-            scope.report("wrong-type", message if key in entry else missing, place_of(entry, key, scope))
-            wrong += 1
-    prefix = entry.get("prefix")
-    if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
-        help = "no markup, no quotes; spaces only within"
-        scope.report("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
-        wrong += 1
-    elif hides_letters("prefix", entry, scope):
-        wrong += 1
-    for name, folder in (entry.get("packages") or {}).items() if not wrong else ():
-        if not isinstance(folder, str):
-            place = place_of(entry["packages"], name, scope)
-            scope.report("wrong-type", f"a package is a folder: text, not {kind(folder)}", place)
-            wrong += 1
-    if wrong:
-        raise Failed
-
-
-def place_of(entry: Map, key: str, scope: Scope) -> Place:
-    """Return where the value of a key stands; of one that is missing, where the whole stands."""
-    return Place(entry.value_spans.get(key, entry.span), scope.via or entry.via)
-
-
-def kind(value: Any) -> str:
-    """Return in words what kind of value this is."""
-    if isinstance(value, (Map, list)):
-        return "a mapping" if isinstance(value, Map) else "a list"
-    return "empty" if value is None else kind_of(value)

@@ -13,8 +13,6 @@ from typing import Any
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.units import Dimension, Quantity
 
-from .forms import is_number
-
 AXES = {"x": 0, "y": 1, "z": 2}
 # What the sides of a base become that is mirrored across x, y or z.
 _SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
@@ -138,6 +136,13 @@ def side(role: str, axis: int | None) -> str:
     """Return what wheels are that stood at a side before they were mirrored: ``front_left`` across y is front_right."""
     swapped = _SIDES[axis] if axis is not None else {}
     return "_".join(swapped.get(word, word) for word in role.split("_"))
+
+
+def is_number(value: Any, dimension: Dimension | None = None) -> bool:
+    """Return True for a number, of a dimension if one is requested; a bare number is of any."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    return dimension is None or not isinstance(value, Quantity) or value.dimension == dimension
 
 
 def is_vector(value: Any, dimension: Dimension | None = None) -> bool:

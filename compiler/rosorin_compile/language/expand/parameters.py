@@ -1,7 +1,7 @@
-"""Parameters: the declared inputs of a description (``args``) and of a part (``params``), and their checks.
+"""Parameters: the declared inputs of a description (``args``), a part and a sensor type (``params``), and their checks.
 
-A parameter is a mapping with ``type``, ``default``, ``one_of`` and ``help``, all optional; anything that is no mapping
-is its default.
+A parameter is a mapping with ``type``, ``default``, ``one_of``, ``min``, ``max`` and ``help``, all optional; anything
+that is no mapping is its default.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Related, did_you_mean, error, nearest
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
-from rosorin_compile.source.tree import Map, Place, Seq, locate
+from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.units import DIMENSIONS, NUMBER, Quantity, in_si
 from rosorin_compile.source.wording import quoted
 
@@ -19,8 +19,8 @@ from ..expression import CHOICES
 from ..expression.functions import kind_of
 from ..misnamed import text_meant_by, text_tails, word_meant
 from ..suggestions import flag_meant, number_meant
-from .ledger import Failed
-from .scope import Scope
+from .expansion import Failed
+from .scope import Scope, key_place, value_place
 
 RULES = (
     Rule(
@@ -44,7 +44,7 @@ RULES = (
 )
 
 KEYS = ("type", "default", "one_of", "help")
-BOUNDS = ("min", "max")  # of parameters of sensor types
+BOUNDS = ("min", "max")
 
 TYPES: dict[str, tuple[type, ...]] = {
     "any": (object,),
@@ -55,24 +55,29 @@ TYPES: dict[str, tuple[type, ...]] = {
     "list": (list,),
     "table": (dict,),
 }
+# A unit of each dimension that has one, to suggest what a text may mean.
+_SI = {"length": ["m"], "mass": ["kg"], "time": ["s"], "angle": ["rad"], "force": ["N"], "torque": ["N*m"]}
+_SI |= {"inertia": ["kg*m^2"], "speed": ["m/s"], "angular_speed": ["rad/s"], "frequency": ["Hz"], "density": ["kg/m^3"]}
 
 
 class Parameter(NamedTuple):
-    """A declared parameter; ``place`` is where its default is written, or its name."""
+    """A declared parameter; ``place`` is that of its default, or of its name. ``has_default``, ``sound``: no errors."""
 
     name: str
-    type: str
-    has_default: bool
-    default: Any
-    one_of: Any
-    help: str
     place: Place
+    type: str = ""
+    has_default: bool = False
+    default: Any = None
+    one_of: Any = None
+    low: Any = None
+    high: Any = None
+    help: str = ""
     sound: bool = True
 
-    def fits(self, value: Any) -> bool:
-        """Say whether a value is of the kind that is asked for: that of the type, or of the default.
+    def accepts(self, value: Any) -> bool:
+        """Return True if a value is of the requested kind: that of the type, or of the default.
 
-        Of what stands in a list or a table nobody has asked anything.
+        False for a list or a table: no kind is requested for what is in it.
         """
         if isinstance(value, (list, dict)):
             return False
@@ -89,109 +94,117 @@ def declare(
     places: Mapping[str, Place],
     owner: str,
     way: str,
-    asked: Place | None = None,
+    user: Place | None = None,
 ) -> None:
-    """Bind every declared parameter in a scope: to what was given, else to its default, evaluated in that scope.
+    """Bind every declared parameter in a scope: to the given value, else to its default, evaluated in that scope.
 
-    ``places`` says where each given value stands; ``owner`` names what is parameterised, and ``way`` how an argument is
-    given to it, for messages; ``asked`` is the place of whoever should have given it, if not that of the declaration.
+    ``places`` has the place of each given value; ``owner`` names what has the parameters, and ``way`` how an argument
+    is given to it, for messages; ``user`` is the place that should give the arguments, by default the declaration.
     Values of the wrong type, unknown names and missing values are reported; a name without a value stays broken, so
-    that what uses it adds no further message.
+    that nothing that uses it is reported too.
     """
     known = scope.declared = _parameters(scope, declared)
-    meant: set[str | None] = set()
+    suggested: set[str | None] = set()
     for name in given:
         if name not in known:
-            help = did_you_mean(name, known) or "it has none"
             close = nearest(name, known)
-            meant.add(close)
+            suggested.add(close)
             near = [Related("the suggestion is defined here", known[close].place.span)] if close else []
+            help = did_you_mean(name, known) or "it has none"
             scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help, near)
-    missing = [parameter for name, parameter in known.items() if name not in given and not parameter.has_default]
-    scope.broken.update(parameter.name for parameter in missing)
-    # Of others the default, or the argument, may be there under a misspelt key, which is reported.
-    sound = [parameter for parameter in missing if parameter.sound and parameter.name not in meant]
-    for together in [sound] if asked and sound else [[parameter] for parameter in sound]:
-        _missing(scope, together, owner, way, asked)
+    missing = [one for name, one in known.items() if name not in given and not one.has_default]
+    scope.broken.update(one.name for one in missing)
+    # The default, or the argument, may be there under a misspelt key, which is reported.
+    missing = [one for one in missing if one.sound and one.name not in suggested]
+    for together in [missing] if user and missing else [[one] for one in missing]:
+        _report_missing(scope, together, owner, way, user)
     for name, parameter in known.items():
         if name in given:
             scope.bind(name, given[name], places[name])
         elif not parameter.has_default:
             continue
-        elif scope.ledger.is_constant(parameter.default):
+        elif scope.expansion.is_constant(parameter.default):
             scope.bind(name, parameter.default, parameter.place)
-            scope.said[name] = parameter.place
+            scope.local[name] = parameter.place
         else:
             scope.define(name, parameter.default, parameter.place)
-        if parameter.type or parameter.one_of is not None:
-            _check(scope, parameter, places.get(name, parameter.place), owner)
+        _check(scope, parameter, places.get(name, parameter.place), owner)
 
 
-def _missing(scope: Scope, missing: list[Parameter], owner: str, way: str, asked: Place | None) -> None:
-    """Report parameters without a value, where they should have been given."""
+def given_places(given: Map, declared: Any) -> dict[str, Place]:
+    """Return the place of each argument of a ``with``: its value, or its key if there is no such argument."""
+    known = declared if isinstance(declared, Map) else ()
+    return {key: value_place(given, key) if key in known else key_place(given, key) for key in given}
+
+
+def _report_missing(scope: Scope, missing: list[Parameter], owner: str, way: str, user: Place | None) -> None:
     names = [parameter.name for parameter in missing]
     if len(missing) == 1:
         explained = f"; {missing[0].help}" if missing[0].help else ""
         what, help = f'argument "{names[0]}"', f"give it: {way.format(names[0])}{explained}"
     else:
         what, help = f"arguments {quoted(names)}", f"give them: {way.format(': VALUE, '.join(names))}"
-    place = asked or missing[0].place
+    place = user or missing[0].place
     stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
-    related = [Related("declared here", missing[0].place.span)] if asked else []
+    related = [Related("declared here", missing[0].place.span)] if user else []
     message = f"{owner} needs the {what}"
-    scope.ledger.diagnostics.append(error("missing-argument", message, place.span, help, [*related, *stack]))
+    scope.expansion.diagnostics.append(error("missing-argument", message, place.span, help, [*related, *stack]))
 
 
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
     """Return the declared parameters by name, read once for each declaration."""
     if not isinstance(declared, Map) or not declared:
         return {}
-    known: dict[str, Parameter] | None = scope.ledger.parameters.get(id(declared))
+    known: dict[str, Parameter] | None = scope.expansion.parameters.get(id(declared))
     if known is None:
         known = {name: _parameter(scope, name, entry, declared) for name, entry in declared.items()}
-        scope.ledger.parameters[id(declared)] = known
+        scope.expansion.parameters[id(declared)] = known
     return known
 
 
 def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
-    place = locate(declared, (name,), key=True)
+    place = key_place(declared, name)
     if entry is None:
-        return Parameter(name, "", False, None, None, "", place)
+        return Parameter(name, place)
     if not isinstance(entry, Map):
-        return Parameter(name, "", True, entry, None, "", Place(declared.value_spans[name], declared.via))
+        return Parameter(name, value_place(declared, name), has_default=True, default=entry)
     unknown = [key for key in entry if key not in (*KEYS, *BOUNDS)]
-    if unknown:
-        tails = text_tails(entry, unknown)
-        for key in (one for one in unknown if one not in tails):
-            help = text_meant_by(key, entry) or word_meant(key, KEYS, "arg")
-            scope.report(
-                "unknown-key", f'argument "{name}" has no key "{key}"', Place(entry.key_spans[key], entry.via), help
-            )
-    if "default" in entry:
-        place = Place(entry.value_spans["default"], entry.via)
-    help = str(entry.get("help") or "")
-    wanted = _type(scope, name, entry)
-    default, one_of = entry.get("default"), entry.get("one_of")
-    return Parameter(name, wanted, "default" in entry, default, one_of, help, place, not unknown)
-
-
-def _type(scope: Scope, name: str, entry: Map) -> str:
-    """Return the declared type of a parameter; one that does not exist is reported, and no value held against it."""
+    tails = text_tails(entry, unknown) if unknown else ()
+    for key in (key for key in unknown if key not in tails):
+        help = text_meant_by(key, entry) or word_meant(key, KEYS, "arg")
+        scope.report("unknown-key", f'argument "{name}" has no key "{key}"', key_place(entry, key), help)
     wanted = entry.get("type")
-    if wanted is None or (isinstance(wanted, str) and (wanted in TYPES or wanted in DIMENSIONS)):
-        return wanted or ""
-    place = Place(entry.value_spans["type"], entry.via)
-    if not isinstance(wanted, str):
-        scope.report("wrong-type", f'argument "{name}" type is text, not {kind_of(wanted)}', place, "such as length")
-        return ""
-    help = word_meant(wanted, [*TYPES, *DIMENSIONS], "arg type")
-    scope.report("wrong-value", f'argument "{name}" type cannot be "{wanted}"', place, help)
-    return ""
+    if wanted is not None and not isinstance(wanted, str):
+        message = f'argument "{name}" type is text, not {kind_of(wanted)}'
+        scope.report("wrong-type", message, value_place(entry, "type"), "such as length")
+        wanted = None
+    elif wanted is not None and wanted not in TYPES and wanted not in DIMENSIONS:
+        help = word_meant(wanted, [*TYPES, *DIMENSIONS], "arg type")
+        scope.report("wrong-value", f'argument "{name}" type cannot be "{wanted}"', value_place(entry, "type"), help)
+        wanted = None
+    for bound in BOUNDS:
+        if entry.get(bound) is not None and not _is_number(entry[bound]):
+            message = f'argument "{name}" {bound} is a number, not {kind_of(entry[bound])}'
+            raise scope.failed("wrong-type", message, value_place(entry, bound))
+    return Parameter(
+        name,
+        value_place(entry, "default") if "default" in entry else place,
+        wanted or "",
+        "default" in entry,
+        entry.get("default"),
+        entry.get("one_of"),
+        entry.get("min"),
+        entry.get("max"),
+        str(entry.get("help") or ""),
+        not unknown,
+    )
 
 
 def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None:
-    """Hold the value of a parameter against its type and its allowed values."""
-    name, wanted = parameter.name, parameter.type
+    """Check the value of a parameter: its type, its allowed values, its bounds."""
+    name, wanted, low, high = parameter.name, parameter.type, parameter.low, parameter.high
+    if not wanted and parameter.one_of is None and low is None and high is None:
+        return
     try:
         value = scope.lookup(name)
         allowed = scope.resolve(parameter.one_of, place)
@@ -200,26 +213,36 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
     if value is None and parameter.has_default:  # an optional argument, passed on as a key that is left out
         return
     near: list[Related] = []
+    limited = isinstance(allowed, list)
+    explained = f"; {parameter.help}" if parameter.help else ""
     if wanted and not _fits(value, wanted):
-        message = f'"{name}" of {owner} is {_article(wanted)}, not {_shown(value)}'
-        help = parameter.help or _way_out(value, wanted)
-    elif isinstance(allowed, list) and value not in allowed:
-        told = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
-        message = f'{told} is not a value of the argument "{name}"'
-        help = f"allowed: {', '.join(map(str, allowed))}" + (f"; {parameter.help}" if parameter.help else "")
+        shown = f'the text "{value}"' if isinstance(value, str) else kind_of(value)
+        message = f'"{name}" of {owner} is {_article(wanted)}, not {shown}'
+        help = parameter.help or _suggestion(value, wanted)
+    elif limited and value not in allowed:
+        shown = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
+        message = f'{shown} is not a value of the argument "{name}"'
+        help = f"allowed: {', '.join(map(str, allowed))}{explained}"
         meant = nearest(value, [one for one in allowed if isinstance(one, str)]) if isinstance(value, str) else None
         if meant and isinstance(allowed, Seq):
             help = f'did you mean "{meant}"? ({help})'
             near = [Related("the suggestion is defined here", allowed.value_spans[allowed.index(meant)])]
+    elif _is_number(value) and not ((low is None or value >= low) and (high is None or value <= high)):
+        range_ = f"from {_shown(low)} to {_shown(high)}" if low is not None and high is not None else ""
+        range_ = range_ or (f"at least {_shown(low)}" if high is None else f"at most {_shown(high)}")
+        message, help = f'"{name}" of {owner} is {range_}, not {_shown(value)}', parameter.help
     else:
         scope.values[name] = _of_type(value, wanted)
-        if isinstance(allowed, list):
+        if limited:
             scope.values[name + CHOICES] = allowed
         return
     scope.broken.add(name)
     scope.values.pop(name, None)
-    misfit = not isinstance(allowed, list)
-    scope.report("bad-argument", message, place, help, near, of_kinds=misfit)
+    scope.report("bad-argument", message, place, help, near, of_kinds=not limited)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _fits(value: Any, wanted: str) -> bool:
@@ -229,31 +252,23 @@ def _fits(value: Any, wanted: str) -> bool:
         if isinstance(value, Quantity) and wanted == "number":
             return value.dimension == NUMBER
         return isinstance(value, TYPES[wanted])
-    dimension = DIMENSIONS.get(wanted)
-    if dimension is None or isinstance(value, bool) or not isinstance(value, (int, float)):
-        return False
-    return not isinstance(value, Quantity) or value.dimension == dimension
+    return _is_number(value) and (not isinstance(value, Quantity) or value.dimension == DIMENSIONS.get(wanted))
 
 
 def _of_type(value: Any, wanted: str) -> Any:
-    """Return a value that fits a type: a bare number as the quantity in SI units that it is, a plain one as a float."""
+    """Return a value of a type: a bare number as a quantity in SI units, a plain one as a float."""
     if wanted in DIMENSIONS and not isinstance(value, Quantity):
         return in_si(value, DIMENSIONS[wanted])
     return float(value) if wanted == "number" and isinstance(value, Quantity) else value
 
 
-def _way_out(value: Any, wanted: str) -> str:
-    """Return the way out for a value of another type than its parameter has."""
+def _suggestion(value: Any, wanted: str) -> str:
+    """Return what to write for a value of another type than its parameter has."""
     if wanted == "boolean":
         return flag_meant(value) or "write true or false"
     if isinstance(value, str) and (wanted in DIMENSIONS or wanted in ("number", "integer")):
         return number_meant(value, _SI.get(wanted, ()))
     return ""
-
-
-# A unit of each dimension that has one, for what a text may mean.
-_SI = {"length": ["m"], "mass": ["kg"], "time": ["s"], "angle": ["rad"], "force": ["N"], "torque": ["N*m"]}
-_SI |= {"inertia": ["kg*m^2"], "speed": ["m/s"], "angular_speed": ["rad/s"], "frequency": ["Hz"], "density": ["kg/m^3"]}
 
 
 def _article(wanted: str) -> str:
@@ -263,4 +278,5 @@ def _article(wanted: str) -> str:
 
 
 def _shown(value: Any) -> str:
-    return f'the text "{value}"' if isinstance(value, str) else kind_of(value)
+    """Return a number as it was written."""
+    return getattr(value, "text", "") or f"{value:g}"

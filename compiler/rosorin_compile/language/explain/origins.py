@@ -15,7 +15,7 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, locate, maker
 from rosorin_compile.source.units import NUMBER, Quantity, describe
 
-from ..expand.ledger import Failed
+from ..expand.expansion import Failed
 from ..expand.scope import Scope
 from ..expression import ExpressionError, evaluate, parsed, pieces
 from ..symbols import MOUNT
@@ -135,7 +135,7 @@ class Meanings:
 
     def __init__(self, root: Scope, written: Written, given: dict[str, Any]) -> None:
         self.root = root
-        self.scopes: dict[int, Scope] = root.ledger.scopes
+        self.scopes: dict[int, Scope] = root.expansion.scopes
         self.written = written
         self.given = given
 

@@ -30,8 +30,8 @@ from rosorin_compile.source.tree import Map, Path, locate
 from rosorin_compile.source.wording import listed
 
 from ..accepting import accepted, names_at
+from ..expand.provenance import problem_at
 from ..expand.scope import Scope
-from ..expand.tracing import problem_at
 from ..misnamed import name_meant
 from ..schema import backend_of
 from .publishing import Publishing, node, publishing

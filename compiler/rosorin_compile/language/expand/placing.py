@@ -17,7 +17,7 @@ from rosorin_compile.source.xml.mujoco import with_names
 from rosorin_compile.source.xml.references import renamed
 
 from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node
-from ..schema import holds_many, is_one_entry, keys_of_xml, sections
+from ..schema import holds_many, is_one_entry, sections
 from ..symbols import MOUNT, Names, SymbolTable
 from .mirroring import AXES, MIRRORED, is_vector, listed, side
 
@@ -45,8 +45,35 @@ def placed(
     for section, value in fragment.items():
         node = sections().get(section)
         if value and node is not None and node.in_parts:
-            made[section] = placer.section(section, node, value)
+            made[section] = placer.value(node, _tagged(section, value, fragment.via))
     return made
+
+
+def _tagged(section: str, value: Any, via: Instance | None) -> Any:
+    """Return a section whose entries know the part that made them, even those that the part has as written."""
+
+    def tag(entry: Any) -> Any:
+        own = getattr(entry, "via", None)
+        if via is None or (own is not None and own.made):
+            return entry
+        if isinstance(entry, str):
+            return Kept(entry, via)
+        if isinstance(entry, Seq):
+            entry = map_items(entry, lambda item: item)
+            entry.via = via
+            return entry
+        return entry.by(via) if isinstance(entry, Map) else entry
+
+    if holds_many(section) and isinstance(value, Map):
+        # Its tables and lists of entries, not its settings.
+        entries = {key: map_items(item, tag) for key, item in value.items() if _has_entries(section, key, item)}
+        return tag(value.like(entries))
+    return tag(value) if is_one_entry(section) else map_items(value, tag) if isinstance(value, (Map, Seq)) else value
+
+
+def _has_entries(section: str, key: str, value: Any) -> bool:
+    node = sections()[section].at(key)
+    return isinstance(value, Seq) or (isinstance(value, Map) and node is not None and node.keys is not None)
 
 
 def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
@@ -108,65 +135,7 @@ class _Placer:
         self.active |= {INSIDE} if names.inside else set()
         self.active |= {MIRROR} if mirror is not None else set()
 
-    def section(self, section: str, node: Node, value: Any) -> Any:
-        """Return a section of the part; its entries know the part that made them."""
-        if holds_many(section):
-            return self._tag(self._with_many(node, value), value)
-        if is_one_entry(section):
-            return self._tag(self._value(node, value), value)
-        if section in keys_of_xml():
-            made = self._value(node, value)
-            return made if self.elements and section == "urdf_elements" else map_items(made, self._tag_text)
-        return self._entries(node, value, self._tag)
-
-    def _tag(self, entry: Any, before: Any) -> Any:
-        """Return an entry that knows the part that made it; if it is still the one ``before``, a copy."""
-        if self.via is None or not isinstance(entry, Map) or (entry.via is not None and entry.via.made):
-            return entry
-        if entry is before:
-            return entry.by(self.via)
-        entry.via = self.via
-        return entry
-
-    def _tag_text(self, text: Any) -> Any:
-        """Return elements of XML that know the part that made them."""
-        via = text.via if isinstance(text, Kept) else None
-        return text if not isinstance(text, str) or (via is not None and via.made) else Kept(text, self.via)
-
-    def _tag_item(self, item: Any, before: Any) -> Any:
-        """Return an item of a list or table that several parts add to: it knows the part that made it."""
-        if isinstance(item, str):
-            return Kept(item, self.via)
-        if isinstance(item, Seq):
-            made = map_items(item, lambda value: value)
-            made.via = self.via
-            return made
-        return self._tag(item, before)
-
-    def _entries(self, node: Node, value: Any, tag: Callable[[Any, Any], Any]) -> Any:
-        """Return entries by name, or a list of them, each of which knows the part that made it."""
-        below = node.others if isinstance(value, Map) else node.items
-
-        def placed(entry: Any) -> Any:
-            return tag(entry if below is None else self._value(below, entry), entry)
-
-        if isinstance(value, Map):
-            return _table(value, lambda name: self._key(node, name), placed)
-        return map_items(value, placed) if isinstance(value, Seq) else value
-
-    def _with_many(self, node: Node, entry: Any) -> Any:
-        """Return an entry that several parts add to."""
-        if not isinstance(entry, Map):
-            return entry
-        changes = {}
-        for key, value in entry.items():
-            below = node.at(key)
-            many = isinstance(value, Seq) or (isinstance(value, Map) and below is not None and below.keys is not None)
-            if below is not None and many:
-                changes[key] = self._entries(below, value, self._tag_item)
-        return _with(entry, changes)
-
-    def _value(self, node: Node, value: Any) -> Any:
+    def value(self, node: Node, value: Any) -> Any:
         """Return the value at a place of the schema."""
         if self.active.isdisjoint(node.of):
             return value
@@ -178,7 +147,7 @@ class _Placer:
             return self._mapping(node, value)
         if isinstance(value, Seq) and node.items is not None:
             items = node.items
-            return map_items(value, lambda item: self._value(items, item))
+            return map_items(value, lambda item: self.value(items, item))
         return value
 
     def _text(self, node: Node, name: str) -> str:
@@ -201,7 +170,7 @@ class _Placer:
         for key, value in entry.items():
             below = node.at(key)
             if below is not None and not self.active.isdisjoint(below.of):
-                changes[key] = self._value(below, value)
+                changes[key] = self.value(below, value)
                 if below.attached and value == MOUNT and self.mount != (None, None):
                     changes |= self._mounted(entry, changes, below.attached)
         changed = _with(entry, changes)

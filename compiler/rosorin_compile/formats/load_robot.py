@@ -27,7 +27,7 @@ from .imported import Imported, ReadOptions
 from .reading import outputs_of, read_robot
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.expand.included_robots import How, Tell
+    from rosorin_compile.language.expand.included_robots import Tell
     from rosorin_compile.rules.case import Case
 
 
@@ -60,18 +60,18 @@ class Understood(NamedTuple):
         return Case(robot, tree, lowered.places, collect(tree))
 
 
-class IncludedRobots:
-    """Reads the robots in other formats that descriptions include (``included_robots.ForeignReader``)."""
+class RobotReader:
+    """Reads the robots in other formats that descriptions include."""
 
     def endings(self) -> tuple[str, ...]:
         """Return the endings of the files in other formats that a description may include."""
         return FORMATS.endings(include=True)
 
     def read(
-        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], how: How, tell: Tell, by: Span
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
     ) -> Imported:
         """Read the robot of a file; ``by`` is the position of its name in the description."""
-        imported = read_robot(path, ReadOptions(texts, packages, how.lenient, tell=tell), by)
+        imported = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), by)
         # The rules report notes that can be accepted again, for the whole robot.
         new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
         return imported._replace(diagnostics=new)
@@ -90,7 +90,7 @@ def understand(
     ``tell`` receives warnings before code is executed; without it they are among the diagnostics. ``packages`` are
     folders of ROS packages by name. ``requested`` as in ``judge``; ``cache`` keeps parsed files.
     """
-    return judge(expand(path, arguments or {}, IncludedRobots(), tell, packages, cache), requested)
+    return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
 def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:

@@ -34,7 +34,7 @@ from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged, of_parts, schema
 from ..validate import validate
 from ..values import ValueTable, check_names
-from .expansion import Expansion, Failed
+from .expansion import Failed
 from .files import Reader
 from .included_robots import IncludedRobots
 from .joining import copy
@@ -45,7 +45,9 @@ from .section_kinds import check_controls
 from .sensor_types import apply_types
 
 if TYPE_CHECKING:
-    from .included_robots import ForeignReader, Tell
+    from rosorin_compile.formats.load_robot import RobotReader
+
+    from .included_robots import Tell
 
 _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
 _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
@@ -73,7 +75,7 @@ class Expanded(NamedTuple):
 def expand(
     path: Path,
     arguments: Mapping[str, Any],
-    robots: ForeignReader | None,
+    robots: RobotReader | None,
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
     cache: dict[Any, Any] | None = None,
@@ -89,8 +91,7 @@ def expand(
     root = reader.whole()
     if root is None:
         return Expanded(None, reader.diagnostics, tuple(reader.files))
-    expansion = Expansion()
-    scope = Scope(expansion)
+    scope, expansion = reader.scope, reader.scope.expansion
     scope.values["load()"], scope.values["find()"] = reader.load_function(), reader.find_function()
     for name, value, place, written in reader.lets:
         scope.define(name, value, place, written)
@@ -120,7 +121,7 @@ def expand(
         offers = [(one, offer(one)) for one in diagnostics]
         diagnostics = told_once(placed(one, names) if names else one for one, names in offers)
     resolved = tuple(dict.fromkeys(reader.resolved))
-    return Expanded(tree, reader.diagnostics + diagnostics, tuple(reader.files), scope, resolved, tuple(unused), values)
+    return Expanded(tree, diagnostics, tuple(reader.files), scope, resolved, tuple(unused), values)
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:

@@ -1,21 +1,20 @@
 """Dropped entries: names that an ``if`` or a loop without rounds has removed are reported as that, once.
 
-Dropped entries are not evaluated: they may contain errors. The names that they would define are those as written, with
-anything in place of an expression.
+Errors in a dropped entry are not reported.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related, Span
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.wording import and_more
 
 from ..expression import pieces
@@ -25,30 +24,38 @@ from .parts import prefix_of
 from .scope import Scope
 
 _QUOTED = re.compile(r'"([^"]+)"')
-_ANY = ".+"  # what an expression may give
-MAX_NESTED = 5  # parts in parts
+_WILD = "\ue000"  # stands for any text
 MAX_ROUNDS = 100
 MAX_SHOWN = 6
 
 
 class _Dropped:
-    """A dropped entry, a pattern of the names that it would define, and what all of these begin with."""
+    """A dropped entry, a pattern of the names that it would define, and what all of these begin with.
 
-    def __init__(self, entry: Disabled, as_written: bool) -> None:
-        self.entry = entry
-        scope, item = entry.scope, entry.item
-        self.name = entry.key if as_written else _evaluated(entry.key, entry)
-        self.begin = ""
-        if entry.is_use:
-            prefix = prefix_of(self.name, item)
-            prefix = prefix if as_written else _evaluated(prefix, entry)
-            self.begin = scope.prefix + (prefix if "$" not in prefix else "")
-            names = _names_of_part(scope.expansion.find_part, item.get("part"), MAX_NESTED)
-            patterns = [_pattern(prefix) + name for name in names]
-        else:
-            patterns = list(map(_pattern, [self.name, *_frames(item)]))
-        # A pattern without letters of its own would match all names.
-        own = "|".join(one for one in dict.fromkeys(patterns) if any(map(str.isalnum, one)))
+    It is evaluated as if it were not dropped; the names of a loop without rounds are ``wild``.
+    """
+
+    def __init__(self, entry: Disabled, wild: bool) -> None:
+        self.entry, self.begin = entry, ""
+        item, expansion = entry.item, entry.scope.expansion
+        scope, place = Scope(expansion, entry.scope), Place(item.span, entry.scope.via)
+        for name in ",".join(item["for"]).split(",") if wild and isinstance(item.get("for"), Map) else ():
+            scope.bind(name.strip(), _WILD, place)
+        name, names = entry.key, set[str]()
+        reported = len(expansion.diagnostics)
+        with expansion.unlimited(), suppress(Failed):
+            name = scope.name(name, *place) if "$" in name else name
+            if entry.is_use:
+                self.begin = scope.prefix + scope.name(prefix_of(name, item), *place)
+            body = scope.resolve(expansion.body(item), place)
+            if entry.is_use and expansion.instantiate is not None:
+                names = _names(expansion.instantiate(name, body, scope, place))
+            else:
+                names = {name, *_frames(body)}
+        del expansion.diagnostics[reported:]
+        self.name = entry.key if wild else name
+        self.begin = self.begin if _WILD not in self.begin else ""
+        own = "|".join(re.escape(name).replace(_WILD, ".+") for name in sorted(names) if name.strip(_WILD))
         # In its own part, a name has no prefix.
         self.pattern = re.compile(f"(?:{re.escape(scope.prefix)})?(?:{own or '(?!)'})")
 
@@ -110,43 +117,6 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
         else:
             groups.setdefault((cause, diagnostic.severity), []).append(diagnostic)
     return [*others, *(cause.explained(arrange(group)) for (cause, _), group in groups.items())]
-
-
-def _evaluated(text: str, entry: Disabled) -> str:
-    """Return a text with its expressions evaluated; as written, without any report, if they have errors."""
-    if "$" not in text:
-        return text
-    reported = len(entry.scope.expansion.diagnostics)
-    with suppress(Failed):
-        name: str = entry.scope.name(text, entry.item.span, entry.scope.via)
-        return name
-    del entry.scope.expansion.diagnostics[reported:]
-    return text
-
-
-def _pattern(text: str) -> str:
-    """Return the pattern of a name: anything may be in place of an expression."""
-    if "$" not in text:
-        return re.escape(text)
-    return "".join(_ANY if piece.is_expression else re.escape(piece.text) for piece in pieces(text))
-
-
-def _names_of_part(find: Any, name: Any, depth: int) -> Iterator[str]:
-    """Yield patterns of the names of a part, without its prefix, also those of the parts in it."""
-    body = find(name) if isinstance(name, str) and find is not None else None
-    if body is None or not depth:
-        yield _ANY
-        return
-    sections = Map(body.span)
-    for key, value in body.items():
-        if isinstance(value, (Map, Seq)):
-            sections.put(key, value, body.key_spans[key], body.value_spans[key])
-    yield from map(_pattern, _names(sections))
-    inner = body.get("use")
-    for use, entry in inner.items() if isinstance(inner, Map) else ():
-        if isinstance(entry, Map):
-            begin = _pattern(prefix_of(use, entry))
-            yield from (begin + name for name in _names_of_part(find, entry.get("part"), depth - 1))
 
 
 def _names(sections: Map) -> set[str]:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.tree import Map, Place, Seq
 
 from ..expression.syntax import EFFORT
 
@@ -53,7 +53,7 @@ class Expansion:
         self.root: Any = None  # the scope of the description, which is the first one
         self.scopes: dict[int, Any] = {}  # of each part and each round of a loop, by the identity of its Instance
         self.disabled: list[Disabled] = []
-        self.find_part: Callable[[str], Map | None] | None = None
+        self.instantiate: Callable[[str, Any, Any, Place], Map] | None = None  # makes a part, for a use
         self.parameters: dict[int, Any] = {}
         self._start = EFFORT.total
         self._constant: dict[int, bool] = {}
@@ -64,7 +64,7 @@ class Expansion:
         """Drop the scopes, which refer to the tree: it is freed when nobody else needs it."""
         self.scopes.clear()
         self.disabled.clear()
-        self.find_part = self.root = None
+        self.instantiate = self.root = None
 
     @property
     def work(self) -> int:

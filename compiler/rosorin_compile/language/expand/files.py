@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Span, error
+from rosorin_compile.source.diagnostics import Diagnostic, Span
 from rosorin_compile.source.files import exists, is_file, is_folder, resolve, shown
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.packages import Packages
@@ -29,11 +29,13 @@ from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq
 
 from ..expression.functions import ExpressionError
 from ..schema import sections
+from .expansion import Expansion
 from .joining import join, sourced
-from .scope import key_place, value_place
+from .scope import Scope, key_place, value_place
+from .section_kinds import check_entry
 
 if TYPE_CHECKING:
-    from .included_robots import ForeignReader
+    from rosorin_compile.formats.load_robot import RobotReader
 
 RULES = (
     Rule(
@@ -52,12 +54,7 @@ MAX_FILES = 10_000  # files that include several others multiply
 MAX_NESTED = 200
 
 _PRIVATE = ("include", "let", "source", "rosorin_compile")
-_KEYS = ("args", "file", "package", "packages")  # of an include of a description
-# Further keys of an include of a robot in another format.
-ROBOT_KEYS = (
-    *("lenient", "trust", "prefix", "meshes", "parent", "xyz", "rpy", "joint", "publisher", "source"),
-    *("for", "if"),
-)
+INCLUDE_KINDS: dict[str, type] = {"args": Map, "file": str, "package": str, "packages": Map}
 
 
 class RobotInclude(NamedTuple):
@@ -85,7 +82,7 @@ class Reader:
     def __init__(
         self,
         root: Path,
-        robots: ForeignReader | None,
+        robots: RobotReader | None,
         packages: Mapping[str, Path] | None = None,
         cache: dict[Any, Any] | None = None,
     ) -> None:
@@ -98,7 +95,8 @@ class Reader:
         self.projects = Description.at(root).projects
         self.files: list[Path] = []
         self.resolved: list[Resolved] = []
-        self.diagnostics: list[Diagnostic] = []
+        self.scope = Scope(Expansion())  # of the description
+        self.diagnostics = self.scope.expansion.diagnostics
         self.lets: list[tuple[str, Any, Place, Place]] = []  # name, value, their places
         self.given: dict[str, tuple[Any, Place]] = {}  # arguments that includes give
         self.offered: list[Map] = []  # as written
@@ -115,7 +113,7 @@ class Reader:
     def join(self, tree: Map, more: Map) -> None:
         """Add the sections of one file to those of the others."""
         for clash in join(tree, more):
-            clash.report(self._error)
+            clash.report(self.scope)
 
     def _read(
         self, path: Path, name: str, include: Span | None, via: Instance | None, within: tuple[Path, ...]
@@ -137,7 +135,7 @@ class Reader:
         items = file.get("include")
         if items is not None and not isinstance(items, Seq):
             help = f"write [{items}]" if isinstance(items, str) else 'write "- " before each file name'
-            self._error("wrong-type", "include is a list of file names", value_place(file, "include"), help)
+            self.scope.report("wrong-type", "include is a list of file names", value_place(file, "include"), help)
         elif items:
             here = (*within, resolve(path))
             for item, span in zip(items, items.value_spans, strict=True):
@@ -165,38 +163,33 @@ class Reader:
         if isinstance(item, Map):
             is_robot |= "package" in item and not is_description
         elif is_robot:
-            entry = Map(place.span, place.via)
-            entry.put("file", item, place.span, place.span)
-            item = entry
+            item = _entry_of(item, place)
         return RobotInclude(item, place, by) if is_robot else None
 
     def _include(self, item: Any, by: Path, place: Place, within: tuple[Path, ...]) -> Map | None:
         """Return an included description; None after reporting why it cannot be included."""
-        name = item.get("file") if isinstance(item, Map) else item
-        if not isinstance(name, str) or not name:
-            self._error("wrong-type", "include names files: text", place, "write the name of a YAML file")
+        item = item if isinstance(item, Map) else _entry_of(item, place)
+        check_include(item, self.scope, INCLUDE_KINDS)
+        name, package, values = item.get("file"), item.get("package"), item.get("args")
+        if isinstance(values, Map):
+            self.offered.append(values)
+            for key, value in values.items():  # those of a description that includes this one count
+                self.given.setdefault(key, (value, value_place(values, key)))
+        if not isinstance(name, str) or not isinstance(package or "", str):
             return None
-        package, packages = None, self.packages
-        if isinstance(item, Map):
-            self._collect_arguments(item)
-            package = item.get("package")
-            if package is not None and (not isinstance(package, str) or name.startswith(ADDRESS)):
-                message = f"{name} names its package already" if isinstance(package, str) else ""
-                message = message or "package of an include is text"
-                self._error("wrong-type", message, value_place(item, "package"), "write one package")
-                return None
-            packages = self._packages_of(item, by)
         try:
-            target = self.target(name, package, by, packages)
+            target = self.target(name, package, by, self.packages_of(item, by))
         except IncludeError as problem:
-            self._error(problem.rule, problem.message, place, problem.help)
+            where = value_place(item, "package") if problem.rule == "wrong-type" else place
+            self.scope.report(problem.rule, problem.message, where, problem.help)
             return None
         if resolve(target) in within:
-            self._error("include-cycle", f"{name} includes itself, directly or through others", place, "remove one")
+            message = f"{name} includes itself, directly or through others"
+            self.scope.report("include-cycle", message, place, "remove one")
             return None
         if len(self.files) >= MAX_FILES or len(within) > MAX_NESTED:
             message = f"more than {MAX_FILES:,} files are included, or more than {MAX_NESTED} within each other"
-            self._error("include-too-many", message, place, "include fewer files")
+            self.scope.report("include-too-many", message, place, "include fewer files")
             return None
         before = len(self.diagnostics)
         via = Include("included here", place.span, place.via)
@@ -210,6 +203,8 @@ class Reader:
     def target(self, name: str, package: str | None, by: Path, packages: Mapping[str, Path]) -> Path:
         """Return the file that the file ``by`` names: in its project, or in a ROS package. Raises IncludeError."""
         file = name
+        if package and name.startswith(ADDRESS):
+            raise IncludeError("wrong-type", f"{name} names its package already", "write one package")
         if name.startswith(ADDRESS):
             package, _, file = name.removeprefix(ADDRESS).partition("/")
         if package is None:
@@ -228,6 +223,12 @@ class Reader:
             raise IncludeError("include-outside", message, f"name a file in the package: {ADDRESS}{package}/FILE")
         self._package_folders[Path(os.path.abspath(folder))] = package
         return Path(shown(folder / inner))
+
+    def packages_of(self, item: Map, by: Path) -> dict[str, Path]:
+        """Return the folders of packages that an include names; those of the caller take precedence."""
+        named = item.get("packages")
+        folders = named.items() if isinstance(named, Map) else ()
+        return {**{name: by.parent / str(folder) for name, folder in folders}, **self.packages}
 
     def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
         """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
@@ -258,40 +259,12 @@ class Reader:
         where = "the project, the folder that has descriptions/" if is_project else "the folder of the description"
         return f"{name} is outside {where}{by_link}"
 
-    def _packages_of(self, item: Map, by: Path) -> dict[str, Path]:
-        """Return the folders of packages that an include names; those of the caller take precedence."""
-        named = item.get("packages")
-        if named is None:
-            return self.packages
-        if not isinstance(named, Map) or not all(isinstance(folder, str) for folder in named.values()):
-            message = "packages of an include map names to folders"
-            self._error("wrong-type", message, value_place(item, "packages"), "write packages: {NAME: FOLDER}")
-            return self.packages
-        return {**{name: by.parent / folder for name, folder in named.items()}, **self.packages}
-
-    def _collect_arguments(self, item: Map) -> None:
-        """Collect the arguments that an include gives; those of a description that includes this one count."""
-        for key in item:
-            if key not in _KEYS:
-                help = f"known: {', '.join(_KEYS)}"
-                if key in ROBOT_KEYS:
-                    help += f"; {key} is for a robot that is included as a URDF, xacro, SDF or MJCF"
-                self._error("unknown-key", f'an include has no key "{key}"', key_place(item, key), help)
-        values = item.get("args")
-        if isinstance(values, Map):
-            self.offered.append(values)
-            for name, value in values.items():
-                self.given.setdefault(name, (value, value_place(values, name)))
-        elif values is not None:
-            message = "args of an include map names to values"
-            self._error("wrong-type", message, value_place(item, "args"), "write args: {NAME: VALUE}")
-
     def _collect_lets(self, file: Map) -> None:
         lets = file.get("let")
         if isinstance(lets, Map):
             self.lets += [(name, value, key_place(lets, name), value_place(lets, name)) for name, value in lets.items()]
         elif lets is not None:
-            self._error("wrong-type", "let maps names to values", value_place(file, "let"), "write name: value")
+            self.scope.report("wrong-type", "let maps names to values", value_place(file, "let"), "write name: value")
 
     def _own_sections(self, file: Map, is_root: bool) -> Map:
         """Return the sections of a file; entries without a source get that of the file."""
@@ -305,7 +278,9 @@ class Reader:
             if key == "robot" and not is_root:
                 help = "include the files that it is made of, or the URDF that is compiled of it"
                 help = help if self._package_of(Path(file.span.source.path)) else "remove it"
-                self._error("included-robot", "an included file does not name the robot", key_place(file, key), help)
+                self.scope.report(
+                    "included-robot", "an included file does not name the robot", key_place(file, key), help
+                )
                 continue
             node = sections().get(key)
             has_source = key == "use" or (node is not None and node.sourced)
@@ -313,9 +288,6 @@ class Reader:
                 value = sourced(value, file)
             made.put(key, value, file.key_spans[key], file.value_spans[key])
         return made
-
-    def _error(self, rule: str, message: str, place: Place, help: str, related: Sequence[Related] = ()) -> None:
-        self.diagnostics.append(error(rule, message, place.span, help, [*related, *place.stack()]))
 
     def parts_file(self, name: str) -> Path | None:
         """Return a file of parts by name: of the library, or ``PACKAGE:FILE`` of an installed Python package."""
@@ -374,6 +346,26 @@ class Reader:
             return fallback[0] if folder is None else str(folder)
 
         return find
+
+
+def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Sequence[str] = ()) -> bool:
+    """Report keys and values that an include cannot have; return True if there are none. ``keys`` are further ones."""
+    good = check_entry("include", entry, scope, (*kinds, *keys), kinds)
+    packages = entry.get("packages")
+    if isinstance(packages, Map):
+        good &= check_entry("packages", packages, scope, None, dict.fromkeys(packages, str))
+    if not entry.get("file"):
+        message, help = "an include needs file, the name of a file", "write the name of a YAML file"
+        scope.report("wrong-type", message, Place(entry.span, scope.via or entry.via), help)
+        good = False
+    return good
+
+
+def _entry_of(file: Any, place: Place) -> Map:
+    """Return the entry of an include that only names a file."""
+    entry = Map(place.span, place.via)
+    entry.put("file", file, place.span, place.span)
+    return entry
 
 
 def _load_table(path: Path) -> Any:

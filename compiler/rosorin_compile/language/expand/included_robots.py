@@ -12,10 +12,10 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
+from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, error
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.project import MESH_FILE, resolved
 from rosorin_compile.source.rule_registry import FILES, Rule
@@ -28,13 +28,15 @@ from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .asset_files import map_files, move_files, relative_files
 from .expansion import Failed
-from .files import ADDRESS, ROBOT_KEYS, IncludeError, with_nearest_file
+from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
 from .joining import copy, sourced
 from .placing import map_items, placed
 from .scope import Scope, value_place
-from .section_kinds import check_entry, hides_letters, place_of
+from .section_kinds import hides_letters, place_of
 
 if TYPE_CHECKING:
+    from rosorin_compile.formats.load_robot import RobotReader
+
     from .files import Reader, RobotInclude
 
 RULES = (
@@ -68,8 +70,9 @@ RULES = (
 Tell = Callable[[Diagnostic], None]
 
 _OF_ATTACHMENT = ("xyz", "rpy", "joint", "publisher")
-_KINDS: dict[str, type] = {"args": Map, "packages": Map, "lenient": bool, "trust": bool}
-_KINDS |= dict.fromkeys(("file", "package", "prefix", "meshes", "parent", "joint"), str)
+_KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool}
+_KINDS |= dict.fromkeys(("prefix", "meshes", "parent", "joint"), str)
+_KEYS = ("xyz", "rpy", "publisher", "source", "for", "if")
 _PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name can begin with
 # What the readers suggest to somebody at a command line, and what it is called in an include.
 _WORDS = (
@@ -93,48 +96,11 @@ _WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "
 _NO_NAMES = ("topic", "service", "namespace", "remapping", "uri", "filename", "material")
 
 
-class How(NamedTuple):
-    """How a file in another format is read."""
-
-    lenient: bool
-
-
-class ForeignReader(Protocol):
-    """Reads robots in other formats."""
-
-    def endings(self) -> tuple[str, ...]:
-        """Return the endings of the files in other formats that a description may include."""
-
-    def read(
-        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], how: How, tell: Tell, by: Span
-    ) -> Foreign:
-        """Return the robot of a file; ``by`` is the place that names it."""
-
-
-class Foreign(Protocol):
-    """A robot in another format: its tree (None with errors), diagnostics, the files that were read.
-
-    ``takes_arguments``: its file has arguments.
-    """
-
-    @property
-    def tree(self) -> Map | None: ...
-
-    @property
-    def diagnostics(self) -> list[Diagnostic]: ...
-
-    @property
-    def files(self) -> tuple[Path, ...]: ...
-
-    @property
-    def takes_arguments(self) -> bool: ...
-
-
 class IncludedRobots:
     """Reads the robots that a description includes; each file once for each set of arguments."""
 
     def __init__(
-        self, reader: Reader, robots: ForeignReader, scope: Scope, tell: Tell | None, packages: Mapping[str, Path]
+        self, reader: Reader, robots: RobotReader, scope: Scope, tell: Tell | None, packages: Mapping[str, Path]
     ) -> None:
         self.reader = reader
         self.robots = robots
@@ -173,8 +139,7 @@ class IncludedRobots:
 
     def _tree(self, entry: Map, scope: Scope, include: RobotInclude, via: Instance) -> Map:
         """Return the tree of a robot; its file is read once. Raises Failed after reporting."""
-        own = {name: include.by.parent / folder for name, folder in (entry.get("packages") or {}).items()}
-        packages = {**own, **self.packages}
+        packages = self.reader.packages_of(entry, include.by)
         package = entry.get("package")
         try:
             path = Path(shown(self.reader.target(entry["file"], package, include.by, packages)))
@@ -198,10 +163,10 @@ class IncludedRobots:
             help = "give each its own prefix: left_, right_"
             raise scope.failed("duplicate-name", message, include.place, help, related)
         self.places[names] = include.place
-        how_read = How(bool(entry.get("lenient")))
-        same = (str(path), tuple(texts.items()), tuple(packages.items()), how_read)
+        lenient = bool(entry.get("lenient"))
+        same = (str(path), tuple(texts.items()), tuple(packages.items()), lenient)
         if same not in self.trees:
-            self.trees[same] = self._read(path, texts, packages, how_read, entry, scope, via)
+            self.trees[same] = self._read(path, texts, packages, lenient, entry, scope, via)
         tree = self.trees[same]
         if tree is None:
             raise Failed
@@ -212,7 +177,7 @@ class IncludedRobots:
         path: Path,
         texts: dict[str, str],
         packages: dict[str, Path],
-        how: How,
+        lenient: bool,
         entry: Map,
         scope: Scope,
         via: Instance,
@@ -222,7 +187,7 @@ class IncludedRobots:
         def tell(diagnostic: Diagnostic) -> None:
             self._report(diagnostic, via, ahead=True)
 
-        foreign = self.robots.read(path, texts, packages, how, tell, via.span)
+        foreign = self.robots.read(path, texts, packages, lenient, tell, via.span)
         self.reader.files += [file for file in foreign.files if file not in self.reader.files]
         for diagnostic in foreign.diagnostics:
             self._report(with_nearest_file(diagnostic, entry["file"], path), via)
@@ -262,7 +227,7 @@ class IncludedRobots:
             return move_files(made, folder)
         base = Path(os.path.abspath(made.span.source.path)).parent
         places = {name: os.path.normpath(base / name) for name in names}
-        # The nearest folder, that of the robot or one above it, that contains all of them.
+        # The nearest folder, that of the robot or one above it, that contains all of them: artifacts find them there.
         top = Path(os.path.commonpath([base, *places.values()]))
         new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
         new = {name: file for name, file in new.items() if self._is_only_in(top, base, file)}
@@ -363,18 +328,12 @@ class IncludedRobots:
 
 def _check_include(entry: Map, scope: Scope) -> None:
     """Report keys and values that an include of a robot cannot have. Raises Failed after that."""
-    good = check_entry("include", entry, scope, ("file", "package", "packages", "args", *ROBOT_KEYS), _KINDS)
-    if entry.get("file") is None:
-        message = "an include needs file, the name of the robot's file"
-        raise scope.failed("wrong-type", message, place_of(entry, "file", scope))
+    good = check_include(entry, scope, _KINDS, _KEYS)
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
         help = "no markup, no quotes; spaces only within"
         raise scope.failed("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
     good &= not hides_letters("prefix", entry, scope)
-    packages = entry.get("packages")
-    if isinstance(packages, Map):
-        good &= check_entry("package", packages, scope, None, dict.fromkeys(packages, str))
     if not good:
         raise Failed
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Related
@@ -12,9 +12,10 @@ from ..annotations import ENTRIES, ITEMS
 from ..misnamed import word_meant
 from ..schema import holds_many, is_one_entry, keys_of, merged
 from ..validate import validate
+from .provenance import argument_behind
+from .scope import Scope
 
 OF_PARTS = ("parts", "sensor_types", "use")  # joined by name, although the schema of results has no such sections
-Report = Callable[[str, str, Place, str, Sequence[Related]], None]
 
 
 class Clash(NamedTuple):
@@ -26,22 +27,26 @@ class Clash(NamedTuple):
     first: Map
     second: Map
 
-    def report(self, report: Report) -> None:
-        """Report the clash by a function of rule, message, place, help and second places."""
+    def report(self, scope: Scope) -> None:
+        """Report the clash, at the argument that a name comes from if it has one."""
         rule, section, name = self.rule, self.section, self.name
         place = Place(self.second.key_spans[name], getattr(self.second[name], "via", None) or self.second.via)
         related = [Related("first defined here", self.first.key_spans[name])]
         if rule == "unknown-key":
-            report(rule, f'{section} has no key "{name}"', place, word_meant(name, keys_of(section)), ())
+            message, help, related = f'{section} has no key "{name}"', word_meant(name, keys_of(section)), []
         elif rule == "duplicate-name":
             help = "rename or remove one, or give the part another prefix"
-            report(rule, f'{section.rstrip("s")} "{name}" is defined twice', place, help, related)
+            message = f'{section.rstrip("s")} "{name}" is defined twice'
         elif not _is_joined(name):
-            stack = Place(self.first.key_spans[name], getattr(self.first[name], "via", None)).stack()
-            report(rule, f'"{name}" is said twice', place, "remove one", [*related, *stack])
-        elif isinstance(self.first[name], Seq if name in merged(ITEMS) else Map):  # else that is reported, where it is
+            related += Place(self.first.key_spans[name], getattr(self.first[name], "via", None)).stack()
+            message, help = f'"{name}" is said twice', "remove one"
+        else:
             kind = "a list" if name in merged(ITEMS) else "a mapping"
-            report("wrong-type", f"{name} is {kind} in every file", place, "write it so in both", related)
+            rule, message, help = "wrong-type", f"{name} is {kind} in every file", "write it so in both"
+            if not isinstance(self.first[name], Seq if name in merged(ITEMS) else Map):
+                return  # validation reports it
+        origin = argument_behind(scope.expansion.root, place)
+        scope.report_origin(rule, message, place, help, related, origin)
 
     def shape_errors(self, tree: Map) -> list[Diagnostic]:
         """Return the errors of the section in one of the fragments, which is not validated if it is not joined."""

@@ -24,7 +24,6 @@ from .expansion import Failed
 from .joining import copy, join, with_source
 from .parameters import declare, given_places
 from .placing import placed
-from .provenance import argument_behind
 from .scope import Scope, value_place
 from .section_kinds import check_content, check_file, check_part, check_sections, check_use
 
@@ -66,7 +65,7 @@ class Parts:
         self.files: dict[Path, tuple[Map, Scope] | None] = {}
         self.sound: dict[int, bool] = {}
         self.found: dict[str, Part] = {}
-        self.expansion.find_part = self._body
+        self.expansion.instantiate = self.instance
 
     def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
         """Add what each ``use`` entry makes to a tree; return True if there were no errors."""
@@ -79,7 +78,7 @@ class Parts:
                 for inner, entry in scope.entries(item, key, is_use=True):
                     name = inner.name(key, *place) if "$" in key else key
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
-                    fragment = self._instance(name, resolved, inner, place, depth)
+                    fragment = self.instance(name, resolved, inner, place, depth)
                     size = sum(map(len, filter(None, fragment.values())))  # parts in parts multiply
                     scope.count(size, *place)
                     self._join(tree, fragment, scope)
@@ -87,7 +86,7 @@ class Parts:
                 good = False
         return good
 
-    def _instance(self, name: str, entry: Any, scope: Scope, place: Place, depth: int) -> Map:
+    def instance(self, name: str, entry: Any, scope: Scope, place: Place, depth: int = 0) -> Map:
         """Return the sections that a ``use`` entry makes. Raises Failed after reporting."""
         if not isinstance(entry, Map):
             raise scope.failed("wrong-type", f'use "{name}" is a mapping that names a part', place, "write part: NAME")
@@ -159,14 +158,9 @@ class Parts:
 
     def _join(self, tree: Map, more: Map, scope: Scope) -> None:
         """Add the sections of a part to those of a tree. Raises Failed after reporting a name that is taken."""
-
-        def report(rule: str, message: str, place: Place, help: str, related: Any) -> None:
-            origin = argument_behind(self.expansion.root, place)
-            scope.report_origin(rule, message, place, help, related, origin)
-
         clashes = join(tree, more, parts=True)
         for clash in clashes:
-            clash.report(report)
+            clash.report(scope)
             if clash.rule == "duplicate-key":
                 self.expansion.diagnostics += [*clash.shape_errors(tree), *clash.shape_errors(more)]
         if clashes:
@@ -203,14 +197,6 @@ class Parts:
                         with suppress(Failed):
                             probe.resolve(body[key], value_place(body, key), key in keys_of_xml())
                 probe.evaluate_rest()
-
-    def _body(self, name: str) -> Map | None:
-        """Return a part as written; None, without any report, if there is none."""
-        reported = len(self.expansion.diagnostics)
-        with suppress(Failed):
-            return (self.found.get(name) or self._look_up(name, self.scope, Place(self.own.span, None))).body
-        del self.expansion.diagnostics[reported:]
-        return None
 
     def _find(self, entry: Map, scope: Scope, place: Place) -> Part:
         name = entry.get("part")

@@ -30,7 +30,7 @@ from .asset_files import map_files, move_files, relative_files
 from .expansion import Failed
 from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
 from .joining import copy, sourced
-from .placing import map_items, placed
+from .placing import Use, map_items, placed
 from .scope import Scope, value_place
 from .section_kinds import hides_letters, place_of
 
@@ -382,7 +382,7 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
     def elements(text: str) -> str:
         return Text(renamed(text, with_prefix, references)) if prefix else text
 
-    made = placed(fragment, prefix, names=names, elements=elements)
+    made = placed(fragment, Use(prefix), names, elements)
     if prefix and isinstance(made.get("materials"), Map):
         renamed_materials = Map(made["materials"].span, made["materials"].via)
         for name, entry in made["materials"].items():

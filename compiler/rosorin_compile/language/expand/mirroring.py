@@ -1,13 +1,13 @@
-"""Mirroring: how a reflection at the plane across x, y or z of the mount turns what a part holds.
+"""Mirroring: how a reflection at the plane across x, y or z of the mount changes what a part contains.
 
-Each function takes a mapping and the index of the axis, and returns the values that change: for a reflection S a pose
-becomes R' = S R S and p' = S p.
+For a reflection S, a pose becomes R' = S R S and p' = S p. Each function takes a mapping and the index of the axis, and
+returns the values that change.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from rosorin_compile.source.tree import Map, Seq
@@ -16,67 +16,43 @@ from rosorin_compile.source.units import Dimension, Quantity
 AXES = {"x": 0, "y": 1, "z": 2}
 # What the sides of a base become that is mirrored across x, y or z.
 _SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
-_PLANE = 2
-_TURNING_OR_SLIDING = ("revolute", "continuous", "prismatic", "planar")
 
 
-def _pose(entry: Map, axis: int) -> dict[str, Any]:
-    changes: dict[str, Any] = {}
-    for key in ("xyz", "rpy"):
-        values = entry.get(key)
-        if values is not None and is_vector(values):
-            flipped = [(index == axis) == (key == "xyz") for index in range(3)]
-            changes[key] = listed(
-                [_negative(v) if flip else v for v, flip in zip(values, flipped, strict=True)], values
-            )
+def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[Map, int], dict[str, Any]]:
+    """Return a function that reflects the points and directions, and the rotations, under some keys."""
+
+    def changes(entry: Map, axis: int) -> dict[str, Any]:
+        found = {key: entry[key] for key in (*polar, *axial) if entry.get(key) is not None and is_vector(entry[key])}
+        return {key: listed(_reflected(values, axis, key in axial), values) for key, values in found.items()}
+
     return changes
 
 
 def _axis(joint: Map, axis: int) -> dict[str, Any]:
-    """Return the axis of a mirrored joint; a turning axis changes sign, for a reflection turns turns around.
-
-    What is no joint, and has no type, has an axis to turn about, if it has one.
-    """
+    # What has no type is no joint; its axis is one to turn about.
     values = joint.get("axis")
-    if joint.get("type", "revolute" if values is not None else "") not in _TURNING_OR_SLIDING:
+    kind = joint.get("type", "revolute" if values is not None else "")
+    if kind not in ("revolute", "continuous", "prismatic", "planar") or not is_vector(values):
         return {}
-    if values is None:
-        values = listed((1, 0, 0), joint)
-    if not is_vector(values):
-        return {"axis": values}
-    slides = joint.get("type") == "prismatic"
-    return {"axis": listed([_negative(v) if (i == axis) == slides else v for i, v in enumerate(values)], values)}
-
-
-def _vector_at(key: str) -> Callable[[Map, int], dict[str, Any]]:
-    """Return what reflects the vector of a key: a point, or a direction."""
-
-    def reflected(entry: Map, axis: int) -> dict[str, Any]:
-        values = entry.get(key)
-        if values is None or not is_vector(values):
-            return {}
-        return {key: listed([_negative(v) if i == axis else v for i, v in enumerate(values)], values)}
-
-    return reflected
+    values = listed((1, 0, 0), joint) if values is None else values
+    return {"axis": listed(_reflected(values, axis, kind != "prismatic"), values)}
 
 
 def _grid(grid: Map, axis: int) -> dict[str, Any]:
-    """Return the cells of a height map in reverse order along x or y.
+    """Reverse the order of the cells of a height map along x or y.
 
     Along z the heights change sign, which a rule reports: a map counts them up from z = 0.
     """
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
     if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
         return {}
-    if not isinstance(origin, Seq) or not isinstance(cell, (int, float)):
+    if not isinstance(origin, Seq) or len(origin) != 2 or not all(map(is_number, (*origin, cell))):
         return {}
     if axis == AXES["z"]:
         negative = [listed([_negative(v) if is_number(v) else v for v in row], row) for row in heights]
         return {"heights": listed(negative, heights)}
     count = len(heights) if axis == AXES["x"] else len(heights[0])
-    if len(origin) != _PLANE or not is_number(origin[axis]):
-        return {}
-    high = float(origin[axis]) + count * float(cell)
+    high = float(origin[axis]) + count * float(cell or 0)
     changes: dict[str, Any] = {"origin": listed([-high if i == axis else v for i, v in enumerate(origin)], origin)}
     for key in ("heights", "bottom"):
         rows = grid.get(key)
@@ -88,7 +64,7 @@ def _grid(grid: Map, axis: int) -> dict[str, Any]:
 
 def _inertia(moments: Map, axis: int) -> dict[str, Any]:
     keys = [key for key in ("ixy", "ixz", "iyz") if "xyz"[axis] in key[1:]]
-    return {key: _negative(moments[key]) for key in keys if isinstance(moments.get(key), (int, float))}
+    return {key: _negative(moments[key]) for key in keys if is_number(moments.get(key))}
 
 
 def _bounds(box: Map, axis: int) -> dict[str, Any]:
@@ -100,30 +76,25 @@ def _bounds(box: Map, axis: int) -> dict[str, Any]:
 
 
 def _scale(mesh: Map, axis: int) -> dict[str, Any]:
-    if not is_vector(mesh.get("scale")):
-        return {}
-    scale = list(mesh.get("scale") or (1, 1, 1))
-    scale[axis] = _negative(scale[axis])
-    return {"scale": listed(scale, mesh.get("scale", mesh))}
+    values = mesh.get("scale") or listed((1, 1, 1), mesh)
+    return {"scale": listed(_reflected(values, axis, False), values)} if is_vector(values) else {}
 
 
 def _gear(actuator: Map, axis: int) -> dict[str, Any]:
-    """Return the gear of a mirrored actuator: of a ball a torque, of a site a force and a torque."""
+    """Reflect the gear of an actuator: of a ball a torque, of a site a force and a torque."""
     gear = actuator.get("gear")
     if not isinstance(gear, list) or len(gear) not in (3, 6) or not all(map(is_number, gear)):
         return {}
-    force = [_negative(v) if i == axis else v for i, v in enumerate(gear[:-3])]
-    torque = [v if i == axis else _negative(v) for i, v in enumerate(gear[-3:])]
-    return {"gear": listed([*force, *torque], gear)}
+    return {"gear": listed([*_reflected(gear[:-3], axis, False), *_reflected(gear[-3:], axis, True)], gear)}
 
 
 # By the annotation ``x-mirror``, whose keys are ``annotations.MIRRORED_KEYS``.
 MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
-    "pose": _pose,
+    "pose": _vectors(("xyz",), ("rpy",)),
     "axis": _axis,
-    "direction": _vector_at("direction"),
-    "dir": _vector_at("dir"),
-    "at": _vector_at("at"),
+    "direction": _vectors(("direction",)),
+    "dir": _vectors(("dir",)),
+    "at": _vectors(("at",)),
     "grid": _grid,
     "inertia": _inertia,
     "bounds": _bounds,
@@ -133,7 +104,7 @@ MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
 
 
 def side(role: str, axis: int | None) -> str:
-    """Return what wheels are that stood at a side before they were mirrored: ``front_left`` across y is front_right."""
+    """Return the role of mirrored wheels: ``front_left`` across y is ``front_right``."""
     swapped = _SIDES[axis] if axis is not None else {}
     return "_".join(swapped.get(word, word) for word in role.split("_"))
 
@@ -146,7 +117,7 @@ def is_number(value: Any, dimension: Dimension | None = None) -> bool:
 
 
 def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
-    """Say whether a value is three finite numbers, of a dimension if one is given, or nothing."""
+    """Return True for three finite numbers, of a dimension if one is requested, or None."""
     if value is None:
         return True
     if not isinstance(value, list) or len(value) != 3:
@@ -154,8 +125,8 @@ def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
     return all(is_number(v, dimension) and math.isfinite(v) for v in value)
 
 
-def listed(values: Any, like: Any) -> Seq:
-    """Return numbers as a sequence that stands where ``like`` stands."""
+def listed(values: Iterable[Any], like: Any) -> Seq:
+    """Return a sequence of values with the places of another one, or the place of a mapping."""
     made = Seq(like.span, like.via)
     spans = getattr(like, "value_spans", None)
     for index, value in enumerate(values):
@@ -163,8 +134,13 @@ def listed(values: Any, like: Any) -> Seq:
     return made
 
 
+def _reflected(values: Iterable[Any], axis: int, axial: bool) -> list[Any]:
+    """Return a reflected vector; that of a rotation (``axial``) changes its other components."""
+    return [_negative(v) if (i == axis) != axial else v for i, v in enumerate(values)]
+
+
 def _negative(value: float) -> float:
-    """Return a number with the other sign; a quantity stays one, zero stays as it is."""
+    # A quantity stays one, and zero stays as it is.
     if not value:
         return value
     return Quantity(-value, value.dimension, value.text) if isinstance(value, Quantity) else -value

@@ -23,7 +23,7 @@ from ..symbols import MOUNT, SymbolTable
 from .expansion import Failed
 from .joining import copy, join, with_source
 from .parameters import declare, given_places
-from .placing import placed
+from .placing import Use, placed
 from .scope import Scope, value_place
 from .section_kinds import check_content, check_file, check_part, check_sections, check_use
 
@@ -114,8 +114,8 @@ class Parts:
             raise Failed
         names = SymbolTable(fragment).names()
         self._check_parent(name, names.mounted, entry, scope, place)
-        pose = entry.get("xyz"), entry.get("rpy")
-        made = placed(fragment, prefix, entry.get("parent"), *pose, entry.get("mirror"), names=names)
+        use = Use(prefix, *map(entry.get, ("parent", "xyz", "rpy", "mirror")))
+        made = placed(fragment, use, names)
         return with_source(made, entry) if "source" in entry else made
 
     def _bind(self, inner: Scope, name: str, entry: Map, part: Part) -> None:

@@ -7,7 +7,7 @@ The schema says which values are names, are mirrored or are attached (``annotati
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import Pose
 from rosorin_compile.model.geometry import pose_of
@@ -24,23 +24,26 @@ from .mirroring import AXES, MIRRORED, is_vector, listed, side
 Rename = Callable[[str], str]
 
 
-def placed(
-    fragment: Map,
-    prefix: str,
-    parent: str | None = None,
-    xyz: Any = None,
-    rpy: Any = None,
-    mirror: str | None = None,
-    names: Names | None = None,
-    elements: Rename | None = None,
-) -> Map:
-    """Return a fragment with prefixed names, attached to ``parent`` at ``xyz`` and ``rpy`` (metres, radians).
+class Use(NamedTuple):
+    """How a fragment becomes part of a robot: its prefix, the frame it is attached to, with a pose, and a mirror.
 
-    ``mirror`` reflects the fragment at the plane across x, y or z of the mount. ``names`` are those of the fragment, if
-    they are known. ``elements`` renames in elements for the URDF; by default links and joints get their names there.
+    ``xyz`` and ``rpy`` are in metres and radians; ``mirror`` reflects at the plane across x, y or z of the mount.
     """
-    axis = None if mirror is None else AXES[mirror]
-    placer = _Placer(names or SymbolTable(fragment).names(), prefix, parent, (xyz, rpy), axis, fragment.via, elements)
+
+    prefix: str
+    parent: str | None = None
+    xyz: Any = None
+    rpy: Any = None
+    mirror: str | None = None
+
+
+def placed(fragment: Map, use: Use, names: Names | None = None, elements: Rename | None = None) -> Map:
+    """Return a fragment with prefixed names, mirrored and attached.
+
+    ``names`` are those of the fragment, if they are known. ``elements`` renames in elements for the URDF; by default
+    links and joints get their names there.
+    """
+    placer = _Placer(names or SymbolTable(fragment).names(), use, elements)
     made = fragment.copied()
     for section, value in fragment.items():
         node = sections().get(section)
@@ -118,22 +121,12 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
 class _Placer:
     """Renames, mirrors and attaches the values of one part, as the schema says."""
 
-    def __init__(
-        self,
-        names: Names,
-        prefix: str,
-        parent: str | None,
-        mount: tuple[Any, Any],
-        mirror: int | None,
-        via: Instance | None,
-        elements: Rename | None,
-    ) -> None:
-        self.names = names
-        self.prefix, self.parent, self.mount = prefix, parent, mount
-        self.mirror, self.via, self.elements = mirror, via, elements
+    def __init__(self, names: Names, use: Use, elements: Rename | None) -> None:
+        self.names, self.use, self.elements = names, use, elements
+        self.mirror = None if use.mirror is None else AXES[use.mirror]
         self.active = {kind for kind, some in names.of.items() if some} | {"link", GIVES}
         self.active |= {INSIDE} if names.inside else set()
-        self.active |= {MIRROR} if mirror is not None else set()
+        self.active |= {MIRROR} if self.mirror is not None else set()
 
     def value(self, node: Node, value: Any) -> Any:
         """Return the value at a place of the schema."""
@@ -154,7 +147,7 @@ class _Placer:
         if node.scope == WORLD:
             return self.rename(node.gives, name)
         if node.gives and not node.scope:
-            return self.prefix + name
+            return self.use.prefix + name
         return self.rename(node.names, name) if node.names and not node.scope else name
 
     def _key(self, node: Node, name: str) -> str:
@@ -171,7 +164,7 @@ class _Placer:
             below = node.at(key)
             if below is not None and not self.active.isdisjoint(below.of):
                 changes[key] = self.value(below, value)
-                if below.attached and value == MOUNT and self.mount != (None, None):
+                if below.attached and value == MOUNT and (self.use.xyz, self.use.rpy) != (None, None):
                     changes |= self._mounted(entry, changes, below.attached)
         changed = _with(entry, changes)
         if node.keys is None and "sides" not in node.mirror:
@@ -181,13 +174,13 @@ class _Placer:
     def rename(self, kind: str, name: str) -> str:
         """Return the name outside of the part of something of a kind."""
         if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.of.get("link", ()):
-            return name if self.parent is None else self.parent
-        return self.prefix + name if self.names.gives(kind, name) else name
+            return name if self.use.parent is None else self.use.parent
+        return self.use.prefix + name if self.names.gives(kind, name) else name
 
     def _mounted(self, entry: Map, changes: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
         """Return the pose of an entry on the mount, and directions in it, seen from the parent of the use."""
         own = {key: changes.get(key, entry.get(key)) for key in ("xyz", "rpy", *keys)}
-        xyz, rpy = self.mount
+        xyz, rpy = self.use.xyz, self.use.rpy
         directions = [key for key in keys if key not in ("xyz", "rpy") and own[key] is not None]
         if own["xyz"] is None and own["rpy"] is None and not directions:
             return {key: value for key, value in (("xyz", xyz), ("rpy", rpy)) if key in keys}
@@ -216,7 +209,7 @@ class _Placer:
 
     def _among(self, is_own: Callable[[str], bool]) -> Rename:
         """Return a function that renames names of the part, and the mount."""
-        return lambda name: self.prefix + name if is_own(name) else self.rename("link", name)
+        return lambda name: self.use.prefix + name if is_own(name) else self.rename("link", name)
 
     def _parameters(self, value: Any) -> Any:
         """Return parameters of a controller in which joints, frames, sensors and controllers are renamed."""

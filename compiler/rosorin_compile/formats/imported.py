@@ -158,19 +158,19 @@ class Imported(NamedTuple):
 
     def relative_files(self) -> list[str]:
         """Return the relative names of mesh and texture files, each once, in their order."""
-        from rosorin_compile.language.expand.asset_files import relative_files
+        from rosorin_compile.language.expand.included_robots import relative_files
 
         return relative_files(self.whole)
 
     def with_files_named(self, name: Callable[[str], str]) -> Imported:
         """Return it with each name of a mesh or texture file as ``name`` makes it."""
-        from rosorin_compile.language.expand.asset_files import map_files
+        from rosorin_compile.language.expand.included_robots import map_files
 
         return self._replace(tree=map_files(self.whole, name))
 
     def with_files_below(self, folder: str) -> Imported:
         """Return it with ``folder`` before the relative names of mesh and texture files."""
-        from rosorin_compile.language.expand.asset_files import move_files
+        from rosorin_compile.language.expand.included_robots import move_files
 
         return self._replace(tree=move_files(self.whole, folder))
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import unquote
 
-from rosorin_compile.language.expand.asset_files import OF_MJCF
+from rosorin_compile.language.expand.included_robots import OF_MJCF
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.tree import Map, Seq

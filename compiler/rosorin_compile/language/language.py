@@ -14,7 +14,7 @@ from .accepting import STAYS
 from .annotations import ANNOTATIONS
 from .authoring import for_editors
 from .authoring.added import added_definitions, added_sections, definitions
-from .expand.mirroring import AXES
+from .expand.placing import AXES
 from .expression import CONSTANTS
 from .expression.functions import BUILT_IN
 from .schema import of_parts, of_types, with_formats

@@ -14,7 +14,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, broken, load
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, check_texts, find
 
-from .annotations import DESCRIPTION, check_annotations, kinds_given, kinds_named, own_schema
+from .annotations import DESCRIPTION, GIVES, NAMES, check_annotations, kinds_of, own_schema
 from .validator import check_schema
 
 Loaded = tuple[tuple[Plugin, Section[Any]], ...]
@@ -40,9 +40,9 @@ def plugged() -> Plugged:
 
 def _of_known_kinds(loaded: Loaded) -> tuple[Loaded, tuple[Diagnostic, ...]]:
     """Return the sections that name kinds of things that there are, also those of each other, and what is wrong."""
-    known = {kind for _, section in loaded for kind in kinds_given(section.schema)}
-    known |= kinds_given(own_schema()) | kinds_named(own_schema())
-    unknown = [(plugin, kinds_named(section.schema) - known) for plugin, section in loaded]
+    known = {kind for _, section in loaded for kind in kinds_of(section.schema, GIVES)}
+    known |= kinds_of(own_schema(), GIVES) | kinds_of(own_schema(), NAMES)
+    unknown = [(plugin, kinds_of(section.schema, NAMES) - known) for plugin, section in loaded]
     wrong = tuple(
         broken(plugin, f'has a schema that names "{kind}", of which there is none; {did_you_mean(kind, sorted(known))}')
         for plugin, kinds in unknown

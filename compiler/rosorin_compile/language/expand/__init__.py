@@ -34,14 +34,13 @@ from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged, of_parts, schema
 from ..validate import validate
 from ..values import ValueTable, check_names
+from .declarations import check_controls, declare
 from .expansion import Failed
 from .files import Reader
 from .included_robots import IncludedRobots
 from .joining import copy
-from .parameters import declare
 from .parts import Parts
 from .scope import Scope
-from .section_kinds import check_controls
 from .sensor_types import apply_types
 
 if TYPE_CHECKING:

@@ -29,10 +29,10 @@ from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq
 
 from ..expression.functions import ExpressionError
 from ..schema import sections
+from .declarations import check_entry
 from .expansion import Expansion
 from .joining import join, sourced
 from .scope import Scope, key_place, value_place
-from .section_kinds import check_entry
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.load_robot import RobotReader

@@ -21,18 +21,18 @@ from rosorin_compile.source.project import MESH_FILE, resolved
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
+from rosorin_compile.source.xml.mujoco import with_files
 from rosorin_compile.source.xml.references import Reference, renamed
 
 from ..expression.functions import FUNCTIONS, kind_of
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
-from .asset_files import map_files, move_files, relative_files
+from .declarations import hides_letters, place_of
 from .expansion import Failed
 from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
 from .joining import copy, sourced
 from .placing import Use, map_items, placed
 from .scope import Scope, value_place
-from .section_kinds import hides_letters, place_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.load_robot import RobotReader
@@ -94,6 +94,10 @@ _UNIQUE = {
 # Elements whose name is a word of another program, and parts of the names of attributes that name no link or joint.
 _WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "property"}
 _NO_NAMES = ("topic", "service", "namespace", "remapping", "uri", "filename", "material")
+
+# An address, an absolute path, or one with the letter of a drive.
+_ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
+OF_MJCF = "mjcf_elements"  # a list of elements of XML
 
 
 class IncludedRobots:
@@ -444,3 +448,38 @@ def _joint_above(root: str, entry: Map, via: Instance | None) -> Map:
         if entry.get(key) is not None:
             made.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
     return made
+
+
+def map_files(tree: Map, rename: Callable[[str], str]) -> Map:
+    """Return the tree of a robot in which each name of a mesh or texture file is what ``rename`` makes of it."""
+    made = tree.copied()
+    for key, value in tree.items():
+        if key != "outputs":  # those are files too, of another kind
+            made[key] = _mapped(value, rename, key)
+    return made
+
+
+def relative_files(tree: Map) -> list[str]:
+    """Return the relative names of mesh and texture files in the tree of a robot, each once."""
+    names: dict[str, str] = {}
+    map_files(tree, lambda name: names.setdefault(name, name))
+    return [name for name in names if not _ABSOLUTE.match(name)]
+
+
+def move_files(tree: Map, folder: str) -> Map:
+    """Return the tree of a robot with ``folder`` before the relative names of mesh and texture files."""
+    before = f"{folder.rstrip('/')}/"
+    return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else before + name)
+
+
+def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:
+    if isinstance(node, Map):
+        made = node.copied()
+        for name, value in node.items():
+            # In a section mjcf, they are names of textures.
+            is_file = key != "mjcf" and name in ("file", "texture") and isinstance(value, str)
+            made[name] = rename(value) if is_file else _mapped(value, rename, name)
+        return made
+    if isinstance(node, Seq):
+        return map_items(node, lambda item: _mapped(item, rename, key))
+    return with_files(node, rename) if key == OF_MJCF and isinstance(node, str) else node

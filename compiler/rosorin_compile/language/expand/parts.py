@@ -20,12 +20,11 @@ from rosorin_compile.source.tree import Instance, Map, Place
 
 from ..schema import keys_of_xml, of_parts
 from ..symbols import MOUNT, SymbolTable
+from .declarations import check_content, check_file, check_part, check_sections, check_use, declare, given_places
 from .expansion import Failed
 from .joining import copy, join, with_source
-from .parameters import declare, given_places
 from .placing import Use, placed
 from .scope import Scope, value_place
-from .section_kinds import check_content, check_file, check_part, check_sections, check_use
 
 RULES = (
     Rule(

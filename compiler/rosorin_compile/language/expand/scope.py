@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any, NoReturn
 
 from rosorin_compile.source.diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, nearest
@@ -16,7 +17,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
 from rosorin_compile.source.units import UNITS
-from rosorin_compile.source.wording import first_of
+from rosorin_compile.source.wording import counted, first_of
 from rosorin_compile.source.xml.elements import fitted
 
 from ..expression import CHOICES, Piece, compiled, evaluate, names_in, pieces
@@ -95,10 +96,11 @@ class Scope:
         value_place = value_place or place
         own, bracket, rest = name.partition("(")
         is_function = bool(bracket) and name.endswith(")")
-        parameters = _parameter_names(rest.removesuffix(")")) if is_function else ()
         own = own if is_function else name
-        if is_function and (parameters is None or not own.isidentifier() or own in (*functions(), *OF_DESCRIPTIONS)):
-            taken = own in functions() or own in OF_DESCRIPTIONS
+        parameters = [one.strip() for one in rest[:-1].split(",")] if is_function and rest != ")" else []
+        is_good = all(map(str.isidentifier, parameters)) and len(set(parameters)) == len(parameters)
+        taken = own in functions() or own in OF_DESCRIPTIONS
+        if is_function and (taken or not is_good or not own.isidentifier()):
             message = f'"{own}" is a function of the language' if taken else f'"{name}" cannot be called'
             self.report("bad-name", message, place, "write NAME(FIRST, SECOND): letters, digits and underscores")
             return
@@ -111,9 +113,29 @@ class Scope:
             self.report("bad-name", f'"{own}" cannot be used in an expression', place, help)
         self.places[own], self.local[own] = place, value_place
         if is_function:
-            self.values[f"{own}()"] = Function(self, own, parameters or (), value, value_place)
+            self.values[f"{own}()"] = partial(self._call, own, parameters, value, value_place)
         else:
             self.pending[own] = value, value_place
+
+    def _call(self, name: str, parameters: Sequence[str], body: Any, place: Place, *arguments: Any) -> Any:
+        """Return the value of ``box(x, y)`` under ``let``, whose body sees the names here and its arguments.
+
+        Raises ExpressionError, or Failed after an error in the body.
+        """
+        signature, count = f"{name}({', '.join(parameters)})", len(parameters)
+        if len(arguments) != count:
+            raise ExpressionError(f"{signature} takes {counted(count, 'value')}, not {len(arguments)}")
+        mark = f"{name}()@{id(self)}"
+        if self.running.count(mark) > MAX_CALLED:
+            raise ExpressionError(f"{signature} calls itself without end")
+        inner = Scope(self.expansion, self)
+        for parameter, value in zip(parameters, arguments, strict=True):
+            inner.bind(parameter, value, place)
+        self.running.append(mark)
+        try:
+            return inner.resolve(body, place, xml=isinstance(body, str) and body.lstrip().startswith("<"))
+        finally:
+            self.running.pop()
 
     def define_all(self, lets: Any) -> None:
         """Add the named values of a ``let`` section, if there is one."""
@@ -535,47 +557,3 @@ def key_place(entry: Map, key: str) -> Place:
 def value_place(entry: Map, key: str) -> Place:
     """Return where the value of a key of a mapping is written."""
     return Place(entry.value_spans[key], entry.via)
-
-
-def _parameter_names(text: str) -> tuple[str, ...] | None:
-    """Return the names between the brackets of a function; None if they cannot be names.
-
-    >>> _parameter_names("x, y"), _parameter_names(""), _parameter_names("x y")
-    (('x', 'y'), (), None)
-    """
-    names = tuple(name.strip() for name in text.split(",")) if text.strip() else ()
-    return names if all(map(str.isidentifier, names)) and len(set(names)) == len(names) else None
-
-
-class Function:
-    """A named value that takes values itself, ``box(x, y): {size: ...}`` under ``let``.
-
-    Its body sees the names of the place where it is written, and its arguments.
-    """
-
-    def __init__(self, scope: Scope, name: str, parameters: Sequence[str], body: Any, place: Place) -> None:
-        self.scope = scope
-        self.name = name
-        self.parameters = parameters
-        self.body = body
-        self.place = place
-
-    def __call__(self, *arguments: Any) -> Any:
-        """Return the value for some arguments. Raises ExpressionError, or Failed after an error within it."""
-        signature, count = f"{self.name}({', '.join(self.parameters)})", len(self.parameters)
-        if len(arguments) != count:
-            message = f"{signature} takes {count} value{'' if count == 1 else 's'}, not {len(arguments)}"
-            raise ExpressionError(message)
-        running = self.scope.running
-        mark = f"{self.name}()@{id(self)}"
-        if running.count(mark) > MAX_CALLED:
-            raise ExpressionError(f"{signature} calls itself without end")
-        inner = Scope(self.scope.expansion, self.scope)
-        for name, value in zip(self.parameters, arguments, strict=True):
-            inner.bind(name, value, self.place)
-        running.append(mark)
-        try:
-            text = isinstance(self.body, str) and self.body.lstrip().startswith("<")
-            return inner.resolve(self.body, self.place, xml=text)
-        finally:
-            running.pop()

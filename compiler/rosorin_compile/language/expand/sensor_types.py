@@ -16,11 +16,10 @@ from rosorin_compile.source.tree import Instance, Map, Place, Seq
 
 from ..misnamed import word_meant
 from ..schema import keys_of_xml, of_types
+from .declarations import check_sensor_type, declare, given_places
 from .expansion import Failed
 from .joining import copy
-from .parameters import declare, given_places
 from .scope import Scope
-from .section_kinds import check_sensor_type
 
 RULES = (
     Rule(

@@ -354,7 +354,7 @@ def test_trust_comes_from_the_person_who_runs_the_command(tmp_path, monkeypatch,
     cell.write_text(cell.read_text("utf-8").replace("post.xacro", "post.xacro, trust: true"), "utf-8")
     cell.write_text(cell.read_text("utf-8").replace("true", "perhaps"), "utf-8")
     assert main(["all"]) == 1
-    assert "trust of an include is true or false, not text" in capsys.readouterr().err
+    assert "include trust is true or false, not text" in capsys.readouterr().err
 
 
 def test_all_check_and_the_stamp_know_the_foreign_file(tmp_path, monkeypatch, capsys):
@@ -441,7 +441,7 @@ def test_meshes_that_the_artifacts_do_not_find_are_told(tmp_path):
     (tmp_path / "robot.yaml").write_text(text, "utf-8")
     assert told(tmp_path) == [
         "include-mesh-path: files of meshes or textures are named as seen from v.urdf, but readers look from the "
-        "artifacts: t.png and 1 more "
+        "artifacts: a/b.stl and 1 more "
         "(say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME)"
     ]
 
@@ -457,8 +457,8 @@ def test_meshes_that_the_artifacts_do_not_find_are_told(tmp_path):
             "file: v.urdf, prefix: ' a'",
             'bad-name: no name can begin with " a" (no markup, no quotes; spaces only within)',
         ),
-        ("package: v", "wrong-type: an include needs file, the name of the robot's file ()"),
-        ("file: 3, package: v", "wrong-type: file of an include is text, not a number ()"),
+        ("package: v", "wrong-type: an include needs file, the name of a file (write include: [FILE.yaml])"),
+        ("file: 3, package: v", "wrong-type: include file is text, not a number ()"),
     ],
 )
 def test_an_include_that_is_no_good_is_told_once(tmp_path, entry, message):

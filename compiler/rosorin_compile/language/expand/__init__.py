@@ -96,11 +96,10 @@ def expand(
         scope.define(name, value, place, written)
     _declare_arguments(root, arguments, reader, scope)
     fragments: list[Map | None] = []
-    if robots and reader.robots:
-        included = IncludedRobots(reader, robots, scope, tell, packages or {})
-        fragments += included.fragments()
+    included = IncludedRobots(reader, robots, tell) if robots else None
+    fragments += included.fragments() if included else ()
     tree = _evaluate(root, scope, reader, fragments)
-    if tree is not None and fragments:
+    if tree is not None and included:
         included.settle(tree)
     with expansion.unlimited():
         scope.evaluate_rest()
@@ -119,6 +118,7 @@ def expand(
     if has_errors(diagnostics):  # each missing name is reported once, where it is written
         offers = [(one, offer(one)) for one in diagnostics]
         diagnostics = told_once(placed(one, names) if names else one for one, names in offers)
+    diagnostics += included.diagnostics if included else []
     resolved = tuple(dict.fromkeys(reader.resolved))
     return Expanded(tree, diagnostics, tuple(reader.files), scope, resolved, tuple(unused), values)
 

@@ -28,24 +28,14 @@ from .placing import AXES, is_number
 from .scope import Scope, key_place, value_place
 
 RULES = (
-    Rule(
-        "unknown-argument",
-        "`-a`, the `args` of an include or a `with` sets an argument that there is not.",
-        "Correct the name, or add it to `args` or `params`.",
-        ARGUMENTS,
-    ),
+    Rule("unknown-argument", "An argument is given that does not exist.", "Correct or declare it.", ARGUMENTS),
     Rule(
         "missing-argument",
         "An argument without a default is not given.",
-        "Give it: `-a NAME=VALUE`, or `with: {NAME: VALUE}`.",
+        "Write `-a NAME=VALUE`, or `with`.",
         ARGUMENTS,
     ),
-    Rule(
-        "bad-argument",
-        "An argument has a value of another type, or one that `one_of`, `min` or `max` does not allow.",
-        "Give one that the message names.",
-        ARGUMENTS,
-    ),
+    Rule("bad-argument", "An argument has a value that its declaration excludes.", "Correct the value.", ARGUMENTS),
 )
 
 KEYS = ("type", "default", "one_of", "help")

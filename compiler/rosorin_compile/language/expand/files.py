@@ -38,12 +38,7 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.load_robot import RobotReader
 
 RULES = (
-    Rule(
-        "include-outside",
-        "An included file is outside the project: the folder that has `descriptions`, or that of a lone description.",
-        "Move it inside, or name the ROS package that it is in: `package://NAME/FILE`.",
-        FILES,
-    ),
+    Rule("include-outside", "An included file is outside the project.", "Use `package://NAME/FILE`.", FILES),
     Rule("include-cycle", "A file includes itself, directly or through others.", "Remove one `include`.", FILES),
     Rule("include-too-many", "More files are included than any description has.", "Join some.", FILES),
     Rule("included-robot", "An included file has the key `robot`.", "Only the first file names the robot.", FILES),
@@ -355,7 +350,7 @@ def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Seq
     if isinstance(packages, Map):
         good &= check_entry("packages", packages, scope, None, dict.fromkeys(packages, str))
     if not entry.get("file"):
-        message, help = "an include needs file, the name of a file", "write the name of a YAML file"
+        message, help = "an include needs file, the name of a file", "write include: [FILE.yaml]"
         scope.report("wrong-type", message, Place(entry.span, scope.via or entry.via), help)
         good = False
     return good

@@ -11,11 +11,12 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, error
+from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.project import MESH_FILE, resolved
 from rosorin_compile.source.rule_registry import FILES, Rule
@@ -32,36 +33,21 @@ from .expansion import Failed
 from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
 from .joining import copy, sourced
 from .placing import Use, map_items, placed
-from .scope import Scope, value_place
+from .scope import Scope
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.load_robot import RobotReader
 
-    from .files import Reader, RobotInclude
+    from .files import Reader
 
 RULES = (
-    Rule(
-        "include-mesh-path",
-        "An included robot names meshes as seen from its own file; the artifacts are elsewhere.",
-        "`meshes: FOLDER`, as seen from the artifacts, or `meshes: package://NAME`.",
-        FILES,
-    ),
-    Rule(
-        "trust-ignored",
-        "A warning: `trust` of an include has no effect, because trust comes from the person who runs the command.",
-        "Remove the key. If you trust the authors of the files, use `--trust` or set `ROSORIN_COMPILE_TRUST=1`.",
-        FILES,
-    ),
-    Rule(
-        "include-renamed",
-        "A note: in elements of an included robot that are kept as they are, names got its prefix.",
-        topic=FILES,
-    ),
+    Rule("include-mesh-path", "Artifacts do not find meshes of an included robot.", "Write `meshes: FOLDER`.", FILES),
+    Rule("trust-ignored", "A warning: `trust` of an include has no effect.", "Use the option `--trust`.", FILES),
+    Rule("include-renamed", "A note: names in kept elements of an included robot got its prefix.", topic=FILES),
     Rule(
         "include-settings",
-        "A warning: an included robot has settings of its simulation (a free base, a time step, a solver, ...) that an "
-        "output cannot take over, because the output or another include has others.",
-        "Decide in the output: `mjcf: {option: {timestep: 0.001}}`, `base: free`.",
+        "A warning: simulation settings of an included robot are lost.",
+        "Set them in the output.",
         FILES,
     ),
 )
@@ -69,7 +55,6 @@ RULES = (
 
 Tell = Callable[[Diagnostic], None]
 
-_OF_ATTACHMENT = ("xyz", "rpy", "joint", "publisher")
 _KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool}
 _KINDS |= dict.fromkeys(("prefix", "meshes", "parent", "joint"), str)
 _KEYS = ("xyz", "rpy", "publisher", "source", "for", "if")
@@ -100,108 +85,108 @@ _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
 OF_MJCF = "mjcf_elements"  # a list of elements of XML
 
 
+class Included(NamedTuple):
+    """An evaluated include of a robot: its entry, scope and place, the file that contains it; ``via`` for its tree."""
+
+    entry: Map
+    scope: Scope
+    place: Place
+    by: Path
+    via: Instance
+
+
 class IncludedRobots:
     """Reads the robots that a description includes; each file once for each set of arguments."""
 
-    def __init__(
-        self, reader: Reader, robots: RobotReader, scope: Scope, tell: Tell | None, packages: Mapping[str, Path]
-    ) -> None:
-        self.reader = reader
-        self.robots = robots
-        self.scope = scope
-        self.tell = tell
-        self.packages = packages
+    def __init__(self, reader: Reader, robots: RobotReader, tell: Tell | None) -> None:
+        self.reader, self.robots, self.tell = reader, robots, tell
         self.trees: dict[tuple[Any, ...], Map | None] = {}
         self.places: dict[tuple[Any, ...], Place] = {}
-        self.included: list[tuple[Map, Map, Instance]] = []
+        self.included: list[tuple[Included, Map]] = []
+        self.diagnostics: list[Diagnostic] = []
 
     def fragments(self) -> Iterator[Map | None]:
         """Yield the sections of each included robot, in order; None for one with errors, after reporting."""
-        for include in self.reader.robots:
+        for item, place, by in self.reader.robots:
             try:
-                for scope, entry in self.scope.entries(include.item):
-                    yield self._fragment(scope.resolve(entry, include.place), scope, include)
+                for scope, body in self.reader.scope.entries(item):
+                    entry = scope.resolve(body, place)
+                    _check_include(entry, scope)
+                    via = Instance("included here", place.span, scope.via or place.via)
+                    yield self._fragment(Included(entry, scope, place, by, via))
             except Failed:
                 yield None
 
-    def _fragment(self, entry: Map, scope: Scope, include: RobotInclude) -> Map:
+    def _fragment(self, include: Included) -> Map:
         """Return the sections of a robot, prefixed and attached. Raises Failed after reporting."""
-        _check_include(entry, scope)
-        via = Instance("included here", include.place.span, scope.via or include.place.via)
-        tree = self._tree(entry, scope, include, via)
-        self.included.append((entry, tree, via))
-        scope.count(_size(tree), *include.place)
+        entry = include.entry
+        tree = self._tree(include)
+        self.included.append((include, tree))
+        include.scope.count(_size(tree), *include.place)
         prefix = entry.get("prefix") or ""
-        made, changed = prefixed(tree, prefix, via)
+        made, changed = prefixed(tree, prefix, include.via)
         if changed:
             names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
             message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
-            self._report(Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"]), via.parent)
-        return self._attached(self._with_meshes(made, entry, via), entry, via, tree)
+            note = Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"])
+            self._report(note, include.via.parent)
+        made = self._attached(self._with_meshes(made, include), include)
+        owner = entry if entry.get("source") is not None else tree
+        for section in (key for key, node in sections().items() if node.sourced):
+            if isinstance(made.get(section), Map):
+                made[section] = sourced(made[section], owner)
+        return made
 
-    # Reading
-
-    def _tree(self, entry: Map, scope: Scope, include: RobotInclude, via: Instance) -> Map:
+    def _tree(self, include: Included) -> Map:
         """Return the tree of a robot; its file is read once. Raises Failed after reporting."""
-        packages = self.reader.packages_of(entry, include.by)
-        package = entry.get("package")
+        entry, scope, place, by, _ = include
+        packages, package = self.reader.packages_of(entry, by), entry.get("package")
         try:
-            path = Path(shown(self.reader.target(entry["file"], package, include.by, packages)))
+            path = Path(shown(self.reader.target(entry["file"], package, by, packages)))
         except IncludeError as problem:
             key = "package" if package and problem.rule == "package-missing" else "file"
-            is_package = package or entry["file"].startswith(ADDRESS)
-            place = place_of(entry, key, scope) if is_package else include.place
+            place = place_of(entry, key, scope) if package or entry["file"].startswith(ADDRESS) else place
             raise scope.failed(problem.rule, problem.message, place, problem.help) from None
         texts = {name: _argument(entry["args"], name, scope) for name in entry.get("args") or ()}
         if "trust" in entry:
             message = "trust of an include has no effect: trust comes from the person who runs the command"
             help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
             span = place_of(entry, "trust", scope).span
-            self.reader.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
+            self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
         prefix = entry.get("prefix") or ""
         names = (path, prefix, *texts.items())
-        if names in self.places:
-            related = [Related("first included here", self.places[names].span)]
+        first = self.places.get(names)
+        self.places[names] = place
+        if first is not None:
             how = f'with the prefix "{prefix}"' if prefix else "without a prefix"
             message = f"{path.name} is included twice {how}: all of its names would stand twice"
-            help = "give each its own prefix: left_, right_"
-            raise scope.failed("duplicate-name", message, include.place, help, related)
-        self.places[names] = include.place
-        lenient = bool(entry.get("lenient"))
-        same = (str(path), tuple(texts.items()), tuple(packages.items()), lenient)
+            related = [Related("first included here", first.span)]
+            raise scope.failed("duplicate-name", message, place, "give each its own prefix: left_, right_", related)
+        same = (str(path), tuple(texts.items()), tuple(packages.items()), bool(entry.get("lenient")))
         if same not in self.trees:
-            self.trees[same] = self._read(path, texts, packages, lenient, entry, scope, via)
+            self.trees[same] = self._read(path, texts, packages, include)
         tree = self.trees[same]
         if tree is None:
             raise Failed
         return tree
 
-    def _read(
-        self,
-        path: Path,
-        texts: dict[str, str],
-        packages: dict[str, Path],
-        lenient: bool,
-        entry: Map,
-        scope: Scope,
-        via: Instance,
-    ) -> Map | None:
+    def _read(self, path: Path, texts: dict[str, str], packages: dict[str, Path], include: Included) -> Map | None:
         """Return the tree of a file; None after reporting its errors."""
-
-        def tell(diagnostic: Diagnostic) -> None:
-            self._report(diagnostic, via, ahead=True)
-
-        foreign = self.robots.read(path, texts, packages, lenient, tell, via.span)
+        entry, scope, _, _, via = include
+        tell = partial(self._report, via=via, ahead=True)
+        foreign = self.robots.read(path, texts, packages, bool(entry.get("lenient")), tell, via.span)
         self.reader.files += [file for file in foreign.files if file not in self.reader.files]
         for diagnostic in foreign.diagnostics:
             self._report(with_nearest_file(diagnostic, entry["file"], path), via)
         if texts and not foreign.takes_arguments and foreign.tree is not None:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
-            scope.report(
-                "unknown-argument", f"{path.name} has no arguments: only a xacro has them", place, "remove args"
-            )
+            message = f"{path.name} has no arguments: only a xacro has them"
+            scope.report("unknown-argument", message, place, "remove args")
             return None
         return foreign.tree
+
+    def _warn(self, rule: str, message: str, span: Span, help: str, include: Included) -> None:
+        self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
 
     def _report(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
         """Report something about an included file, in the words of an include; ``ahead``: before it is read."""
@@ -215,19 +200,16 @@ class IncludedRobots:
         if ahead and self.tell is not None:
             self.tell(reported)
         elif diagnostic.numbers != TRUSTED:
-            self.reader.diagnostics.append(reported)
+            self.diagnostics.append(reported)
 
-    # Meshes
-
-    def _with_meshes(self, made: Map, entry: Map, via: Instance) -> Map:
+    def _with_meshes(self, made: Map, include: Included) -> Map:
         """Return a robot with the mesh files named as its artifacts find them; warn where they do not."""
-        names = relative_files(made)
+        entry, names = include.entry, relative_files(made)
         file, folder = Path(entry["file"]).name, entry.get("meshes")
         if folder is not None:
             if not names:
                 message = f"{file} names no mesh or texture by a relative path: nothing to put before"
-                span = entry.key_spans["meshes"]
-                self._report(Diagnostic("ignored-key", WARNING, message, span, (), "remove meshes"), via.parent)
+                self._warn("ignored-key", message, entry.key_spans["meshes"], "remove meshes", include)
             return move_files(made, folder)
         base = Path(os.path.abspath(made.span.source.path)).parent
         places = {name: os.path.normpath(base / name) for name in names}
@@ -241,8 +223,7 @@ class IncludedRobots:
             seen = f"seen from {file}, but readers look from the artifacts"
             message = f"files of meshes or textures are named as {seen}: {first_of(names, 1)}"
             help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
-            span = entry.value_spans["file"]
-            self._report(Diagnostic("include-mesh-path", WARNING, message, span, (), help), via.parent)
+            self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
         return made
 
     def _is_only_in(self, top: Path, base: Path, name: str) -> bool:
@@ -254,80 +235,86 @@ class IncludedRobots:
             self.reader.resolved.append(resolved(MESH_FILE, str(folder / name), "", path))
         return existing == [top]
 
-    # Attaching
-
-    def _attached(self, made: Map, entry: Map, via: Instance, tree: Map) -> Map:
-        """Return a robot with the joint that attaches its root, and a source for each of its entries."""
-        parent = entry.get("parent")
-        if parent is not None:
-            root = _root_of(made)
-            have = made.get("joints") or Map(made.span)
-            name = str(entry.get("joint") or _free_name(root, have))
-            span = entry.value_spans["joint" if entry.get("joint") else "parent"]
-            if name in have:
-                message = f'joint "{name}" is defined twice'
-                help = "give the include another joint: NAME"
-                self._report(error("duplicate-name", message, have.key_spans[name], help), via)
-                raise Failed
-            joints = Map(made.span)
-            joints.put(name, _joint_above(root, entry, via.parent), span, span)
-            for other, joint in have.items():
-                joints.put(other, joint, have.key_spans[other], have.value_spans[other])
-            made.put("joints", joints, made.span, made.span)
-        ignored = [key for key in _OF_ATTACHMENT if entry.get(key) is not None and parent is None]
-        if ignored:
-            message = f'an include has "{ignored[0]}", but what it includes is attached to nothing'
-            span = entry.key_spans[ignored[0]]
-            self._report(Diagnostic("ignored-key", WARNING, message, span, (), "write parent: FRAME"), via.parent)
-        owner = entry if entry.get("source") is not None else tree
-        for section in (key for key, node in sections().items() if node.sourced):
-            if isinstance(made.get(section), Map):
-                made[section] = sourced(made[section], owner)
+    def _attached(self, made: Map, include: Included) -> Map:
+        """Return a robot with the joint that attaches its root. Raises Failed after reporting a name that is taken."""
+        entry, via = include.entry, include.via
+        if entry.get("parent") is None:
+            ignored = [key for key in ("xyz", "rpy", "joint", "publisher") if entry.get(key) is not None]
+            if ignored:
+                message = f'an include has "{ignored[0]}", but what it includes is attached to nothing'
+                self._warn("ignored-key", message, entry.key_spans[ignored[0]], "write parent: FRAME", include)
+            return made
+        have = made.get("joints") or Map(made.span)
+        children = {joint["child"] for joint in have.values()}
+        root = next(str(link) for link in made["links"] if link not in children)
+        name = f"{root}_joint"
+        while name in have:
+            name = name.removesuffix("_joint") + "_mount_joint"
+        name = entry.get("joint") or name
+        if name in have:
+            message, help = f'joint "{name}" is defined twice', "give the include another joint: NAME"
+            self._report(error("duplicate-name", message, have.key_spans[name], help), via)
+            raise Failed
+        span = entry.value_spans["parent"]
+        joint = Map(span, via.parent)
+        joint.put("type", "fixed", span, span)
+        joint.put("child", root, span, span)
+        for key in ("parent", "xyz", "rpy", "publisher"):
+            if entry.get(key) is not None:
+                joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+        named = entry.value_spans["joint" if entry.get("joint") else "parent"]
+        joints = Map(made.span)
+        joints.put(name, joint, named, named)
+        for other, below in have.items():
+            joints.put(other, below, have.key_spans[other], have.value_spans[other])
+        made.put("joints", joints, made.span, made.span)
         return made
-
-    # Settings of the simulation
 
     def settle(self, tree: Map) -> None:
         """Give the MJCF outputs of a description the settings of the simulation of the included robots.
 
         What an output defines itself is kept; of two includes the first decides. What is lost is reported.
         """
-        outputs = tree.get("outputs")
-        names = [
-            name
-            for name, output in (outputs or {}).items()
-            if isinstance(output, Map) and backend_of(name, output) == _MJCF
-        ]
-        for entry, robot, via in self.included if names else ():
+        outputs = tree.get("outputs") or {}
+        names = [name for name, one in outputs.items() if isinstance(one, Map) and backend_of(name, one) == _MJCF]
+        for include, robot in self.included if names else ():
+            entry, span = include.entry, include.entry.span
             settings = (robot.get("outputs") or {}).get(_MJCF) or {}
             is_only = len(self.included) == 1
             lost: list[str] = []
             tree["outputs"] = outputs = copy(tree["outputs"])
             for name in names:
                 output = outputs[name] = copy(outputs[name])
+                options = copy(output["option"]) if isinstance(output.get("option"), Map) else Map(output.span)
                 for key, value in (settings.get("option") or {}).items():
-                    options = copy(output["option"]) if isinstance(output.get("option"), Map) else Map(output.span)
-                    if (key, value) == _DEFAULT:
-                        continue
-                    if options.get(key, value) != value:
-                        lost.append(f"{key} {value}")
-                        continue
-                    options.put(key, value, entry.span, entry.span)
-                    output.put("option", options, entry.span, entry.span)
+                    if (key, value) != _DEFAULT:
+                        options.setdefault_at(key, value, span)
+                        lost += [] if options[key] == value else [f"{key} {value}"]
+                if options:
+                    output.put("option", options, span, span)
                 if settings.get("contacts") and is_only and _moving_joints(tree) <= _moving_joints(robot):
-                    output.setdefault_at("contacts", settings["contacts"], entry.span)
+                    output.setdefault_at("contacts", settings["contacts"], span)
                 if settings.get("base") == "free" and entry.get("parent") is None:
-                    output.setdefault_at("base", "free", entry.span)
+                    output.setdefault_at("base", "free", span)
                     if output["base"] != "free":
                         lost.append("a free base")
                     elif "root" in robot and is_only:
-                        tree.setdefault_at("root", robot["root"], entry.span)
+                        tree.setdefault_at("root", robot["root"], span)
             if lost:
                 file = Path(entry["file"]).name
                 message = f"settings of {file} that the MJCF does not take over: {first_of(lost, _FEW)}"
                 help = "the output or another include has others: decide in the output"
-                span = entry.value_spans["file"]
-                self._report(Diagnostic("include-settings", WARNING, message, span, (), help), via.parent)
+                self._warn("include-settings", message, entry.value_spans["file"], help, include)
+
+
+def _moving_joints(tree: Map) -> int:
+    joints = (tree.get("joints") or {}).values()
+    return sum(isinstance(joint, Map) and joint.get("type") != "fixed" for joint in joints)
+
+
+def _size(node: Any) -> int:
+    items = node.values() if isinstance(node, Map) else node if isinstance(node, list) else ()
+    return 1 + sum(map(_size, items))
 
 
 def _check_include(entry: Map, scope: Scope) -> None:
@@ -337,8 +324,7 @@ def _check_include(entry: Map, scope: Scope) -> None:
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
         help = "no markup, no quotes; spaces only within"
         raise scope.failed("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
-    good &= not hides_letters("prefix", entry, scope)
-    if not good:
+    if hides_letters("prefix", entry, scope) or not good:
         raise Failed
 
 
@@ -349,9 +335,8 @@ def _argument(values: Map, name: str, scope: Scope) -> str:
         return str(value).lower()
     if isinstance(value, (str, int, float)):
         return str(FUNCTIONS["str"](value))
-    kind = "empty" if value is None else kind_of(value)
-    message = f'the argument "{name}" of a xacro is text or a number, not {kind}'
-    raise scope.failed("bad-argument", message, Place(value_place(values, name).span, scope.via or values.via))
+    message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(value)}'
+    raise scope.failed("bad-argument", message, place_of(values, name, scope))
 
 
 def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
@@ -410,43 +395,6 @@ def _accepted(entries: Seq, rename: Callable[[str], str]) -> Seq:
         if entry["rule"] != "owns-world-frame":
             names = {"of": map_items(entry["of"], rename)} if "of" in entry else {}
             made.put(entry.like(names), span)
-    return made
-
-
-def _size(node: Any) -> int:
-    """Return the number of values in a piece of a tree."""
-    items = node.values() if isinstance(node, Map) else node if isinstance(node, list) else ()
-    return 1 + sum(map(_size, items))
-
-
-def _moving_joints(tree: Map) -> int:
-    joints = (tree.get("joints") or {}).values()
-    return sum(isinstance(joint, Map) and joint.get("type") != "fixed" for joint in joints)
-
-
-def _root_of(tree: Map) -> str:
-    """Return the root link of a robot, which has one."""
-    children = {joint["child"] for joint in (tree.get("joints") or {}).values()}
-    return next(str(name) for name in tree["links"] if name not in children)
-
-
-def _free_name(root: str, joints: Map) -> str:
-    """Return a name for the joint above a root that no joint of the robot has."""
-    name = f"{root}_joint"
-    while name in joints:
-        name = name.removesuffix("_joint") + "_mount_joint"
-    return name
-
-
-def _joint_above(root: str, entry: Map, via: Instance | None) -> Map:
-    """Return the joint that attaches a root, with the places of the include."""
-    span = entry.value_spans["parent"]
-    made = Map(span, via)
-    made.put("type", "fixed", span, span)
-    made.put("child", root, span, span)
-    for key in ("parent", "xyz", "rpy", "publisher"):
-        if entry.get(key) is not None:
-            made.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
     return made
 
 

@@ -27,18 +27,8 @@ from .placing import Use, placed
 from .scope import Scope, value_place
 
 RULES = (
-    Rule(
-        "unknown-part",
-        "There is no part of this name, or no file of parts.",
-        "Correct the name; [the library](parts-library.md).",
-        ARGUMENTS,
-    ),
-    Rule(
-        "part-cycle",
-        "Parts stand in parts without end, or deeper than any robot.",
-        "A part that uses itself ends with an `if`.",
-        ARGUMENTS,
-    ),
+    Rule("unknown-part", "There is no such part or file of parts.", "See [the library](parts-library.md).", ARGUMENTS),
+    Rule("part-cycle", "Parts use each other without end, or too deep.", "End a recursion with an `if`.", ARGUMENTS),
 )
 
 MAX_NESTED = 40

@@ -40,9 +40,8 @@ from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_nu
 RULES = (
     Rule(
         "expression",
-        "An expression cannot be read or has no value: an unknown name, kinds that do not go together, a division by "
-        "zero.",
-        "Correct it; [what is allowed](language.md#expressions).",
+        "An expression cannot be read, or has no value.",
+        "See [expressions](language.md#expressions).",
         ARGUMENTS,
     ),
     Rule("cycle", "A named value needs itself.", "Give one of the circle a value of its own.", ARGUMENTS),

@@ -22,12 +22,7 @@ from .joining import copy
 from .scope import Scope
 
 RULES = (
-    Rule(
-        "unknown-sensor-type",
-        "A sensor is of a type that neither `sensor_types` nor [the library](parts-library.md) has.",
-        "Correct it, or add the type.",
-        ARGUMENTS,
-    ),
+    Rule("unknown-sensor-type", "There is no such sensor type.", "See [the library](parts-library.md).", ARGUMENTS),
 )
 
 

@@ -38,7 +38,7 @@ from .declarations import check_controls, declare
 from .expansion import Failed
 from .files import Reader
 from .included_robots import IncludedRobots
-from .joining import copy
+from .joining import copy, join
 from .parts import Parts
 from .scope import Scope
 from .sensor_types import apply_types
@@ -182,7 +182,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     if any(robots):
         tree = Map(own.span)
         for sections in [*robots, own]:
-            reader.join(tree, sections or Map(own.span))
+            join(tree, sections or Map(own.span), scope)
     parts = Parts(root.get("parts"), scope, reader.parts_file)
     uses = root.get("use")
     if isinstance(uses, Map):
@@ -220,7 +220,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
             span.via = (Related(f"given to this run: {name}={str(value)[:MAX_SHOWN]}", None),)
         places[name] = Place(span, None)
         given[name] = _given(value, kind, span)
-    declare(scope, declared, given, places, "the description", "-a {}=VALUE")
+    declare(scope, declared, given, places, "the description", None)
 
 
 def _given(value: Any, kind: Any, span: Span) -> Any:

@@ -39,8 +39,6 @@ RULES = (
 )
 
 KEYS = ("type", "default", "one_of", "help")
-BOUNDS = ("min", "max")
-
 TYPES: dict[str, tuple[type, ...]] = {
     "any": (object,),
     "text": (str,),
@@ -55,7 +53,8 @@ _SI = {"length": ["m"], "mass": ["kg"], "time": ["s"], "angle": ["rad"], "force"
 _SI |= {"inertia": ["kg*m^2"], "speed": ["m/s"], "angular_speed": ["rad/s"], "frequency": ["Hz"], "density": ["kg/m^3"]}
 
 
-_KINDS = {Map: "a mapping", Seq: "a list", str: "text", bool: "true or false"}
+_KINDS = {Map: "a mapping", Seq: "a list", str: "text", bool: "true or false", float: "a number"}
+_PARAMETER_KINDS = {"type": str, "min": float, "max": float}
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use")
 _SENSOR_TYPE_KEYS = ("help", "params", "let")
@@ -91,20 +90,13 @@ class Parameter(NamedTuple):
 
 
 def declare(
-    scope: Scope,
-    declared: Any,
-    given: Mapping[str, Any],
-    places: Mapping[str, Place],
-    owner: str,
-    way: str,
-    user: Place | None = None,
+    scope: Scope, declared: Any, given: Mapping[str, Any], places: Mapping[str, Place], owner: str, user: Place | None
 ) -> None:
     """Bind every declared parameter in a scope: to the given value, else to its default, evaluated in that scope.
 
-    ``places`` has the place of each given value; ``owner`` names what has the parameters, and ``way`` how an argument
-    is given to it, for messages; ``user`` is the place that should give the arguments, by default the declaration.
-    Values of the wrong type, unknown names and missing values are reported; a name without a value stays broken, so
-    that nothing that uses it is reported too.
+    ``places`` has the place of each given value; ``owner`` is what has the parameters, and ``user`` the place that
+    should give the arguments, None for the command line. Values of the wrong type, unknown names and missing values
+    are reported; a name without a value stays broken, so that nothing that uses it is reported too.
     """
     known = scope.declared = _parameters(scope, declared)
     suggested: set[str | None] = set()
@@ -120,7 +112,7 @@ def declare(
     # The default, or the argument, may be there under a misspelt key, which is reported.
     missing = [one for one in missing if one.sound and one.name not in suggested]
     for together in [missing] if user and missing else [[one] for one in missing]:
-        _report_missing(scope, together, owner, way, user)
+        _report_missing(scope, together, owner, user)
     for name, parameter in known.items():
         if name in given:
             scope.bind(name, given[name], places[name])
@@ -140,7 +132,8 @@ def given_places(given: Map, declared: Any) -> dict[str, Place]:
     return {key: value_place(given, key) if key in known else key_place(given, key) for key in given}
 
 
-def _report_missing(scope: Scope, missing: list[Parameter], owner: str, way: str, user: Place | None) -> None:
+def _report_missing(scope: Scope, missing: list[Parameter], owner: str, user: Place | None) -> None:
+    way = "with: {{{}: VALUE}}" if user else "-a {}=VALUE"
     names = [parameter.name for parameter in missing]
     if len(missing) == 1:
         explained = f"; {missing[0].help}" if missing[0].help else ""
@@ -156,12 +149,9 @@ def _report_missing(scope: Scope, missing: list[Parameter], owner: str, way: str
 
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
     """Return the declared parameters by name, read once for each declaration."""
-    if not isinstance(declared, Map) or not declared:
-        return {}
-    known: dict[str, Parameter] | None = scope.expansion.parameters.get(id(declared))
-    if known is None:
-        known = {name: _parameter(scope, name, entry, declared) for name, entry in declared.items()}
-        scope.expansion.parameters[id(declared)] = known
+    known: dict[str, Parameter] = scope.expansion.parameters.setdefault(id(declared), {})
+    if not known and isinstance(declared, Map):
+        known.update((name, _parameter(scope, name, entry, declared)) for name, entry in declared.items())
     return known
 
 
@@ -171,36 +161,17 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
         return Parameter(name, place)
     if not isinstance(entry, Map):
         return Parameter(name, value_place(declared, name), has_default=True, default=entry)
-    unknown = [key for key in entry if key not in (*KEYS, *BOUNDS)]
-    tails = text_tails(entry, unknown) if unknown else ()
-    for key in (key for key in unknown if key not in tails):
-        help = text_meant_by(key, entry) or word_meant(key, KEYS, "arg")
-        scope.report("unknown-key", f'argument "{name}" has no key "{key}"', key_place(entry, key), help)
-    wanted = entry.get("type")
-    if wanted is not None and not isinstance(wanted, str):
-        message = f'argument "{name}" type is text, not {kind_of(wanted)}'
-        scope.report("wrong-type", message, value_place(entry, "type"), "such as length")
-        wanted = None
-    elif wanted is not None and wanted not in TYPES and wanted not in DIMENSIONS:
-        help = word_meant(wanted, [*TYPES, *DIMENSIONS], "arg type")
-        scope.report("wrong-value", f'argument "{name}" type cannot be "{wanted}"', value_place(entry, "type"), help)
-        wanted = None
-    for bound in BOUNDS:
-        if entry.get(bound) is not None and not is_number(entry[bound]):
-            message = f'argument "{name}" {bound} is a number, not {kind_of(entry[bound])}'
-            raise scope.failed("wrong-type", message, value_place(entry, bound))
-    return Parameter(
-        name,
-        value_place(entry, "default") if "default" in entry else place,
-        wanted or "",
-        "default" in entry,
-        entry.get("default"),
-        entry.get("one_of"),
-        entry.get("min"),
-        entry.get("max"),
-        str(entry.get("help") or ""),
-        not unknown,
-    )
+    good = check_entry(f'argument "{name}"', entry, scope, (*KEYS, "min", "max"), _PARAMETER_KINDS, "arg")
+    kind = entry.get("type", "")
+    if isinstance(kind, str) and kind and kind not in TYPES and kind not in DIMENSIONS:
+        help = word_meant(kind, [*TYPES, *DIMENSIONS], "arg type")
+        scope.report("wrong-value", f'argument "{name}" type cannot be "{kind}"', value_place(entry, "type"), help)
+        kind = ""
+    place = value_place(entry, "default") if "default" in entry else place
+    has_default, default, explained = "default" in entry, entry.get("default"), str(entry.get("help") or "")
+    low, high = (bound if is_number(bound) else None for bound in (entry.get("min"), entry.get("max")))
+    kind = kind if isinstance(kind, str) else ""
+    return Parameter(name, place, kind, has_default, default, entry.get("one_of"), low, high, explained, good)
 
 
 def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None:
@@ -319,9 +290,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
     if mirror is not None and not (isinstance(mirror, str) and mirror in AXES):
         shown = f'"{mirror}"' if isinstance(mirror, str) else kind_of(mirror)
         help = "one of x, y, z: the axis that is reversed"
-        raise scope.failed(
-            "wrong-value", f"mirror cannot be {shown}", Place(entry.value_spans["mirror"], entry.via), help
-        )
+        raise scope.failed("wrong-value", f"mirror cannot be {shown}", value_place(entry, "mirror"), help)
     if not good:
         raise Failed
 
@@ -400,7 +369,8 @@ def check_entry(
             help = f"an argument of the part stands in with: {{{key}: ...}}; {help}"
         place = Place(tree.key_spans[key], scope.via or tree.via)
         scope.report("unknown-key", f'{owner} has no key "{key}"', place, help)
-    wrong = [key for key, kind in kinds.items() if tree.get(key) is not None and not isinstance(tree[key], kind)]
+    given = [(key, kind) for key, kind in kinds.items() if tree.get(key) is not None]
+    wrong = [key for key, kind in given if not isinstance(tree[key], (int, float) if kind is float else kind)]
     for key in wrong:
         message = f"{owner} {key} is {_KINDS[kinds[key]]}, not {_kind(tree[key])}"
         scope.report("wrong-type", message, place_of(tree, key, scope))

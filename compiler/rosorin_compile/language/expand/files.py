@@ -105,11 +105,6 @@ class Reader:
         """Return the description, joined; None if its first file cannot be read."""
         return self._read(self.root, shown(self.root), None, None, ())
 
-    def join(self, tree: Map, more: Map) -> None:
-        """Add the sections of one file to those of the others."""
-        for clash in join(tree, more):
-            clash.report(self.scope)
-
     def _read(
         self, path: Path, name: str, include: Span | None, via: Instance | None, within: tuple[Path, ...]
     ) -> Map | None:
@@ -137,9 +132,9 @@ class Reader:
                 if (robot := self._robot_include(item, Place(span, via), path)) is not None:
                     self.robots.append(robot)
                 elif (included := self._include(item, path, Place(span, via), here)) is not None:
-                    self.join(made, included)
+                    join(made, included, self.scope)
         self._collect_lets(file)
-        self.join(made, self._own_sections(file, is_root=via is None))
+        join(made, self._own_sections(file, is_root=via is None), self.scope)
         return made
 
     def _cached(self, key: Any, path: Path, name: str, include: Span | None, read: Callable[[], Any]) -> Any:

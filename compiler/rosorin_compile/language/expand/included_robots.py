@@ -275,7 +275,7 @@ class IncludedRobots:
 
         What an output defines itself is kept; of two includes the first decides. What is lost is reported.
         """
-        outputs = tree.get("outputs") or {}
+        outputs = tree["outputs"] if isinstance(tree.get("outputs"), Map) else {}
         names = [name for name, one in outputs.items() if isinstance(one, Map) and backend_of(name, one) == _MJCF]
         for include, robot in self.included if names else ():
             entry, span = include.entry, include.entry.span

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
-from rosorin_compile.source.diagnostics import Diagnostic, Related
+from rosorin_compile.source.diagnostics import Related
 from rosorin_compile.source.tree import Map, Place, Seq
 
 from ..annotations import ENTRIES, ITEMS
@@ -18,50 +17,12 @@ from .scope import Scope
 OF_PARTS = ("parts", "sensor_types", "use")  # joined by name, although the schema of results has no such sections
 
 
-class Clash(NamedTuple):
-    """A name, a key or a whole section that two fragments have; ``rule`` tells which."""
-
-    rule: str
-    section: str
-    name: str
-    first: Map
-    second: Map
-
-    def report(self, scope: Scope) -> None:
-        """Report the clash, at the argument that a name comes from if it has one."""
-        rule, section, name = self.rule, self.section, self.name
-        place = Place(self.second.key_spans[name], getattr(self.second[name], "via", None) or self.second.via)
-        related = [Related("first defined here", self.first.key_spans[name])]
-        if rule == "unknown-key":
-            message, help, related = f'{section} has no key "{name}"', word_meant(name, keys_of(section)), []
-        elif rule == "duplicate-name":
-            help = "rename or remove one, or give the part another prefix"
-            message = f'{section.rstrip("s")} "{name}" is defined twice'
-        elif not _is_joined(name):
-            related += Place(self.first.key_spans[name], getattr(self.first[name], "via", None)).stack()
-            message, help = f'"{name}" is said twice', "remove one"
-        else:
-            kind = "a list" if name in merged(ITEMS) else "a mapping"
-            rule, message, help = "wrong-type", f"{name} is {kind} in every file", "write it so in both"
-            if not isinstance(self.first[name], Seq if name in merged(ITEMS) else Map):
-                return  # validation reports it
-        origin = argument_behind(scope.expansion.root, place)
-        scope.report_origin(rule, message, place, help, related, origin)
-
-    def shape_errors(self, tree: Map) -> list[Diagnostic]:
-        """Return the errors of the section in one of the fragments, which is not validated if it is not joined."""
-        alone = Map(tree.span, tree.via)
-        alone.put("robot", "robot", tree.span, tree.span)
-        alone.put(self.name, tree[self.name], tree.key_spans[self.name], tree.value_spans[self.name])
-        return validate(alone, {})
-
-
-def join(tree: Map, more: Map, parts: bool = False) -> list[Clash]:
-    """Add the sections of a fragment to a tree, and return what cannot be added.
+def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
+    """Add the sections of a fragment to a tree; report what cannot be added, and return True if there is nothing.
 
     ``parts``: the fragment comes from a part, whose entries know what made them.
     """
-    clashes: list[Clash] = []
+    good = True
     for section, value in more.items():
         have = tree.get(section)
         if have is None:
@@ -70,13 +31,44 @@ def join(tree: Map, more: Map, parts: bool = False) -> list[Clash]:
         elif isinstance(have, Seq) and isinstance(value, Seq) and section in merged(ITEMS):
             _extend(have, value)
         elif isinstance(have, Map) and isinstance(value, Map) and _is_joined(section):
-            clashes += (_join_within if holds_many(section) else _join_entries)(section, have, value)
+            add = _join_within if holds_many(section) else _join_entries
+            good &= add(section, have, value, scope)
         elif value is not None:
-            clashes.append(Clash("duplicate-key", "", section, tree, more))
+            _report_section(section, tree, more, scope)
+            good = False
             continue
         if parts and isinstance(tree.get(section), (Map, Seq)) and (have is not None or not is_one_entry(section)):
             tree[section].via = tree.via  # it holds the entries of others too: each entry knows what made it
-    return clashes
+    return good
+
+
+def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> None:
+    """Report a section that two fragments have and that cannot be joined, and errors in its shape."""
+    if not _is_joined(section):
+        _report("duplicate-key", f'"{section}" is said twice', "remove one", section, tree, more, scope)
+        for fragment in (tree, more) if scope.expansion.parts else ():
+            alone = Map(fragment.span, fragment.via)
+            alone.put("robot", "robot", fragment.span, fragment.span)
+            alone.put(section, fragment[section], fragment.key_spans[section], fragment.value_spans[section])
+            scope.expansion.diagnostics += validate(alone, {})
+    elif isinstance(tree[section], Seq if section in merged(ITEMS) else Map):  # else validation reports it
+        message = f"{section} is {'a list' if section in merged(ITEMS) else 'a mapping'} in every file"
+        _report("wrong-type", message, "write it so in both", section, tree, more, scope)
+
+
+def _report_name(section: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
+    message = f'{section.rstrip("s")} "{name}" is defined twice'
+    help = "rename or remove one, or give the part another prefix"
+    return _report("duplicate-name", message, help, name, first, second, scope)
+
+
+def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
+    """Report a name of two mappings, at the argument that it comes from if it has one."""
+    place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
+    earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
+    related = [Related("first defined here", earlier.span), *earlier.stack()]
+    scope.report_origin(rule, message, place, help, related, argument_behind(scope.expansion.root, place))
+    return False
 
 
 def _is_joined(section: str) -> bool:
@@ -88,22 +80,26 @@ def _extend(have: Seq, more: Seq) -> None:
     have.value_spans.extend(more.value_spans)
 
 
-def _join_entries(section: str, have: Map, more: Map) -> Iterator[Clash]:
+def _join_entries(section: str, have: Map, more: Map, scope: Scope) -> bool:
+    good = True
     for name, entry in more.items():
         if name in have:
-            yield Clash("duplicate-name", section, name, have, more)
+            good = _report_name(section, name, have, more, scope)
         else:
             have.put(name, entry, more.key_spans[name], more.value_spans[name])
+    return good
 
 
-def _join_within(section: str, have: Map, more: Map) -> Iterator[Clash]:
-    """Add the tables and lists of one entry to those of another, and yield what both define differently."""
+def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
+    """Add the tables and lists of one entry to those of another; report what both define differently."""
+    good = True
     for key, value in more.items():
         mine = have.get(key)
         if mine is None:
             have.put(key, copy(value), more.key_spans[key], more.value_spans[key])
         elif key not in keys_of(section):
-            yield Clash("unknown-key", section, key, have, more)
+            message, help = f'{section} has no key "{key}"', word_meant(key, keys_of(section))
+            good = _report("unknown-key", message, help, key, have, more, scope)
         elif isinstance(mine, Seq) and isinstance(value, Seq):
             have[key] = joined = copy(mine)
             _extend(joined, value)
@@ -113,9 +109,10 @@ def _join_within(section: str, have: Map, more: Map) -> Iterator[Clash]:
                 if name not in joined:
                     joined.put(name, entry, value.key_spans[name], value.value_spans[name])
                 elif not _is_same(name, joined, value):
-                    yield Clash("duplicate-name", key, name, joined, value)
+                    good = _report_name(key, name, joined, value, scope)
         elif not _is_same(key, have, more):
-            yield Clash("duplicate-name", section, key, have, more)
+            good = _report_name(section, key, have, more, scope)
+    return good
 
 
 def _is_table_of_entries(value: Any) -> bool:

@@ -70,7 +70,7 @@ class Parts:
                     fragment = self.instance(name, resolved, inner, place, depth)
                     size = sum(map(len, filter(None, fragment.values())))  # parts in parts multiply
                     scope.count(size, *place)
-                    self._join(tree, fragment, scope)
+                    good &= join(tree, fragment, scope, parts=True)
             except Failed:
                 good = False
         return good
@@ -97,9 +97,9 @@ class Parts:
             inner.mount = value_place(entry, "parent")
         self._bind(inner, name, entry, part)
         fragment = self._fragment(part, inner, depth)
-        if isinstance(entry.get("content"), Map):
-            self._join(fragment, entry["content"], inner)
-        if not inner.evaluate_rest():
+        content = entry.get("content")
+        good = join(fragment, content, inner, parts=True) if isinstance(content, Map) else True
+        if not inner.evaluate_rest() or not good:
             raise Failed
         names = SymbolTable(fragment).names()
         self._check_parent(name, names.mounted, entry, scope, place)
@@ -120,7 +120,7 @@ class Parts:
         inner.define_all(lets)
         user = Place(inner.via.span if inner.via else entry.span, entry.via)
         places = given_places(given, params)
-        declare(inner, params, given, places, f'part "{part.name}"', "with: {{{}: VALUE}}", user)
+        declare(inner, params, given, places, f'part "{part.name}"', user)
         if len(self.expansion.diagnostics) > before:
             raise Failed
 
@@ -144,16 +144,6 @@ class Parts:
         if not good:
             raise Failed
         return made
-
-    def _join(self, tree: Map, more: Map, scope: Scope) -> None:
-        """Add the sections of a part to those of a tree. Raises Failed after reporting a name that is taken."""
-        clashes = join(tree, more, parts=True)
-        for clash in clashes:
-            clash.report(scope)
-            if clash.rule == "duplicate-key":
-                self.expansion.diagnostics += [*clash.shape_errors(tree), *clash.shape_errors(more)]
-        if clashes:
-            raise Failed
 
     def _check_parent(self, name: str, mounted: bool, entry: Map, scope: Scope, place: Place) -> None:
         """Check that a use has a parent if its part is attached to something, and else no pose."""

@@ -93,7 +93,7 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
     if not isinstance(given, Map):
         raise Failed  # validation reports it
     params, user = definition.get("params"), Place(sensor.value_spans["type"], sensor.via)
-    declare(scope, params, given, given_places(given, params), f'sensor type "{kind}"', "with: {{{}: VALUE}}", user)
+    declare(scope, params, given, given_places(given, params), f'sensor type "{kind}"', user)
     scope.define_all(definition.get("let"))
     if len(scope.expansion.diagnostics) > before:
         raise Failed

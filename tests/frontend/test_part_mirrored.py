@@ -48,7 +48,13 @@ PART: dict[str, Any] = {
         "turn": {"type": "revolute", "parent": "arm", "child": "hand", **POSE, "axis": AXIS, "limit": LIMIT},
         "push": {"type": "prismatic", "parent": "arm", "child": "slide", **POSE, "axis": AXIS, "limit": LIMIT},
         "spin": {"type": "continuous", "parent": "arm", "child": "roll", **POSE},
-        "swing": {"type": "ball", "parent": "arm", "child": "globe", **POSE},
+        "swing": {
+            "type": "ball",
+            "parent": "arm",
+            "child": "globe",
+            **POSE,
+            "actuator": {"type": "motor", "gear": [1, 2, 3]},
+        },
         "glide": {"type": "planar", "parent": "arm", "child": "plane", **POSE, "axis": AXIS},
     },
     "sensors": {
@@ -60,7 +66,6 @@ PART: dict[str, Any] = {
         "pin": {"type": "connect", "links": ["hand", "roll"], "at": [0.1, 0.2, 0.3]},
     },
     "actuators": {
-        "whirl": {"joint": "swing", "type": "motor", "gear": [1, 2, 3]},
         "jet": {"site": "spot", "type": "motor", "gear": [1, 2, 3, 4, 5, 6]},
     },
     "drive": {"mecanum": WHEELS, "frame": "arm"},
@@ -91,7 +96,7 @@ def content(node: Any, s: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[tuple
             yield from content(item, s, (*at, number))
     elif not isinstance(node, dict):
         yield at, node
-    elif at[-1:] not in (("mjcf",), ("gazebo",)):  # of the library, in the frame of the sensor
+    elif not {"mjcf", "gazebo"} & set(at):  # those of the library are in the frame of the sensor
         sense = np.diag(s)
         rest = dict(node)
         if "xyz" in node or "rpy" in node:

@@ -26,6 +26,7 @@ from rosorin_compile.source.tree import Path as TreePath
 from . import (
     bodies,
     conditions,
+    containment,
     drive,
     frames,
     joints,
@@ -74,6 +75,7 @@ _MODULES = (
     servos,
     signs,
     conditions,
+    containment,
     publishers,
     tf_tree,
     stamps,

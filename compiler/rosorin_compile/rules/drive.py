@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Joint, Shape, Sphere, Transform, Vector
+from rosorin_compile.model import Cylinder, Joint, Vector
 from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, STEERED, TRICYCLE, Drive
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.rules.case import Case, number
+from rosorin_compile.rules.containment import holds
 from rosorin_compile.rules.mimic import circles
 from rosorin_compile.rules.signs import lies_across
 from rosorin_compile.rules.tf_tree import is_tree
@@ -316,7 +317,7 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
         bodies = [name for name in (joint.parent, *(n for n, _ in robot.fixed_neighbours(joint.parent))) if points]
         for name in bodies:
             step = places[name].inverse().then(places[joint.child])
-            index = next((i for i, shape in enumerate(robot.link[name].collision) if _holds(shape, step, points)), None)
+            index = next((i for i, shape in enumerate(robot.link[name].collision) if holds(shape, step, points)), None)
             if index is not None and frozenset((name, joint.child)) not in apart:
                 path = case.joint(joint)
                 place = (*path, "xyz") if exists(case.tree, (*path, "xyz")) else path
@@ -327,21 +328,3 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
                     "wheel-in-body", message, place, help, related=related, severity=WARNING, key=place == path
                 )
                 break
-
-
-def _holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
-    """Return True if points of another frame, at ``step``, are all inside a box, a sphere or a cylinder."""
-    geometry, back = shape.geometry, shape.pose.transform().inverse()
-    for x, y, z in (back.apply(step.apply(point)) for point in points):
-        if isinstance(geometry, Box):
-            pairs = zip(geometry.lower, (x, y, z), geometry.upper, strict=True)
-            inside = all(low < value < high for low, value, high in pairs)
-        elif isinstance(geometry, Sphere):
-            inside = math.hypot(x, y, z) < geometry.radius
-        elif isinstance(geometry, (Cylinder, Capsule)):
-            inside = math.hypot(x, y) < geometry.radius and abs(z) < geometry.length / 2
-        else:
-            inside = False
-        if not inside:
-            return False
-    return True

@@ -101,9 +101,9 @@ class SymbolTable:
             if value is not None and (not wanted or not node.of.isdisjoint(wanted)):
                 yield from _walk(node, value, (name,), wanted, rules)
 
-    def definitions(self, section: str = "") -> Iterator[Reference]:
-        """Yield the names that are defined, in one section or in all."""
-        for node, name, path, key in self._occurrences((), section):
+    def definitions(self, section: str = "", implied: bool = False) -> Iterator[Reference]:
+        """Yield the names that are defined, in one section or in all; ``implied``: also those of keys left out."""
+        for node, name, path, key in self._occurrences((GIVES, "link") if implied else (), section):
             if node.gives and isinstance(name, str):
                 yield Reference(node.gives, name, path, key)
 

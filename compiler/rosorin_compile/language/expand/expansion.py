@@ -18,16 +18,6 @@ class Failed(Exception):
     """A value has errors, which have been reported already."""
 
 
-class Step(NamedTuple):
-    """How to evaluate one entry of a mapping, or one item of a list (without ``key``)."""
-
-    key: str
-    item: Any
-    constant: bool
-    controlled: bool
-    named: bool
-
-
 class Disabled(NamedTuple):
     """An entry that its condition, or a loop without rounds (``is_empty``), removes; ``scope`` evaluates its name.
 
@@ -57,7 +47,6 @@ class Expansion:
         self.parameters: dict[int, Any] = {}
         self._start = EFFORT.total
         self._constant: dict[int, bool] = {}
-        self._plans: dict[int, tuple[Step, ...]] = {}
         self._bodies: dict[int, Any] = {}
 
     def forget(self) -> None:
@@ -95,23 +84,6 @@ class Expansion:
             items = value.values() if isinstance(value, Map) else value
             constant = self._constant[id(value)] = not controlled and all(map(self.is_constant, items))
         return constant
-
-    def plan(self, value: Map | Seq) -> tuple[Step, ...]:
-        """Return the steps that evaluate a mapping or a list."""
-        plan = self._plans.get(id(value))
-        if plan is None:
-            pairs = value.items() if isinstance(value, Map) else [("", item) for item in value]
-            plan = self._plans[id(value)] = tuple(
-                Step(
-                    key,
-                    item,
-                    self.is_constant(item),
-                    isinstance(item, Map) and ("for" in item or "if" in item),
-                    "$" in key,
-                )
-                for key, item in pairs
-            )
-        return plan
 
     def body(self, entry: Map) -> Any:
         """Return an entry without its loop and condition; if only ``value`` is left, the value of that."""

@@ -277,18 +277,17 @@ class Scope:
         """
         via = self.via or value.via
         made = Map(value.span, via)
-        plan = self.expansion.plan(value)
-        self.count(len(plan) + 1, value.span, via)
+        self.count(len(value) + 1, value.span, via)
         failed = False
-        for key, item, constant, controlled, named in plan:
+        for key, item in value.items():
             span = value.value_spans[key]
             try:
-                if controlled or named:
+                if "$" in key or _is_controlled(item):
                     self._add_entries(made, value, key, item, via)
                     continue
                 # In elements of XML, a value is spelt as XML spells it.
-                resolved = item if constant else self.resolve(item, Place(span, via), key in keys_of_xml())
-                if resolved is not None or constant:
+                resolved = self.resolve(item, Place(span, via), key in keys_of_xml())
+                if resolved is not None or item is None:
                     made.put(key, resolved, value.key_spans[key], span)
             except Failed:
                 failed = True
@@ -323,14 +322,13 @@ class Scope:
     def _sequence(self, value: Seq, xml: bool) -> Seq:
         via = self.via or value.via
         made = Seq(value.span, via)
-        plan = self.expansion.plan(value)
-        self.count(len(plan) + 1, value.span, via)
+        self.count(len(value) + 1, value.span, via)
         failed = False
-        for (_, item, _, controlled, _), span in zip(plan, value.value_spans, strict=True):
+        for item, span in zip(value, value.value_spans, strict=True):
             try:
-                for scope, entry in self.entries(item) if controlled else ((self, item),):
+                for scope, entry in self.entries(item):
                     found = scope.resolve(entry, Place(span, via), xml)
-                    is_element = controlled and xml and isinstance(found, str)
+                    is_element = _is_controlled(item) and xml and isinstance(found, str)
                     made.put(Kept(found, scope.via or via) if is_element else found, span)
             except Failed:
                 failed = True
@@ -343,7 +341,7 @@ class Scope:
 
         Entries that are removed by that are recorded under their ``key``.
         """
-        if not isinstance(item, Map) or ("for" not in item and "if" not in item):
+        if not _is_controlled(item):
             yield self, item
             return
         body, scope = self.expansion.body(item), None
@@ -460,6 +458,10 @@ class Scope:
             column = where.span.column + indent + max(0, problem.column)
             where = Place(where.span._replace(column=column, length=1), where.via)
         return where, help
+
+
+def _is_controlled(item: Any) -> bool:
+    return isinstance(item, Map) and ("for" in item or "if" in item)
 
 
 def rounds(outer: Scope, item: Map) -> Iterator[Scope]:

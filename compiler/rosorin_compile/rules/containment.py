@@ -92,9 +92,11 @@ def _points(link: Link, place: Transform) -> list[Vector]:
     for shape in _shapes(link):
         geometry, to_root = shape.geometry, place.then(shape.pose.transform())
         if isinstance(geometry, Box):
-            own = list(product(*zip(geometry.lower, geometry.upper, strict=True)))
+            (a, b, c), (d, e, f) = geometry.lower, geometry.upper
+            own: list[Vector] = [(x, y, z) for x in (a, d) for y in (b, e) for z in (c, f)]
         elif isinstance(geometry, Sphere):
-            own = [tuple(geometry.radius * c / math.hypot(*side) for c in side) for side in _SIDES]
+            sizes = [(x, y, z, geometry.radius / math.hypot(x, y, z)) for x, y, z in _SIDES]
+            own = [(x * size, y * size, z * size) for x, y, z, size in sizes]
         elif isinstance(geometry, (Cylinder, Capsule)):
             radius, half = geometry.radius, geometry.length / 2
             half += radius if isinstance(geometry, Capsule) else 0.0

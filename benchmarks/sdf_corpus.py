@@ -20,9 +20,8 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
-from rosorin_compile.compare.proof import Proof
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported import Proof, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.description import write
 from rosorin_compile.language.lower import lower

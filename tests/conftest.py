@@ -1,7 +1,5 @@
 """Fixtures that several folders use, which tests are slow, and which belong to a tier of ``.ci/full``."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal
@@ -14,9 +12,8 @@ from hypothesis import settings
 
 from rosorin_compile.cli import answer
 from support.answers import held_envelope
-from support.asked_once import ask_once
 from support.commands import write_files
-from support.preloaded import preload
+from support.forks import parse_rules_once, preload
 from support.robots import copy_of_rosorin
 from support.tiers import hold_landings, is_property, tiers_of
 
@@ -32,7 +29,7 @@ HELD = "_hypothesis_internal_use_settings"
 @pytest.fixture(scope="session", autouse=True)
 def _asks_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        ask_once(patch)
+        parse_rules_once(patch)
         preload(patch)
         yield
 

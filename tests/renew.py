@@ -6,8 +6,6 @@ python tests/renew.py messages [TEST FILE...]
 python tests/renew.py imported | translated | pictures [NAME...]
 """
 
-from __future__ import annotations
-
 import os
 import runpy
 import sys

@@ -23,28 +23,26 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.check_outputs import compare_committed, judged
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
-from rosorin_compile.compare.precision import printing_of
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics
 from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.formats.schemas import schema_names, schema_text
-from rosorin_compile.language import asked
+from rosorin_compile.language import api_arguments
 from rosorin_compile.language.arguments import Argument, declared
-from rosorin_compile.language.explain.answer import explain as explain_names
+from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
 from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.output.check_outputs import compare_committed, judged
 from rosorin_compile.request import FilePath, Request
 from rosorin_compile.rules import joint_states
-from rosorin_compile.rules import pulses as servo_pulses
 from rosorin_compile.rules import transform as frame_transforms
 from rosorin_compile.rules.check import plugged
-from rosorin_compile.rules.conditions import check_modes
+from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source.diagnostics import (
     ERROR,
     NOTE,
@@ -60,6 +58,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
+from rosorin_compile.source.printing import printing_of
 from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
 from rosorin_compile.viewer import frames as frame_trees
@@ -182,8 +181,7 @@ def check(
         present = read_set(folder)
     except OutputError as problem:
         return Checked(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
-    path = request.description.path
-    committed = compare_committed(compiled, present, folder, path, lambda: request.understand().case)
+    committed = compare_committed(compiled, present, folder, lambda: request.understand().case)
     diagnostics = (*diagnostics, *committed.diagnostics)
     return Checked(compiled, folder, committed.differing(), tuple(committed.lines()), diagnostics, committed)
 
@@ -224,7 +222,7 @@ def write(
         meshes = {name: data for name, data in meshes.items() if name in names}
     files: dict[str, str | bytes] = {**meshes, **{artifact.file: artifact.text for artifact in artifacts}}
     try:
-        done = write_artifacts(folder, files, prune, complete=not only)
+        done = write_artifacts(folder, files, prune)
     except OutputError as problem:
         return Written(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
     changed = [artifact for artifact in artifacts if artifact.file in done.written]
@@ -280,7 +278,7 @@ def diff(
     second = _side(b, arguments, b_arguments, packages, trust)
     diagnostics += [*first.diagnostics, *second.diagnostics]
     if arguments and first.deaf and second.deaf:
-        diagnostics.append(asked.deaf(first.deaf))
+        diagnostics.append(api_arguments.deaf(first.deaf))
     if first.side is None or second.side is None or has_errors(diagnostics):
         return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
     try:
@@ -319,19 +317,15 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
     if imported is None or imported.tree is None:
         return _Loaded(Side(label, YAML, found.robot, folder=path.parent), diagnostics)
     if requests[1].arguments and not imported.takes_arguments:
-        diagnostics.append(asked.deaf(path))
+        diagnostics.append(api_arguments.deaf(path))
     reduced = replace(found.robot, outputs=())
-    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree), path.parent)
+    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree).tolerance, path.parent)
     left_out = list(dict.fromkeys(left.what for left in imported.left_out))
     return _Loaded(side, diagnostics, left_out, None if imported.takes_arguments else path)
 
 
 def explain(
-    robot: FilePath | Request,
-    names: Sequence[str],
-    arguments: Values = None,
-    packages: Packages = None,
-    pose: str = "",
+    robot: FilePath | Request, names: Sequence[str], arguments: Values = None, packages: Packages = None, pose: str = ""
 ) -> Explained:
     """Return the poses of frames, links, joints, sensors or parts, and the line of YAML behind each number.
 
@@ -493,15 +487,15 @@ def pulses(
     case, diagnostics = _case(Request.of(robot, arguments, packages, trust=trust))
     if case is None:
         return Pulses(diagnostics=diagnostics)
-    groups = servo_pulses.servos(case.robot)
-    servos = tuple(map(servo_pulses.summary, groups))
+    groups = joint_states.servos(case.robot)
+    servos = tuple(map(joint_states.summary, groups))
     if model is not None:
         if not Path(model).is_file():
             raise RequestError(no_file(Path(model)))
         compared = against_model(case.robot, Path(model).read_bytes())
         comparison = ModelComparison(str(model), compared.joints, compared.pulses, compared.differences)
         return Pulses(servos, model=comparison, diagnostics=diagnostics, robot=case.robot)
-    found = servo_pulses.joint_pulses(case.robot, values or {}, pose, unit)
+    found = joint_states.joint_pulses(case.robot, values or {}, pose, unit)
     beyond = _beyond_limits(case, [{one.joint: one.position for one in found}], strict)
     posed = next((one.positions for one in case.robot.poses if pose and one.name == pose), {})
     without = tuple(name for name in posed if not any(name in group.joints for group in groups))
@@ -963,8 +957,8 @@ def _read_options(
     arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
     """Return how a robot in another format is read, and the errors in the arguments and packages."""
-    found = asked.ask("", arguments, packages)
-    texts, wrong = asked.as_texts(found.arguments)
+    found = api_arguments.ask("", arguments, packages)
+    texts, wrong = api_arguments.as_texts(found.arguments)
     return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 

@@ -13,10 +13,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled, Reading, compile_robot, emit
+from rosorin_compile.formats.compiled import (
+    Compiled,
+    Reading,
+    Understood,
+    compile_robot,
+    emit,
+    judge_foreign,
+    understand,
+    understand_foreign,
+)
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.load_robot import Understood, judge_foreign, understand, understand_foreign
-from rosorin_compile.language import asked
+from rosorin_compile.language import api_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
 from rosorin_compile.language.expand import Expanded
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
@@ -67,7 +75,7 @@ class Request:
         """
         if isinstance(robot, Request):
             return robot
-        found = asked.ask(robot, arguments, packages)
+        found = api_arguments.ask(robot, arguments, packages)
         problems = found.diagnostics
         description = Description(Path(found.name).stem or str(robot), Path(found.name), Path())
         if not problems:
@@ -75,7 +83,7 @@ class Request:
                 description = Description.find([found.name], None if outputs is None else os.fsdecode(outputs))[0]
             except (NoDescription, OSError) as problem:
                 if description.path.suffix.lower() in ("", *ENDINGS):  # otherwise its reader reports the reason
-                    problems = [asked.unreadable(problem)]
+                    problems = [api_arguments.unreadable(problem)]
         return cls(description, found.arguments, (), found.packages, trust, warn, tuple(problems))
 
     @property
@@ -94,7 +102,7 @@ class Request:
 
     def read_options(self, lenient: bool = True) -> ReadOptions:
         """Return how a robot in another format is read. Raises LoadError for an argument that is no text or number."""
-        texts, wrong = asked.as_texts(self.values())
+        texts, wrong = api_arguments.as_texts(self.values())
         if wrong:
             raise LoadError(wrong[0])
         return ReadOptions(texts, self.packages, lenient, tell=self.tell, trust=self.trust)
@@ -140,7 +148,7 @@ class Request:
     def read(self, lenient: bool = False) -> Reading:
         """Read the robot in any format; ``lenient`` accepts one that violates the specification of its format."""
         path = self.description.path
-        if self.problems or asked.is_description(path):
+        if self.problems or api_arguments.is_description(path):
             found = self.understand(foreign=False)
             return Reading(found.robot, found.diagnostics, found.expanded.files, found.expanded.tree)
         try:
@@ -150,19 +158,18 @@ class Request:
         found = understand_foreign(path, options)
         diagnostics, imported = found.diagnostics, found.imported
         if options.arguments and imported and imported.tree is not None and not imported.takes_arguments:
-            diagnostics = arrange([*diagnostics, asked.deaf(path)])
+            diagnostics = arrange([*diagnostics, api_arguments.deaf(path)])
         if found.robot is None or imported is None or has_errors(diagnostics):
             return Reading(None, diagnostics, found.expanded.files)
         return Reading(replace(found.robot, outputs=()), diagnostics, found.expanded.files, imported.tree)
 
     def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> Searched:
         """Search the meshes of a robot, and read those that belong to its artifacts."""
-        from rosorin_compile.formats.mesh_copies import read_meshes
-        from rosorin_compile.formats.mesh_files import Places, search
+        from rosorin_compile.formats.mesh_files import Places, read_files, search
 
         folder = self.description.outputs
         places = Places(self.description.path, folder, self.packages, os.environ)
-        return read_meshes(search(tree, outputs, places), folder)
+        return read_files(search(tree, outputs, places), outputs, folder)
 
     def inputs(self, compiled: Compiled) -> list[Path]:
         """Return the files that a compilation has read, files of arguments included."""

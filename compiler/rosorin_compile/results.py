@@ -14,10 +14,10 @@ from rosorin_compile.compare.difference import Difference, Item
 from rosorin_compile.formats.compiled import Compiled, Reading, Variant
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import Argument
-from rosorin_compile.language.explain.explanation import Answer, Explanation, NamedValue
-from rosorin_compile.language.explain.text import lines
+from rosorin_compile.language.explain import Answer, Explanation, NamedValue
+from rosorin_compile.language.explain_text import lines
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.rules.pulses import JointPulse, Servos
+from rosorin_compile.rules.joint_states import JointPulse, Servos
 from rosorin_compile.rules.transform import FrameTransform, TransformPublisher, TransformStep
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, has_errors
 from rosorin_compile.source.rule_registry import Rule
@@ -26,11 +26,11 @@ from rosorin_compile.viewer.page.write import Page
 from rosorin_compile.viewer.picture.draw import Picture
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.check_outputs import Committed
     from rosorin_compile.importing.new_robot import NewRobot
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
+    from rosorin_compile.output.check_outputs import Committed
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 

@@ -14,10 +14,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from authoring import documented_schema
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.language.language import Language
+from rosorin_compile.language.expression.functions import BUILT_IN, CONSTANTS
+from rosorin_compile.language.schema import of_types
+from rosorin_compile.source.units import DIMENSIONS, UNITS, describe
 
-LANGUAGE = Language.of(FORMATS.values())
 DOCS = Path(__file__).parents[1]
 HEAD = DOCS / "_language_head.md"
 SHARED = "shared"
@@ -47,15 +49,12 @@ Schema = Mapping[str, Any]
 
 def language() -> Schema:
     """Return the schema of descriptions with what the plain tree has no more: parts, uses, named values, ..."""
-    plain = dict(LANGUAGE.schema)
-    sections, added = LANGUAGE.added()
-    use, kind = added["use"], added["sensor_type"]
-    arguments = {**use["properties"]["with"], "type": "object"}
-    added["use"] = {**use, "type": "object", "properties": {**use["properties"], "with": arguments}}
-    whole = plain["$defs"]["sensor"]["properties"]
-    same = {name: whole[name] for name in LANGUAGE.in_types}
-    added["sensor_type"] = {**kind, "properties": {**kind["properties"], **same}}
-    return {**plain, "properties": {**plain["properties"], **sections}, "$defs": added}
+    schema = documented_schema(FORMATS.values())
+    definitions = schema["$defs"]
+    definitions["use"]["type"] = definitions["use"]["properties"]["with"]["type"] = "object"
+    keys = definitions["sensor"]["properties"]
+    definitions["sensor_type"]["properties"] |= {name: keys[name] for name in of_types()}
+    return schema
 
 
 def reference(schema: Schema, head: str = "") -> dict[str, str]:
@@ -97,8 +96,8 @@ def _filled(head: str) -> Iterator[str]:
 def _units() -> Iterator[str]:
     """Yield a table of the units by what they measure."""
     by_meaning: dict[str, list[str]] = {}
-    for name, meaning in LANGUAGE.units.items():
-        by_meaning.setdefault(meaning, []).append(f"`{name}`")
+    for name, (_, dimension) in UNITS.items():
+        by_meaning.setdefault(describe(dimension), []).append(f"`{name}`")
     rows = [(_escaped(meaning), ", ".join(names)) for meaning, names in by_meaning.items()]
     yield from _table(("quantity (SI unit)", "units"), rows)
 
@@ -106,8 +105,8 @@ def _units() -> Iterator[str]:
 def _functions() -> Iterator[str]:
     """Yield a table of the functions; those of which the same is said share a row."""
     by_help: dict[str, list[str]] = {}
-    for name, help in LANGUAGE.functions.items():
-        by_help.setdefault(help, []).append(f"`{name}`")
+    for function in BUILT_IN:
+        by_help.setdefault(function.help, []).append(f"`{function.name}`")
     rows = [(", ".join(names), help) for help, names in by_help.items()]
     yield from _table(("function", "result"), rows)
 
@@ -115,12 +114,12 @@ def _functions() -> Iterator[str]:
 def _types() -> Iterator[str]:
     """Yield a table of the types that an argument or a parameter may have."""
     rows = [(f"`{name}`", meaning) for name, meaning in _TYPES.items()]
-    rows += [(f"`{name}`", _escaped(meaning)) for name, meaning in LANGUAGE.types.items()]
+    rows += [(f"`{name}`", _escaped(describe(dimension))) for name, dimension in DIMENSIONS.items()]
     yield from _table(("type", "what it takes"), rows)
 
 
 def _constants() -> Iterator[str]:
-    yield ", ".join(f"`{name}`" for name in LANGUAGE.constants)
+    yield ", ".join(f"`{name}`" for name in CONSTANTS)
 
 
 def _table(headers: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Iterator[str]:

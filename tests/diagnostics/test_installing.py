@@ -1,7 +1,5 @@
 """What pip is told to install: what this installation came from, as pip wrote it down beside the package."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from pathlib import Path
@@ -9,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.source import installing
 from rosorin_compile.source.installing import pip_install
 
 METADATA = """Metadata-Version: 2.4
@@ -27,7 +24,6 @@ COMMIT = "0123456789abcdef0123456789abcdef01234567"
 
 @pytest.fixture
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder of packages that Python asks first."""
     folder = tmp_path / "site packages"
     (folder / "rosorin_compile-9.9.dist-info").mkdir(parents=True)
     monkeypatch.syspath_prepend(str(folder))
@@ -94,29 +90,3 @@ def test_a_file(site: Path, tmp_path: Path, name: str) -> None:
 def test_an_address(site: Path, origin: dict[str, Any], said: str) -> None:
     installed(site, origin)
     assert words() == ["pip", "install", said]
-
-
-@pytest.mark.parametrize(
-    "origin",
-    [
-        None,
-        "",
-        "{",
-        "[]",
-        "{}",
-        {"url": "file:///nowhere/clone", "dir_info": {"editable": True}},
-        {"url": "file:///nowhere/rosorin_compile-9.9-py3-none-any.whl", "archive_info": {}},
-    ],
-)
-def test_where_it_came_from_is_unknown_or_gone(site: Path, origin: Any) -> None:
-    installed(site, origin)
-    assert words() == ["pip", "install", 'mujoco>=4.0; python_version >= "3.11"', "numpy>=1.26"]
-    assert words("view") == ["pip", "install", "trimesh>=5"]
-
-
-def test_a_tree_that_nobody_installed(monkeypatch: pytest.MonkeyPatch, clone: Path) -> None:
-    monkeypatch.setattr(installing, "NAME", "nobody-has-this")
-    monkeypatch.setattr(installing, "_sources", lambda: clone)
-    assert words() == ["pip", "install", f"{clone}[simulate]"]
-    monkeypatch.setattr(installing, "_sources", lambda: clone / "gone")
-    assert words() == ["pip", "install", "path/to/nobody-has-this[simulate]"]

@@ -3,8 +3,6 @@
 The judge is GitHub's own cmark.
 """
 
-from __future__ import annotations
-
 import html
 import re
 from dataclasses import replace
@@ -74,19 +72,16 @@ EVIL = [
 
 
 def rendered(text: str) -> str:
-    """Return the HTML that GitHub makes of Markdown, before it takes out what it does not allow."""
     made: str = cmarkgfm.github_flavored_markdown_to_html(text, cmarkgfm.Options.CMARK_OPT_UNSAFE)
     return made
 
 
 def cells(text: str) -> list[str]:
-    """Return the HTML of the cells below the head of the only table."""
     (body,) = re.findall(r"<tbody>(.*?)</tbody>", rendered(text), re.DOTALL)
     return re.findall(r"<td>(.*?)</td>", body, re.DOTALL)
 
 
 def shown(piece: str) -> str:
-    """Return the text that a reader sees of a piece of HTML."""
     return html.unescape(re.sub(r"<!-- -->|<[^>]*>", "", piece))
 
 
@@ -126,15 +121,7 @@ def test_nor_several(text: str) -> None:
     judge(text)
 
 
-def test_what_is_readable_stays_so() -> None:
-    told = 'joint "a_joint" at 1.5 rad (85.9 deg) is above its limit; correct it, such as [0, 0, 1]'
-    assert prose(told) == told.replace("a_joint", "`a_joint`").replace("[0, 0, 1]", "`[0, 0, 1]`")
-    assert prose("1. x") == "`1.` x"
-    assert prose("--- x") == "`---` x"
-
-
 def section(text: str) -> Section:
-    """Return a robot that says something in every place that there is."""
     span = Span(Source(text, text), 1, 2)
     told = Diagnostic("a-rule", WARNING, text, span, (Related(text, span), Related(text, None)), text)
     row = ((Code(text), " in ", Code(text)), (text,), (text,), (text,), (text,), (Code(text), ", ", Code(text)))
@@ -163,63 +150,6 @@ def test_a_document_has_our_elements_alone(text: str) -> None:
         assert not ALIVE.search(loose(piece)), piece
 
 
-def test_a_whole_document() -> None:
-    span = Span(Source("descriptions/arm/robot.yaml", "x: 1\n"), 3, 4)
-    row = (
-        (Code("laser"), " in ", Code("base_link")),
-        ("origin z",),
-        ("0.1 m",),
-        ("0.2 m",),
-        ("100.0 mm",),
-        (Code("urdf"),),
-    )
-    head = ("what", "quantity", "before", "after", "by", "artifacts")
-    arm = Section("arm")
-    arm.wrong.append("not up to date")
-    arm.blocks += [Table("change", head, (row,)), Diff("arm.urdf", "", ("-a", "+b"), 3)]
-    arm.diagnostics += [
-        Diagnostic("axis-not-unit", WARNING, "long", span, (), "make it short"),
-        Diagnostic("stand-in", NOTE, "guessed", span),
-    ]
-    cart = Section("cart", ["4 artifacts up to date in outputs/cart"])
-    assert (
-        document([cart, arm])
-        == """\
-## Robots: 1 of 2 with problems
-
-### `arm`: not up to date and 1 warning
-
-| what | quantity | before | after | by | artifacts |
-| --- | --- | --- | --- | --- | --- |
-| `laser` in `base_link` | origin z | 0.1 m | 0.2 m | 100.0 mm | `urdf` |
-
-|  | rule | place | message | way out |
-| --- | --- | --- | --- | --- |
-| warning | `axis-not-unit` | `descriptions/arm/robot.yaml:3:4` | long | make it short |
-
-<details><summary><code>arm.urdf</code>: different text</summary>
-
-```diff
--a
-+b
-... 3 more lines
-```
-
-</details>
-
-<details><summary>1 note (1 stand-in: values that nobody has measured)</summary>
-
-|  | rule | place | message |
-| --- | --- | --- | --- |
-| note | `stand-in` | `descriptions/arm/robot.yaml:3:4` | guessed |
-
-</details>
-
-- `cart`: 4 artifacts up to date in outputs/cart
-"""
-    )
-
-
 @pytest.mark.parametrize("robots", [1, 30, 200])
 @pytest.mark.parametrize("rows", [0, 10, 3000])
 def test_it_is_bounded_and_says_what_is_left_out(robots: int, rows: int) -> None:
@@ -238,12 +168,6 @@ def test_it_is_bounded_and_says_what_is_left_out(robots: int, rows: int) -> None
         assert "left out here" in told
     if rows == 3000 and robots > 1:
         assert "Too much to show here" in told or "more changes" in told
-
-
-def test_letters_of_many_bytes_are_counted_as_such() -> None:
-    cell = ("語" * 900,)
-    made = document([Section("語" * 300, wrong=["x"], blocks=[Table("change", ("a",), ((cell,),) * 100)])] * 40)
-    assert len(made.encode()) <= MAX_BYTES
 
 
 def test_many_of_one_kind_are_gathered() -> None:

@@ -1,7 +1,5 @@
 """Progress: on the last line of a terminal, with never a letter of it left."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import os
@@ -31,8 +29,6 @@ outputs: {urdf: {file: chain.urdf}, static_tf_json: {file: static_tf.json}}
 
 
 class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
     def isatty(self) -> bool:
         return True
 
@@ -52,8 +48,6 @@ class Terminal(io.StringIO):
 
 
 class Clock:
-    """A clock that somebody sets."""
-
     def __init__(self) -> None:
         self.now = 100.0
 
@@ -63,7 +57,6 @@ class Clock:
 
 @pytest.fixture
 def clock() -> Iterator[Clock]:
-    """A clock for what is shown on ``stream``."""
     yield Clock()
     Progress.hide()
 
@@ -78,7 +71,6 @@ def sit_down(monkeypatch: pytest.MonkeyPatch) -> Terminal:
 
 
 def slow_down(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let a clock go a second at each look, on a machine of a person."""
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
     ticks = itertools.count()
@@ -97,39 +89,6 @@ def test_nothing_is_shown_before_two_seconds(clock: Clock) -> None:
     assert shown.getvalue() == "\rreading 2 of 10 [######........................]  20%\x1b[K"
     Progress.hide()
     assert shown.left() == ""
-
-
-def test_a_step_of_another_kind_is_shown_at_once_and_others_now_and_then(clock: Clock) -> None:
-    shown = Terminal()
-    Progress.show(shown, clock)
-    clock.now = 103.0
-    for done in range(1000):
-        clock.now += 0.001
-        Progress.step("reading", done, 1000)
-    assert 9 <= shown.getvalue().count("reading") <= 12
-    Progress.step("checking")
-    assert shown.getvalue().endswith("\rchecking\x1b[K")
-    Progress.step("expanding parts", 1234)
-    assert shown.getvalue().endswith("\rexpanding parts 1,234\x1b[K")
-    Progress.step("reading", 12, 10)  # a recording may hold more than it says
-    assert "] 100%" in shown.getvalue()
-    Progress.part("fitting", 1, 4)(0.5)
-    assert shown.getvalue().endswith("\rfitting [###########...................]  37%\x1b[K")
-
-
-def test_it_begins_anew(clock: Clock) -> None:
-    shown = Terminal()
-    Progress.show(shown, clock)
-    clock.now += 10
-    Progress.step("reading")
-    Progress.begin()
-    assert shown.left() == ""
-    before = shown.getvalue()
-    Progress.step("reading")
-    assert shown.getvalue() == before
-    clock.now += 2
-    Progress.step("reading")
-    assert shown.left() == "reading"
 
 
 def test_a_line_never_wraps_and_steers_nothing(clock: Clock) -> None:
@@ -174,19 +133,6 @@ def test_every_stage_of_a_large_robot_is_shown(
     assert person.left() == ""
 
 
-def test_what_is_said_stands_on_a_line_of_its_own(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    person = sit_down(monkeypatch)
-    (home / "chain.yaml").write_text(CHAIN.replace("type: fixed", "type: fixd"))
-    (home / "other.yaml").write_text("robot: other\nlinks: {base: {}}\noutputs: {urdf: {file: other.urdf}}\n")
-    assert main(["all", "chain.yaml", "other.yaml"]) == 1
-    said = person.left()
-    assert "\rchain: validating" in person.getvalue()
-    assert "chain.yaml:5:28: " in said
-    assert "expanding" not in said
-    assert "validating" not in said
-    assert said.endswith("nothing written\n")
-
-
 SILENT = ["all -q", "all --format json", "all --format sarif", "check -q"]
 
 
@@ -200,15 +146,6 @@ def test_not_when_quiet_and_not_for_programs(home: Path, monkeypatch: pytest.Mon
     monkeypatch.setenv("CI", "true")
     assert main([*words.split(), "chain.yaml"]) == 0
     assert not re.search("expanding|validating|proving", person.getvalue())
-
-
-@pytest.mark.parametrize(("name", "value"), [("CI", "true"), ("TERM", "dumb")])
-def test_nothing_on_a_machine_that_builds(home: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str) -> None:
-    person = sit_down(monkeypatch)
-    monkeypatch.setenv(name, value)
-    (home / "chain.yaml").write_text(CHAIN.replace("2000", "20"))
-    assert main(["all", "chain.yaml"]) == 0
-    assert "expanding" not in person.getvalue()
 
 
 @pytest.mark.parametrize("words", ["print chain.yaml urdf", "print chain.yaml urdf -v", "print chain.yaml --list"])

@@ -1,7 +1,5 @@
 """The forms of diagnostics for people and programs: each says the place, the way out, and how one came there."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess
@@ -15,17 +13,9 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
 from rosorin_compile.source.report import FORMATS, text
+from support.paths import data_text
 
-ROBOT = """\
-robot: cart
-include: [parts.yaml]
-links: {base_link: {}}
-use:
-  "wheel_${i}":
-    for: {i: [1, 2]}
-    part: wheel
-    parent: base_link
-"""
+ROBOT = data_text("robots/report.yaml")
 PARTS = """\
 parts:
   wheel:
@@ -34,105 +24,7 @@ parts:
       joint: {type: fixed, parent: mount, child: link, xyz: [0, 0, "${3*kg}"]}
 """
 
-# What SARIF 2.1.0 asks of the objects that are used here: sections 3.13, 3.14, 3.18, 3.19, 3.49, 3.27, 3.28, 3.29, 3.30
-# and 3.4 of https://docs.oasis-open.org/sarif/sarif/v2.1.0/os/sarif-v2.1.0-os.html; no other property is allowed.
-MESSAGE = {
-    "type": "object",
-    "properties": {"text": {"type": "string", "minLength": 1}},
-    "required": ["text"],
-    "additionalProperties": False,
-}
-POSITIVE = {"type": "integer", "minimum": 1}
-REGION = {
-    "type": "object",
-    "properties": {"startLine": POSITIVE, "startColumn": POSITIVE, "endColumn": POSITIVE},
-    "required": ["startLine"],
-    "additionalProperties": False,
-}
-LOCATION = {
-    "type": "object",
-    "properties": {
-        "physicalLocation": {
-            "type": "object",
-            "properties": {
-                "artifactLocation": {
-                    "type": "object",
-                    # RFC 3986: a reference without space and with complete escapes
-                    "properties": {
-                        "uri": {"type": "string", "pattern": r"^([A-Za-z0-9/._~!$&'()*+,;=:@-]|%[0-9A-F]{2})+$"}
-                    },
-                    "required": ["uri"],
-                    "additionalProperties": False,
-                },
-                "region": REGION,
-            },
-            "required": ["artifactLocation"],
-            "additionalProperties": False,
-        },
-        "message": MESSAGE,
-    },
-    "additionalProperties": False,
-}
-RESULT = {
-    "type": "object",
-    "properties": {
-        "ruleId": {"type": "string"},
-        "ruleIndex": {"type": "integer", "minimum": 0},
-        "level": {"enum": ["none", "note", "warning", "error"]},
-        "message": MESSAGE,
-        "locations": {"type": "array", "items": LOCATION},
-        "relatedLocations": {"type": "array", "items": LOCATION, "uniqueItems": True},
-    },
-    "required": ["message"],
-    "additionalProperties": False,
-}
-RULE = {
-    "type": "object",
-    "properties": {
-        "id": {"type": "string"},
-        "shortDescription": MESSAGE,
-        "help": {**MESSAGE, "properties": {**MESSAGE["properties"], "markdown": {"type": "string"}}},
-        # an absolute URI, says 3.49.12
-        "helpUri": {"type": "string", "pattern": "^https://[a-z.-]+/([A-Za-z0-9._~/-])+(#[a-z0-9-]+)?$"},
-    },
-    "required": ["id"],
-    "additionalProperties": False,
-}
-DRIVER = {
-    "type": "object",
-    "properties": {
-        "name": {"type": "string"},
-        "semanticVersion": {"type": "string", "pattern": r"^\d+\.\d+\.\d+"},
-        "rules": {"type": "array", "items": RULE, "uniqueItems": True},
-    },
-    "required": ["name"],
-    "additionalProperties": False,
-}
-RUN = {
-    "type": "object",
-    "properties": {
-        "tool": {
-            "type": "object",
-            "properties": {"driver": DRIVER},
-            "required": ["driver"],
-            "additionalProperties": False,
-        },
-        "columnKind": {"enum": ["utf16CodeUnits", "unicodeCodePoints"]},
-        "results": {"type": "array", "items": RESULT},
-    },
-    "required": ["tool"],
-    "additionalProperties": False,
-}
-SARIF = {
-    "type": "object",
-    "properties": {
-        "$schema": {"type": "string"},
-        "version": {"const": "2.1.0"},
-        "runs": {"type": "array", "items": RUN},
-    },
-    "required": ["version", "runs"],
-    "additionalProperties": False,
-}
+SARIF = json.loads(data_text("sarif.schema.json"))
 PROJECT = {
     "descriptions/my cart#1/robot.yaml": ROBOT,
     "descriptions/my cart#1/parts.yaml": PARTS.replace('"${3*kg}"', "0"),

@@ -1,7 +1,5 @@
 """The worked example of docs/architecture.md is a patch: it applies to this checkout, and its test passes there."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The schema for editors: it knows all that may be written, flags what may not, and has a word on everything."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping
@@ -9,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft7Validator
@@ -20,7 +19,9 @@ from rosorin_compile.source.load import parse_yaml, plain_scalar
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.units import UNITS, Quantity
 from support import paths
-from support.paths import DOCS, ROOT, SCHEMAS, XACRO
+from support.paths import DOCS, ROOT, SCHEMAS, XACRO, data_text
+
+CASES = yaml.safe_load(data_text("cases/authoring.yaml"))
 
 FILE = SCHEMAS / "authoring.schema.json"
 SCHEMA = json.loads(FILE.read_text("utf-8"))
@@ -45,7 +46,6 @@ def complaints(text: str) -> list[str]:
 
 
 def files() -> Iterator[Path]:
-    """Yield every file that is a description, or a part of one, in this repository."""
     yield from sorted((ROOT / "descriptions").glob("*/*.yaml"))
     yield from sorted((ROOT / "templates" / "start").glob("*/*.yaml"))
     yield from sorted((ROOT / "parts").glob("*.yaml"))
@@ -56,7 +56,6 @@ def files() -> Iterator[Path]:
 
 
 def pages() -> Iterator[tuple[str, str]]:
-    """Yield the descriptions on the pages of the documentation."""
     for page in sorted(DOCS.glob("*.md")):
         for name, text in re.findall(
             r"<!-- file: (\S+\.yaml) -->\n```yaml\n(.*?)```", page.read_text("utf-8"), re.DOTALL
@@ -123,60 +122,13 @@ def test_what_is_beyond_an_editor_is_so() -> None:
 STARTER = (ROOT / "templates" / "start" / "base" / "robot.yaml").read_text("utf-8")
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("xyz: [-130 mm", "xzy: [-130 mm"),
-        ("joints:\n  base", "jonts:\n  base"),
-        ("mass: 1.8 kg", "mass: 1.8 gk"),
-        ("mass: 1.8 kg", "mass: 1.8 mm"),
-        ("mass: 1.8 kg", "mass: heavy"),
-        ("mass: 1.8 kg", "mass: '${mass} kg'"),
-        ("type: continuous", "type: continous"),
-        ("part: wheel", "prt: wheel"),
-        ("with: {radius", "wiht: {radius"),
-        ("child: base_link", "child: base<link"),
-        ("xyz: [40 mm, 0,", "xyz: [40 mm,"),
-        ("rpy: [0, 0, 180 deg]", "rpy: [0, 0, 180 mm]"),
-        ("mirror: y}", "mirror: forward}"),
-        ("type: length, default: 90 mm", "type: lenght, default: 90 mm"),
-        ("{type: length}", "{typ: length}"),
-        ("help: a driven wheel", "hlp: a driven wheel"),
-        ("status: chosen", "status: choosen"),
-        ("when: mapping}", "whn: mapping}"),
-        ("publisher: {static_transform_publisher: tf", "publisher: {static_transform: tf"),
-        ("rosorin_compile: 1 ", "rosorin_compile: 2 "),
-        ("wheel_radius: 40", "wheel-radius: 40"),
-        ("of: collision}    #", "of: colision}    #"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new"), CASES["typos_are_flagged"])
 def test_typos_are_flagged(old: str, new: str) -> None:
     assert STARTER.count(old) >= 1
     assert complaints(STARTER.replace(old, new, 1)) != []
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "links: {'leg_${i}': {for: {i: '${range(4)}'}, if: '${i > 1}'}}",
-        "links: {a: '${leg}', b: null}",
-        "links: '${all_links}'",
-        "joints: {j: {type: '${kind}', parent: '${a}_link', child: b, xyz: '${pose}', axis: [0, '${sign}', 0]}}",
-        "joints: {j: {type: fixed, parent: a, child: b, '${key}': 3, xyz: [1 mm, 2mm, '${3*mm}']}}",
-        "joints: {j: {type: revolute, parent: a, child: b, limit: {lower: -90 deg, upper: 2, effort: 3 N*m^1}}}",
-        "edges: [{for: {f: [a, b]}, parent: '${f}', child: c, moving: '${not still}'}]",
-        "links: {a: {collision: [{for: {x: [1, 2]}, box: {size: ['${x}', 1, 1]}}, '${shape}']}}",
-        "links: {a: {inertial: {mass: 3 lb, inertia: {ixx: 1 kg*m^2, iyy: 2 g*cm^2, izz: '${i}'}}}}",
-        "links: {größe: {}}\nlet: {größe: 3 mm, _a: 1}",
-        "include: [a.yaml, {file: b.yaml, args: {lidar: LD19, mast: 3 mm}}]",
-        "parts: {p: {params: {a: 3 mm, b: [1, 2], c: null, d: {type: mass}}, use: {q: {part: r}}}}",
-        "use: {left: {part: wheels/fixed, with: {r: 3}, prefix: '', parent: b, mirror: y, content: {links: {a: {}}}}}",
-        "sensor_types: {radar: {help: a radar, params: {range: 3 m}, optical: {frame: '${frame}_o'}}}",
-        "sensors: {s: {type: radar, parent: a, frame: b, with: {range: 4 m}}}",
-        "servos: {arm: {joints: [a], rad_per_pulse: '${240*deg/1000}', zero_pulse: '${zero}', pulse_range: [0, 1000]}}",
-        "outputs: {mjcf: {file: '${name}.xml', base: '${base}', options: {a: 1}}}",
-    ],
-)
+@pytest.mark.parametrize("text", CASES["all_that_may_be_written"])
 def test_all_that_may_be_written(text: str) -> None:
     assert complaints(text) == []
 
@@ -200,7 +152,6 @@ def test_a_quantity_that_the_compiler_takes_is_not_flagged(
 
 
 def fragments(node: Any, path: str = "") -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Yield every property of the schema with its path."""
     if isinstance(node, dict):
         for name, value in node.get("properties", {}).items():
             yield f"{path}/{name}", value

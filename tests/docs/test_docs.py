@@ -17,8 +17,6 @@ arguments, such as ``frames``, only these pages are renewed. What a page shows w
 named.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess
@@ -70,7 +68,6 @@ def test_page_holds(page: Path, tmp_path: Path) -> None:
 
 
 def checkout(folder: Path) -> Path:
-    """Return a folder with what the commands of the README read."""
     for name in ("descriptions", "outputs", "tests/imported", "tests/data/recordings"):
         shutil.copytree(ROOT / name, folder / name)
     return folder
@@ -143,7 +140,6 @@ def test_excerpts_are_those_of_the_examples() -> None:
 
 
 def rewrite(page: Path) -> None:
-    """Write into a page what its commands print."""
     lines = page.read_text("utf-8").splitlines()
     with tempfile.TemporaryDirectory() as folder:
         ran = play(page, checkout(Path(folder)) if page == README else Path(folder))

@@ -1,7 +1,5 @@
 """The pages and the schema that docs/make generates are as it generates them; nothing that is shipped knows it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -4,16 +4,14 @@ A block that contains the words "not run here" is skipped. Blocks run in the ord
 environment that later ones use.
 """
 
-from __future__ import annotations
-
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from support.colcon import COLCON
 from support.pages import Block, blocks
 from support.paths import DOCS
 from support.snapshot import network, snapshot
@@ -46,10 +44,9 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     subprocess.run([folder / "venv/bin/pip", "install", "--quiet", "pipx"], check=True)
     (folder / "bin").mkdir()
     (folder / "bin" / "pipx").symlink_to(folder / "venv/bin/pipx")
-    colcon = os.environ.get("COLCON") or shutil.which("colcon")
-    if colcon:
-        (folder / "bin" / "colcon").symlink_to(colcon)
-        pip = [Path(colcon).with_name("python"), "-m", "pip", "install", "--quiet", "--target", folder / "site"]
+    if COLCON:
+        (folder / "bin" / "colcon").symlink_to(COLCON)
+        pip = [Path(COLCON).with_name("python"), "-m", "pip", "install", "--quiet", "--target", folder / "site"]
         subprocess.run([*pip, "click", "jinja2", "jsonschema", "pyyaml"], check=True)
     return folder
 

@@ -1,7 +1,5 @@
 """The documentation is written in plain English: docs/make/prose.py finds no expression to avoid."""
 
-from __future__ import annotations
-
 import pytest
 
 import prose
@@ -39,18 +37,3 @@ def test_a_finding_has_its_place_and_a_replacement() -> None:
     assert [str(finding) for finding in prose.findings("page.md", text)] == [
         'page.md:4:1: "says": write defines, sets, declares, states, prints'
     ]
-
-
-def test_a_sentence_begins_with_its_subject() -> None:
-    found = prose.findings("page.md", "| What a part is | text |\n\nOf a mesh the hull counts. What counts is new.\n")
-    assert [(one.line, one.column, one.expression) for one in found] == [
-        (1, 3, "What"),
-        (3, 1, "Of a"),
-        (3, 28, "What"),
-    ]
-
-
-def test_a_term_that_readers_search_for_has_to_occur() -> None:
-    texts = ["An override of a default; a duplicate is an error. Reference.", "compare, deprecated"]
-    assert prose.missing_terms(texts) == ["environment variable"]
-    assert prose.missing_terms([*texts, "Environment\nvariables"]) == []

@@ -1,7 +1,5 @@
 """The site of the documentation, which zensical.toml configures: it builds strictly and needs no other host."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess
@@ -34,8 +32,6 @@ POLICY = (
 
 
 class Loads(HTMLParser):
-    """The addresses that a browser loads for the elements of a page."""
-
     def __init__(self) -> None:
         super().__init__()
         self.addresses: list[str] = []
@@ -49,7 +45,6 @@ class Loads(HTMLParser):
 
 @pytest.fixture(scope="module")
 def zensical(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Install the version that zensical.toml names."""
     pinned = re.search(r"zensical==\S+", CONFIGURATION)
     assert pinned
     folder = tmp_path_factory.mktemp("zensical")
@@ -60,7 +55,6 @@ def zensical(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def site(zensical: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the site as the head of zensical.toml documents."""
     assert " build --clean --strict\n" in CONFIGURATION
     project = copied(tmp_path_factory.mktemp("project"))
     built = build(zensical, project)
@@ -131,13 +125,11 @@ class Handler(SimpleHTTPRequestHandler):
         super().end_headers()
 
     def do_POST(self) -> None:
-        """Keep the report of a violation."""
         self.log.append(self.rfile.read(int(self.headers["Content-Length"])).decode())
         self.send_response(204)
         self.end_headers()
 
     def log_request(self, *_: object) -> None:
-        """Keep the address instead of printing it."""
         self.log.append(self.path)
 
 
@@ -155,7 +147,6 @@ def served(site: Path) -> Iterator[tuple[str, list[str]]]:
 
 
 def opened(address: str, profile: Path) -> None:
-    """Open a page in Chromium and let its scripts run."""
     options = ("--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000", "--dump-dom")
     command = [str(CHROMIUM), *options, f"--user-data-dir={profile}", address]
     subprocess.run(command, check=True, capture_output=True, timeout=120)
@@ -170,13 +161,3 @@ def test_scripts_load_nothing_from_another_host(site: Path, tmp_path: Path) -> N
             opened(address + folder_of(page), tmp_path / "profile")
     assert "/search.json" in log
     assert [entry for entry in log if not entry.startswith("/")] == []
-
-
-@pytest.mark.slow
-@pytest.mark.tier("outside")
-@pytest.mark.skipif(CHROMIUM is None, reason="Chromium opens the pages")
-def test_a_request_to_another_host_would_be_noticed(tmp_path: Path) -> None:
-    (tmp_path / "index.html").write_text("<script>fetch('https://fonts.example/roboto.css')</script>", "utf-8")
-    with served(tmp_path) as (address, log):
-        opened(address, tmp_path / "profile")
-    assert any("fonts.example" in entry for entry in log)

@@ -84,7 +84,7 @@ BROKEN: list[tuple[object, str, str]] = [
         'the axis of joint "j" is zero: no direction',
     ),
     (SMALL | {"joints": {"j": JOINT | {"child": "a"}}}, "joint-cycle", 'joint "j" attaches link "a" to itself'),
-    ('{"source": "", "source": "", "joints": {}, "boxes": {}}', "duplicate-key", 'the key "source" stands twice'),
+    ('{"source": "", "source": "", "joints": {}, "boxes": {}}', "duplicate-key", 'the key "source" is defined twice'),
 ]
 
 

@@ -19,7 +19,6 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
-    Edge,
     Joint,
     Limit,
     Link,
@@ -184,7 +183,7 @@ def test_another_default_of_the_prefix_is_another_meaning() -> None:
     )
     assert moved != text
     assert [edge.child for edge in static_tf.read(moved).frames] == ["x/laser", "x/imu_link"]
-    with pytest.raises(ValueError, match="neither text nor a launch argument"):
+    with pytest.raises(ValueError, match="nor a launch argument"):
         static_tf.read(text.replace("frame_prefix = LaunchConfiguration", "frame_prefix = Unknown"))
 
 
@@ -308,13 +307,6 @@ def test_only_a_list_of_ours_is_said_to_be_of_a_robot(tmp_path: Path, text: str,
     """Another JSON that names the robot is not ours to take away."""
     (tmp_path / "static_tf.json").write_text(text, "utf-8")
     assert static_tf_json.robot_of(tmp_path / "static_tf.json") == robot
-
-
-def test_frames_that_are_published_in_turns_have_to_be_carried() -> None:
-    mine, other = Publisher(STATIC_TRANSFORM_PUBLISHER, "tf_laser"), Publisher(NODE, "odometry")
-    turns = (Edge("base_link", "arm", mine, False, when="docked", joint="arm_joint"), Edge("map", "odom", mine, False))
-    turns += (Edge("base_link", "lid", other, True, when="docked", joint="lid_joint"),)
-    assert static_tf.frames(replace(TWO, edges=turns)) == ["laser", "imu_link", "arm"]
 
 
 def test_the_reference_robot(tmp_path: Path) -> None:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.language.accepting import names_at
 from rosorin_compile.language.expand.placing import Use, placed
 from rosorin_compile.language.schema import of_parts
+from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Names, SymbolTable
 from rosorin_compile.source.load import load_mapping
-from rosorin_compile.source.tree import Instance, Map
+from rosorin_compile.source.tree import Instance, Map, at
 
 
 def tree(folder: Path, text: str) -> Map:
@@ -247,5 +247,5 @@ def test_what_may_stand_in_a_part_is_what_editors_are_told() -> None:
 
 def test_a_tree_returns_the_value_at_a_path(tmp_path: Path) -> None:
     loaded = tree(tmp_path, "links: {plate: {sites: [{mass: 2}]}}\n")
-    assert loaded.at(("links", "plate", "sites", 0, "mass")) == 2
-    assert loaded.at(("links", "nothing")) is None
+    assert at(loaded, ("links", "plate", "sites", 0, "mass")) == 2
+    assert at(loaded, ("links", "nothing")) is None

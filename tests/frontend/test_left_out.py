@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.load_robot import understand
+from rosorin_compile.formats.compiled import understand
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 
 ROBOT = """\

@@ -1,4 +1,4 @@
-"""A part of a list that knows none of its loops is worked out once: nobody can tell, but for the time it takes."""
+"""List comprehensions have the values that Python gives them."""
 
 from __future__ import annotations
 
@@ -45,19 +45,6 @@ def test_lists_are_those_of_python(text: str) -> None:
         assert "nested" in str(problem) or "large" in str(problem)  # noqa: PT017
         return
     assert told == eval(text, {"sum": sum, "range": range, **VALUES})  # noqa: S307 - of numbers
-
-
-def test_a_part_is_worked_out_once() -> None:
-    asked: list[str] = []
-
-    def lookup(name: str) -> Any:
-        asked.append(name)
-        return VALUES[name]
-
-    assert evaluate("[a * b + i for i in range(4)]", lookup) == [-6, -5, -4, -3]
-    assert asked == ["a", "b"]
-    assert evaluate("[a * b + i for i in range(2)]", lookup) == [-6, -5]
-    assert asked == ["a", "b"] * 2
 
 
 def test_a_value_is_that_of_its_scope_though_the_same_text_stands_in_another() -> None:

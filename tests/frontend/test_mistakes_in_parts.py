@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.load_robot import understand
+from rosorin_compile.formats.compiled import understand
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 
 pytestmark = pytest.mark.slow

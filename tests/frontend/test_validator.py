@@ -14,10 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
+from authoring import with_formats
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.load_robot import RobotReader
+from rosorin_compile.formats.compiled import RobotReader
 from rosorin_compile.language.expand import expand
-from rosorin_compile.language.schema import schema, with_formats, with_outputs
+from rosorin_compile.language.schema import schema, with_outputs
 from rosorin_compile.language.validate import validate
 from rosorin_compile.language.validator import inlined, misfits, misfits_of, validator, validator_of
 from rosorin_compile.source.diagnostics import Source, Span
@@ -92,8 +93,8 @@ def test_json_that_fits_and_does_not() -> None:
     assert misfits("static_tf", data) == []
     data["static_transform_publisher"][0]["arguments"][1:3] = ["1e4", "--z"]
     said = misfits("static_tf", data)
-    assert said[0].startswith('static_transform_publisher[0] arguments[1]: "1e4" does not match ')
-    assert said[1:] == ['static_transform_publisher[0] arguments[2]: "--y" was expected']
+    assert said[0].startswith('static_transform_publisher[0] arguments[1]: "1e4" does not match pattern')
+    assert said[1:] == ['static_transform_publisher[0] arguments[2]: "--z" does not match const "--y"']
 
 
 def test_a_reference_that_leads_nowhere_is_told() -> None:

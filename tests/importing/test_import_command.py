@@ -1,13 +1,9 @@
 """rosorin-compile import: what it writes, says and refuses."""
 
-from __future__ import annotations
-
-import json
 import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,7 +14,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing import round_trip
-from support.paths import IMPORTED, ROOT
+from support.paths import IMPORTED, ROOT, data_text
 
 pytestmark = pytest.mark.slow
 
@@ -60,7 +56,6 @@ def run(*words: str) -> int:
 
 
 def files(folder: Path) -> dict[str, str]:
-    """Return the files in a folder but those of the record, text by name."""
     paths = [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".imported"]
     return {str(path.relative_to(folder)): path.read_text("utf-8") for path in paths}
 
@@ -105,18 +100,6 @@ def test_the_schema_beside_it_is_named(here: Path) -> None:
         assert text.startswith("# yaml-language-server: $schema=../.schema/rosorin-compile.schema.json\n")
 
 
-@pytest.mark.parametrize(
-    ("name", "folder"),
-    [("Käfer 2", "K_fer_2"), ("机器人", "robot"), ("007", "robot_007"), ("../x", "x"), ("a.b", "a.b")],
-)
-def test_any_name_gives_a_safe_folder(here: Path, name: str, folder: str) -> None:
-    assert run("little_arm.urdf", "--name", name) == 0
-    made = compile_robot(here / "descriptions" / folder / "robot.yaml")
-    assert made.robot is not None
-    assert made.robot.name == name
-    assert sorted(artifact.file for artifact in made.artifacts) == sorted(["frames.md", "frames.svg", f"{folder}.urdf"])
-
-
 def test_a_folder_that_is_taken_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     home = here / "descriptions" / "little_arm"
     home.mkdir(parents=True)
@@ -138,12 +121,6 @@ def test_force_deletes_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -
     assert line in capsys.readouterr().out
     kept = {"robot.yaml.kept": "robot: before\n"}  # nothing says that an import wrote it
     assert files(home) == {**files(EXPECTED), "notes.txt": "mine", "old/links.yaml": "links: {}\n", **kept}
-
-
-def test_an_empty_folder_is_not_taken(here: Path) -> None:
-    (here / "new").mkdir()
-    assert run("little_arm.urdf", "-o", "new") == 0
-    assert files(here / "new") == files(EXPECTED)
 
 
 def broken(here: Path, old: str, new: str) -> str:
@@ -196,62 +173,10 @@ def test_lenient_takes_more(here: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert compile_robot(here / "x" / "robot.yaml").robot is not None
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["nobody.urdf"], "nobody.urdf is not there"),
-        (["a" * 5000], f"{'a' * 5000} is not there"),
-        (["."], ". is a folder; name the file of the robot in it"),
-        (["little_arm.urdf", "b.urdf"], "import takes one SOURCE, not 2"),
-        (["a:=1"], "import takes one SOURCE, not none"),
-        (["little_arm.urdf", "-a", "x"], '"x" is not NAME=VALUE'),
-        (["little_arm.urdf", "--package", "arm"], '"arm" is not NAME=PATH'),
-        (["little_arm.urdf", "--package", "arm=nowhere"], 'there is no folder "nowhere" for the package arm'),
-        (
-            ["little_arm.urdf", "--name", "a<b"],
-            '"a<b" cannot be the name of a robot: no markup, no quotes, spaces only within',
-        ),
-        (["little_arm.urdf", "-o", "little_arm.urdf"], "little_arm.urdf is no folder; name a new one with -o"),
-    ],
-)
-def test_wrong_usage(here: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
-    assert run(*words) == 2
-    assert capsys.readouterr().err == f"rosorin-compile: {message}\n"
-    assert [path.name for path in here.iterdir()] == ["little_arm.urdf"]
-
-
-def test_no_source_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run() == 2
-    assert "Missing argument 'SOURCE'" in capsys.readouterr().err
-
-
-def test_json_is_one_document(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    name = broken(here, '<mass value="2.5"/>', '<mass value="2.5" colour="red"/>')
-    assert run(name, "-o", "x", "--format", "json") == 0
-    said = capsys.readouterr()
-    meshes, entry = sorted(json.loads(said.out)["diagnostics"], key=lambda one: -one["line"])
-    assert (meshes["rule"], meshes["line"]) == ("mesh-not-found", 17)
-    assert (entry["rule"], entry["severity"], entry["file"]) == ("import-cannot-carry", "warning", "broken.urdf")
-    assert entry["line"] == 13
-    assert "next: rosorin-compile all x\n" in said.err
-
-
 def test_a_folder_that_cannot_be_written_is_said(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "file").write_text("", "utf-8")
     assert run("little_arm.urdf", "-o", "file/x") == 1
     assert "error[output-folder]: cannot write file/x: file is not a folder" in capsys.readouterr().err
-
-
-def test_no_room_for_the_round_trip_is_said(
-    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(here / "nowhere"))
-    assert run("little_arm.urdf", "-o", "x") == 1
-    message = "cannot work in the temporary folder: No such file or directory; TMPDIR can name another one"
-    assert capsys.readouterr().err == (
-        f"{MESHES}error[output-failed]: little_arm.urdf: {message}\nlittle_arm.urdf: 1 error, nothing written\n"
-    )
-    assert not (here / "x").exists()
 
 
 def altered(old: str, new: str) -> Callable[..., Any]:
@@ -335,20 +260,7 @@ def test_what_is_accepted_is_said(here: Path, capsys: pytest.CaptureFixture[str]
     assert "rule: axis-not-unit, of: [elbow]" in (here / "x" / "robot.yaml").read_text("utf-8")
 
 
-BUGGY = """\
-<mujoco model="buggy">
-  <worldbody>
-    <body name="hull">
-      <freejoint/>
-      <geom name="hull" type="capsule" size="0.1 0.2" mass="3"/>
-      <body name="wheel" pos="0 0.3 0">
-        <joint name="roll" axis="0 1 0" armature="0.01"/>
-        <geom name="tyre" type="cylinder" size="0.1 0.02" mass="0.5" euler="90 0 0"/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+BUGGY = data_text("robots/import_command_buggy.mjcf.xml")
 
 
 def test_mjcf_keeps_how_its_base_stands(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,15 +6,12 @@ writes them anew; read the difference. ``expected`` is what import writes, ``fla
 where a robot has that folder.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 
 import pytest
 
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.importing.layout import WIDTH
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.importing.words import worded
 from support.paths import IMPORTED
@@ -26,7 +23,6 @@ FOLDERS = [(name, EXPECTED) for name in ROBOTS] + [(name, FLAT) for name in ROBO
 
 
 def imported(name: str, folder: str = EXPECTED) -> dict[str, str]:
-    """Return the files that import makes of a robot of this folder."""
     made = read_robot(FOLDER / name / f"{name}.urdf")
     assert made.tree is not None, made.diagnostics
     said = worded(made)
@@ -54,18 +50,7 @@ def test_every_comment_of_the_source_is_there(name: str, folder: str) -> None:
             assert files.count(f"# {line}\n") == 1, line
 
 
-@pytest.mark.parametrize(("name", "folder"), FOLDERS)
-def test_style(name: str, folder: str) -> None:
-    for text in imported(name, folder).values():
-        lines = text.splitlines()
-        assert text.endswith("\n")
-        assert all(line == line.rstrip() and len(line) <= WIDTH for line in lines)
-        assert all(line or lines[number] for number, line in enumerate(lines[1:]))  # never two blank lines
-        assert "\t" not in text
-
-
 def rewrite(name: str, folder: str) -> None:
-    """Write the files of a robot as import makes them now."""
     for path in (FOLDER / name / folder).glob("*.yaml"):
         path.unlink()
     for file, text in imported(name, folder).items():

@@ -1,45 +1,23 @@
 """import --into: a description beside the xacro of a package, a test of both, and the lines to change."""
 
-from __future__ import annotations
-
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.importing.rewrite_launch import lines_to_change
+from support.colcon import NEEDS_CMAKE, NEEDS_COLCON, colcon
+from support.paths import DATA, data_text
 
-COLCON = os.environ.get("COLCON") or shutil.which("colcon")
-AMENT_CMAKE = Path("/usr/share/ament_cmake_pytest/cmake/ament_cmake_pytestConfig.cmake")
-SITE = Path("/usr/lib/python3/dist-packages")
 BIN = Path(sys.executable).parent
 
-URDF = """\
-<robot name="cart">
-  <link name="base_link">
-    <inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
-  </link>
-  <link name="laser"/>
-  <joint name="laser_joint" type="fixed"><parent link="base_link"/><child link="laser"/><origin xyz="0 0 0.2"/></joint>
-  <gazebo reference="laser"><sensor name="lidar" type="gpu_lidar"><topic>scan</topic></sensor></gazebo>
-</robot>
-"""
-XACRO = """\
-<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:arg name="height" default="0.2"/>
-  <link name="base_link"/>
-  <link name="laser"/>
-  <joint name="laser_joint" type="fixed">
-    <parent link="base_link"/><child link="laser"/><origin xyz="0 0 $(arg height)"/>
-  </joint>
-</robot>
-"""
+URDF = data_text("robots/import_into_urdf.urdf")
+XACRO = data_text("robots/import_into_xacro.xacro")
 MANIFEST = """\
 <package format="3">
   <name>cart_description</name><version>0.1.0</version><description>d</description>
@@ -68,7 +46,6 @@ RECORD = "descriptions/cart/robot.yaml.imported"
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A package of ament_cmake that has the URDF of a cart."""
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "src" / "cart_description"
     (folder / "urdf").mkdir(parents=True)
@@ -332,82 +309,12 @@ def test_nothing_is_written_through_a_link(package: Path, capsys: pytest.Capture
 # The lines of launch files: how people call xacro, and what stands there then.
 
 PRINT = "rosorin-compile print"
-LINES = [
-    (
-        "a.launch.py",
-        "p = os.path.join(share, 'urdf', 'cart.urdf.xacro')",
-        "p = os.path.join(share, 'descriptions', 'cart', 'robot.yaml')",
-    ),
-    (
-        "a.launch.py",
-        'p = share / "urdf" / "cart.urdf.xacro"',
-        'p = share / "descriptions" / "cart" / "robot.yaml"',
-    ),
-    (
-        "a.launch.py",
-        "c = Command(['xacro ', 'cart.urdf.xacro'])",
-        f"c = Command(['{PRINT} ', '../descriptions/cart/robot.yaml', ' urdf'])",
-    ),
-    (
-        "a.launch.py",
-        "c = Command(['xacro \"', 'cart.urdf.xacro', '\" h:=', h])",
-        f"c = Command(['{PRINT} \"', '../descriptions/cart/robot.yaml', '\" h:=', h, ' urdf'])",
-    ),
-    (
-        "a.launch.py",
-        "c = Command('xacro ' + 'cart.urdf.xacro')",
-        f"c = Command('{PRINT} ' + '../descriptions/cart/robot.yaml' + ' urdf')",
-    ),
-    (
-        "a.launch.py",
-        "c = subprocess.check_output(['xacro', 'cart.urdf.xacro'], text=True)",
-        "c = subprocess.check_output(['rosorin-compile', 'print', "
-        "'../descriptions/cart/robot.yaml', 'urdf'], text=True)",
-    ),
-    (
-        "a.launch.py",
-        "c = Command(f'xacro {share}/urdf/cart.urdf.xacro', on_stderr='warn')",
-        f"c = Command(f'{PRINT} {{share}}/descriptions/cart/robot.yaml urdf', on_stderr='warn')",
-    ),
-    (
-        "a.launch.py",
-        'c = [FindExecutable(name="xacro"), " ", x]  # cart.urdf.xacro',
-        "c = [FindExecutable(name='rosorin-compile'), ' print', \" \", x, ' urdf']  # ../descriptions/cart/robot.yaml",
-    ),
-    (
-        "a.launch.py",
-        "t = xacro.process_file(share + '/urdf/cart.urdf.xacro').toxml()",
-        "t = subprocess.check_output(['rosorin-compile', 'print', "
-        "share + '/descriptions/cart/robot.yaml', 'urdf'], text=True)",
-    ),
-    (
-        "b.launch.xml",
-        """<param name="d" value="$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"/>""",
-        f"""<param name="d" value="$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml urdf')"/>""",
-    ),
-    (
-        "c.launch.yaml",
-        """- param: {name: d, value: "$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"}""",
-        f"""- param: {{name: d, value: "$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml """
-        """urdf')"}""",
-    ),
-    (
-        "d.launch",
-        """<param name="d" command="$(find xacro)/xacro --inorder $(find c)/urdf/cart.urdf.xacro"/>""",
-        f"""<param name="d" command="{PRINT} $(find c)/descriptions/cart/robot.yaml urdf"/>""",
-    ),
-    (
-        "CMakeLists.txt",
-        "xacro_add_files(urdf/cart.urdf.xacro INSTALL DESTINATION urdf)",
-        "rosorin_compile_add_robot(DESCRIPTION descriptions/cart OUTPUTS urdf INSTALL)",
-    ),
-    ("a.launch.py", "# cart.urdf.xacro is expanded below", ""),
-    ("a.launch.py", "p = 'urdf/smart-cart.urdf.xacro'", ""),
-]
+LINES = yaml.safe_load((DATA / "launch_lines.yaml").read_text("utf-8"))
 
 
-@pytest.mark.parametrize(("name", "line", "wanted"), LINES, ids=[f"{n}-{i}" for i, (n, *_) in enumerate(LINES)])
-def test_a_line_of_a_launch_file(tmp_path: Path, name: str, line: str, wanted: str) -> None:
+@pytest.mark.parametrize("case", LINES, ids=lambda case: case["before"][:30])
+def test_a_line_of_a_launch_file(tmp_path: Path, case: dict[str, str]) -> None:
+    name, line, wanted = case["file"], case["before"], case.get("after", "")
     (tmp_path / "launch").mkdir()
     file = tmp_path / name if name == "CMakeLists.txt" else tmp_path / "launch" / name
     file.write_text(f"first\n    {line}\nlast\n")
@@ -421,12 +328,6 @@ def test_a_call_of_several_lines_is_told_its_last_word(tmp_path: Path) -> None:
     first, second = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset())
     assert (first.new, first.remark) == (f"c = Command(['{PRINT} ',", 'the last word of the command is "urdf"')
     assert (second.new, second.remark) == ("'descriptions/cart/robot.yaml'])", "")
-
-
-def test_arguments_that_the_description_does_not_have_are_told(tmp_path: Path) -> None:
-    (tmp_path / "a.launch.py").write_text("c = Command(['xacro ', 'urdf/cart.urdf.xacro', ' h:=', h, ' w:=', w])\n")
-    one = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset({"w"}))[0]
-    assert one.remark == "the description has no argument h: leave it out, or add it under args"
 
 
 def test_a_kept_argument_and_the_cmake_package_get_their_lines(
@@ -460,7 +361,6 @@ def test_packages_beside_are_looked_through_and_builds_are_not(package: Path) ->
 
 
 def told_lines(told: str, file: Path) -> list[str]:
-    """Return the lines that the tool says to add to a file."""
     rest = told.partition(f"add to {file}:\n")[2]
     taken = []
     for line in rest.split("\n"):
@@ -471,28 +371,15 @@ def told_lines(told: str, file: Path) -> list[str]:
     return taken
 
 
-def colcon(folder: Path, *words: str) -> str:
-    """Run colcon in a workspace and return what it prints."""
-    assert COLCON is not None
-    environment = {**os.environ, "COLCON_HOME": str(folder / "home"), "PYTHONPATH": str(folder / "site")}
-    environment["PATH"] = f"{Path(COLCON).parent}:{BIN}:{environment['PATH']}"
-    (folder / "site").mkdir(exist_ok=True)
-    for module in ("ament_package", "ament_cmake_test", "ament_index_python"):
-        if (SITE / module).is_dir() and not (folder / "site" / module).exists():
-            (folder / "site" / module).symlink_to(SITE / module)
-    done = subprocess.run([COLCON, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    return done.stdout + done.stderr
-
-
 KINDS = [
     "ament_python",
-    pytest.param("ament_cmake", marks=pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake-pytest")),
+    pytest.param("ament_cmake", marks=NEEDS_CMAKE),
 ]
 
 
 @pytest.mark.tier("builds")
 @pytest.mark.slow
-@pytest.mark.skipif(COLCON is None, reason="colcon is not here: pip install colcon-common-extensions")
+@NEEDS_COLCON
 @pytest.mark.parametrize("kind", KINDS)
 def test_colcon_installs_the_description_and_runs_the_test(
     package: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
@@ -515,65 +402,23 @@ def test_colcon_installs_the_description_and_runs_the_test(
     manifest = package / "package.xml"
     needs = "\n".join(told_lines(told, manifest))
     manifest.write_text(manifest.read_text().replace("<export>", f"{needs}\n<export>"))
-    assert "1 package finished" in (out := colcon(tmp_path, "build")), out
+    assert "1 package finished" in colcon(tmp_path, "build")
     share = tmp_path / "install" / "cart_description" / "share" / "cart_description"
     assert (share / "descriptions" / "cart" / "robot.yaml").is_file()
     colcon(tmp_path, "test")
-    assert "1 test, 0 errors, 0 failures, 0 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
+    assert "1 test, 0 errors, 0 failures, 0 skipped" in colcon(tmp_path, "test-result", "--all")
     (package / "urdf" / "cart.urdf").write_text(URDF.replace("0 0 0.2", "0 0 0.3"))
     colcon(tmp_path, "test")
-    assert "1 test, 0 errors, 1 failure" in (out := colcon(tmp_path, "test-result", "--all")), out
+    assert "1 test, 0 errors, 1 failure" in colcon(tmp_path, "test-result", "--all", fails=True)
     (package / "urdf" / "cart.urdf").unlink()
     (package / "urdf" / "keep").write_text("")
     colcon(tmp_path, "test")
-    assert "1 test, 0 errors, 0 failures, 1 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("each", [3, pytest.param(1, marks=pytest.mark.tier("builds"))], ids=["some", "all"])
-def test_a_package_is_as_it_was_or_whole_after_a_kill(package: Path, each: int) -> None:
-    before = files(package)
-    assert into(package) == 0
-    after = files(package)
-    seen = set()
-    for number in range(0, 20, each):
-        shutil.rmtree(package / "descriptions")
-        shutil.rmtree(package / "test")
-        words = [
-            str(BIN / "rosorin-compile"),
-            "import",
-            str(package / "urdf" / "cart.urdf"),
-            "--into",
-            str(package),
-            "-q",
-        ]
-        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        while process.poll() is None and not any(package.glob(".rosorin-compile-*")) and number % 2:
-            time.sleep(0.0001)  # half of the kills come while it writes
-        if not number % 2:
-            time.sleep(0.04 * number)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        assert into(package) == 0  # what a killed run left counts as a whole, or not at all, and is completed
-        now = {name: data for name, data in files(package).items() if not name.startswith(".rosorin")}
-        assert now == after
-        assert {name: now[name] for name in before} == before
-        seen.add(process.returncode)
-    assert -signal.SIGKILL in seen
+    assert "1 test, 0 errors, 0 failures, 1 skipped" in colcon(tmp_path, "test-result", "--all")
 
 
 # Robots of one package that include the same file.
 
-SHARED = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:macro name="box" params="name size">
-    <link name="${name}"><collision><geometry><box size="${size} ${size} ${size}"/></geometry></collision></link>
-  </xacro:macro>
-  <xacro:macro name="pole" params="name">
-    <link name="${name}"><collision><geometry><cylinder radius="0.1" length="2"/></geometry></collision></link>
-  </xacro:macro>
-</robot>
-"""
+SHARED = data_text("robots/import_into_shared.xacro")
 INCLUDE = '<xacro:include filename="$(find cart_description)/urdf/body.xacro"/>'
 BOX = '<xacro:box name="base_link" size="0.3"/>'
 WHEEL = """\
@@ -584,7 +429,6 @@ POLE = WHEEL.replace('<xacro:box name="wheel" size="0.1"/>', '<xacro:pole name="
 
 
 def robots(package: Path, shared: str = SHARED, **bodies: str) -> None:
-    """Write xacros that include one file, by the name of the robot."""
     (package / "urdf" / "body.xacro").write_text(shared)
     for name, body in bodies.items():
         text = f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">{body}</robot>'
@@ -600,7 +444,6 @@ def brought(package: Path, name: str) -> str:
 
 
 def described(package: Path) -> list[str]:
-    """Return the files of all descriptions but their first, and but those of the record."""
     return sorted(one for one in files(package / "descriptions") if not one.endswith(("robot.yaml", ".imported")))
 
 
@@ -695,18 +538,7 @@ def test_what_stands_in_folders_is_shared_in_folders(package: Path) -> None:
     tried(package)
 
 
-TOP = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:include filename="arms/arm.urdf.xacro"/>
-  <xacro:arg name="high" default="false"/>
-  <xacro:property name="height" value="0.2"/>
-  <link name="mast"/>
-  <joint name="m" type="fixed">
-    <parent link="base_link"/><child link="mast"/>
-    <xacro:if value="$(arg high)"><origin xyz="0 0 ${2 * height}"/></xacro:if>
-  </joint>
-</robot>
-"""
+TOP = data_text("robots/import_into_top.xacro")
 
 
 @pytest.mark.slow
@@ -748,16 +580,7 @@ def test_a_robot_that_is_called_as_the_folder_of_what_is_shared_has_files_of_its
     assert described(package) == ["common/body.yaml", "two/body.yaml"]
 
 
-ARM = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:macro name="arm" params="mass:=2">
-    <link name="arm">
-      <inertial><mass value="${mass}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
-    </link>
-    <joint name="a" type="fixed"><parent link="base_link"/><child link="arm"/></joint>
-  </xacro:macro>
-</robot>
-"""
+ARM = data_text("robots/import_into_arm.xacro")
 
 
 @pytest.mark.tier("builds")

@@ -1,7 +1,5 @@
 """What import writes is YAML that reads back as the same values, and looks as a person would have written it."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -11,8 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.importing.layout import (
-    WIDTH,
-    Expression,
     Remarks,
     Verbatim,
     cleaned,
@@ -27,29 +23,15 @@ from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import parse_yaml, plain_scalar
 from rosorin_compile.source.tree import Place
 from rosorin_compile.source.yaml_text import Scalar
+from support.paths import data_text
+
+CASES = yaml.safe_load(data_text("cases/import_layout.yaml"))
 
 ODD = [
     *("on", "no", "y", "1", "1.5", "0x1F", "1e3", "1_000", "12:30", "2020-01-01", "null", "~", "true", ".inf", ".nan"),
     *("12 mm", "180 deg", "5 parsec", "<<", "=", "...", "---", "- a", "? a", ": a", "a: b", "a:", "a #b", "#a", "&a"),
-    *(
-        "*a",
-        "!a",
-        "|",
-        ">",
-        "%a",
-        "@a",
-        "`a",
-        "'a'",
-        '"a"',
-        "a'b\"c",
-        "C:\\meshes",
-        "[a]",
-        "{a}",
-        "a, b",
-        "a]",
-        " a",
-        "a ",
-    ),
+    *("*a", "!a", "|", ">", "%a", "@a", "`a", "'a'", '"a"', "a'b\"c", "C:\\meshes", "[a]", "{a}", "a, b", "a]"),
+    *(" a", "a "),
     *("${HOME}/a", "$${HOME}", "$$${x", "${", "$", "a${b}c", "äöü", "机器人", "🤖", "\u200b", "\ufeff", "\x85", "\x07"),
     *("a\nb", "a\nb\n", "\na", "a\n\n", "  a\nb", "a\n  b\n c", "\ta\nb", "a\n\tb", "a\n ", "a\r\nb", "x" * 1500),
     *("word " * 60 + "end", "<a>\n\t<b c='${d}'/>\n</a>", "<gazebo reference='a'/>", "", "for", "if"),
@@ -65,7 +47,6 @@ VALUES = st.recursive(
 
 
 def plain(value: Any) -> Any:
-    """Return a value of a document as it is to be read back."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -83,7 +64,6 @@ def expanded(text: str) -> Any:
 
 
 def order(value: Any) -> Any:
-    """Return the keys of a value and of all within it, in their order."""
     if isinstance(value, dict):
         return [(key, order(item)) for key, item in value.items()]
     return [order(item) for item in value] if isinstance(value, list) else None
@@ -157,27 +137,7 @@ def at(token: str) -> Span:
     return Span(Source("a.urdf", f'<limit lower="{token}"/>'), 1, 15, len(token))
 
 
-@pytest.mark.parametrize(
-    ("token", "angle", "written"),
-    [
-        ("3.141592653589793", "deg", "180 deg"),
-        ("-1.5707963267948966", "deg", "-90 deg"),
-        ("0.7853981633974483", "deg", "45 deg"),
-        ("0.39269908169872414", "deg", "22.5 deg"),
-        ("0.39269908169872414", "", "0.39269908169872414"),
-        ("3.141592653589793", "deg/s", "180 deg/s"),
-        ("3.14159265", "deg", "3.14159265"),
-        ("1.5708", "deg", "1.5708"),
-        ("3.1416", "", "3.1416"),
-        ("+1", "", "1"),
-        ("1.", "", "1."),
-        (".5", "", ".5"),
-        ("1e-3", "", "1e-3"),
-        ("0.10", "", "0.10"),
-        ("-0.0", "", "0"),
-        ("0.000", "deg", "0"),
-    ],
-)
+@pytest.mark.parametrize(("token", "angle", "written"), CASES["forms_of_numbers"])
 def test_forms_of_numbers(token: str, angle: str, written: str) -> None:
     assert number(float(token), at(token), angle) == written
     assert float(plain_scalar(written)) == float(token)
@@ -200,78 +160,6 @@ def test_quarters_of_a_degree_are_said(quarters: int) -> None:
     value = quarters / 4 * (math.pi / 180)
     assert float(plain_scalar(number(value, None, "deg"))) == value
     assert quarters == 0 or number(value, None, "deg").endswith(" deg")
-
-
-INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-JOINT = {"type": "fixed", "parent": "a", "child": "b", "xyz": [Verbatim("0"), Verbatim("0"), Verbatim("0.1")]}
-LONG = {f"joint_number_{index}": Verbatim("0.5") for index in range(8)}
-
-
-def test_small_things_stand_on_one_line_and_large_ones_apart() -> None:
-    moments = {key: Verbatim(f"{index}.46240263881777e-06") for index, key in enumerate(INERTIA)}
-    document = {
-        "robot": "r",
-        "links": {"a": {}, "b": {"inertial": {"mass": Verbatim("1"), "inertia": moments}}, "c": {}},
-        "joints": {"j": JOINT, "k": {**JOINT, "limit": {"lower": Verbatim("0")}}, "l": JOINT},
-        "poses": {"home": {"positions": LONG}},
-    }
-    comments = {("links", "b"): ["the arm"], ("joints", "k", "limit"): ["measured"], (): ["A robot."]}
-    said = Remarks(comments, {("joints", "j"): ["glued"]}, {("joints", "k"): ["no more"]})
-    text = layout(document, said)
-    assert max(map(len, text.splitlines())) <= WIDTH
-    assert (
-        text
-        == """\
-# A robot.
-robot: r
-
-links:
-  a: {}
-
-  # the arm
-  b:
-    inertial:
-      mass: 1
-      inertia: {ixx: 0.46240263881777e-06, iyy: 1.46240263881777e-06, izz: 2.46240263881777e-06,
-                ixy: 3.46240263881777e-06, ixz: 4.46240263881777e-06, iyz: 5.46240263881777e-06}
-
-  c: {}
-
-joints:
-  j: {type: fixed, parent: a, child: b, xyz: [0, 0, 0.1]}  # glued
-
-  k:
-    type: fixed
-    parent: a
-    child: b
-    xyz: [0, 0, 0.1]
-    # measured
-    limit: {lower: 0}
-    # no more
-
-  l: {type: fixed, parent: a, child: b, xyz: [0, 0, 0.1]}
-
-poses:
-  home:
-    positions: {joint_number_0: 0.5, joint_number_1: 0.5, joint_number_2: 0.5, joint_number_3: 0.5, joint_number_4: 0.5,
-                joint_number_5: 0.5, joint_number_6: 0.5, joint_number_7: 0.5}
-"""
-    )
-
-
-def test_expressions_are_quoted_only_in_brackets() -> None:
-    file = Expression("${meshes}/a.dae")
-    document = {"links": {"a": {"visual": [{"mesh": {"file": file}}]}}, "file": file}
-    assert 'visual:\n      - {mesh: {file: "${meshes}/a.dae"}}\n' in layout(document)
-    assert "\nfile: ${meshes}/a.dae\n" in layout(document)
-
-
-def test_named_values_of_a_part_share_a_line_only_while_they_are_few() -> None:
-    few, many = ({name: Verbatim("1") for name in names} for names in ("abcd", "abcde"))
-    long = {"a": Expression("${" + "b + " * 25 + "1}"), "b": Verbatim("1")}
-    for values, lines in ((few, 1), (many, 6), (long, 3)):
-        text = layout({"parts": {"arm": {"let": values, "links": {}}}})
-        assert len(text.splitlines()) == lines + 3, text
 
 
 def test_marks_of_a_comment_in_a_comment_are_left_out() -> None:

@@ -1,8 +1,5 @@
 """Meshes that a source names relative to itself: what import says of them, and what finds them afterwards."""
 
-from __future__ import annotations
-
-import os
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -10,64 +7,19 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from support.paths import data_text
 
-ROBOT = """\
-<robot name="arm">
-  <material name="wood"><texture filename="wood.png"/></material>
-  <link name="base">
-    <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
-    <visual><geometry><mesh filename="meshes/base.stl"/></geometry></visual>
-    <visual><geometry><mesh filename="package://arm/meshes/cover.stl"/></geometry></visual>
-    <collision><geometry><mesh filename="meshes/base.stl"/></geometry></collision>
-  </link>
-  <link name="file"/>
-  <joint name="outputs" type="fixed"><parent link="base"/><child link="file"/></joint>
-</robot>
-"""
-TETRAHEDRON = """\
-solid base
-facet normal 0 0 -1
-outer loop
-vertex 0 0 0
-vertex 0 1 0
-vertex 1 0 0
-endloop
-endfacet
-facet normal 0 -1 0
-outer loop
-vertex 0 0 0
-vertex 1 0 0
-vertex 0 0 1
-endloop
-endfacet
-facet normal -1 0 0
-outer loop
-vertex 0 0 0
-vertex 0 0 1
-vertex 0 1 0
-endloop
-endfacet
-facet normal 1 1 1
-outer loop
-vertex 1 0 0
-vertex 0 1 0
-vertex 0 0 1
-endloop
-endfacet
-endsolid base
-"""
-MODEL = """\
-<mujoco model="arm">
-  <compiler meshdir="meshes"/>
-  <asset><mesh name="base" file="base.obj"/></asset>
-  <worldbody>
-    <body name="base">
-      <geom type="mesh" mesh="base"/>
-      <body name="tip"><joint name="turn" type="hinge"/><geom type="capsule" size="0.1 0.2" mass="1"/></body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+ROBOT = data_text("robots/import_meshes.urdf")
+CORNERS = ((0, 0, 0), (0, 1, 0), (1, 0, 0), (0, 0, 1))
+TETRAHEDRON = "solid base\n{}endsolid base\n".format(
+    "".join(
+        "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n".format(
+            "".join("vertex {} {} {}\n".format(*CORNERS[corner]) for corner in face)
+        )
+        for face in ((0, 1, 2), (0, 2, 3), (0, 3, 1), (2, 1, 3))
+    )
+)
+MODEL = data_text("robots/import_meshes_model.mjcf.xml")
 OBJECT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 
 
@@ -93,7 +45,6 @@ def names(urdf: Path) -> list[str]:
 
 
 def found(folder: Path) -> list[bool]:
-    """Return which meshes of the URDF are beside it, and are found by MuJoCo as well."""
     urdf = next(folder.rglob("*.urdf"))
     return [(urdf.parent / name).is_file() for name in names(urdf) if "://" not in name]
 
@@ -173,20 +124,7 @@ def test_where_a_name_leads_from_its_own_file(
     assert run("check") == 0
 
 
-XACRO = """\
-<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:macro name="plate" params="name file">
-    <link name="${name}"><visual><geometry><mesh filename="${file}"/></geometry></visual></link>
-  </xacro:macro>
-  <xacro:plate name="a" file="package://pkg/meshes/base.obj"/>
-  <xacro:plate name="b" file="file://$(find pkg)/meshes/base.obj"/>
-  <xacro:plate name="c" file="$(find beside)/base.obj"/>
-  <xacro:plate name="d" file="RELATIVE"/>
-  <joint name="ab" type="fixed"><parent link="a"/><child link="b"/></joint>
-  <joint name="ac" type="fixed"><parent link="a"/><child link="c"/></joint>
-  <joint name="ad" type="fixed"><parent link="a"/><child link="d"/></joint>
-</robot>
-"""
+XACRO = data_text("robots/import_meshes_xacro.xacro")
 
 
 @pytest.mark.parametrize("relative", ["base.obj", "../meshes/base.obj"])
@@ -323,34 +261,9 @@ def test_mujoco_finds_the_meshes_of_an_mjcf_from_then_on(
     assert model.nmesh == 1
 
 
-def test_the_meshes_are_found_beside_the_urdf(here: Path) -> None:
-    assert run("import", "vendor/arm.urdf", "--meshes", os.path.join("..", "..", "vendor")) == 0
-    assert run("all") == 0
-    urdf = here / "outputs" / "arm" / "arm.urdf"
-    assert [(urdf.parent / name).is_file() for name in names(urdf) if name.endswith("base.stl")] == [True, True]
-
-
-def test_a_robot_without_such_names(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (here / "bare.urdf").write_text('<robot name="bare"><link name="base"/></robot>', "utf-8")
-    assert run("import", "bare.urdf", "--meshes", "x") == 0
-    assert capsys.readouterr().err == (
-        "bare.urdf:1:14: warning[import-mesh-path]: bare.urdf names no mesh or texture by a relative path: "
-        "--meshes changes nothing\n"
-        '    1 | <robot name="bare"><link name="base"/></robot>\n'
-        "      |              ^^^^ leave --meshes out\n"
-    )
-
-
 @pytest.mark.parametrize("meshes", ["", " ", "package://", "a\nb"])
 def test_what_no_name_can_begin_with(here: Path, capsys: pytest.CaptureFixture[str], meshes: str) -> None:
     assert run("import", "vendor/arm.urdf", "--meshes", meshes) == 2
     expected = f'rosorin-compile: --meshes "{meshes}" is neither a folder nor package://NAME\n'
     assert capsys.readouterr().err == expected
-    assert not (here / "descriptions").exists()
-
-
-def test_arguments_of_a_file_that_takes_none(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for words in (["foo:=3"], ["-a", "foo=3"]):
-        assert run("import", "vendor/arm.urdf", *words) == 2
-        assert capsys.readouterr().err == "rosorin-compile: vendor/arm.urdf takes no arguments: only a xacro does\n"
     assert not (here / "descriptions").exists()

@@ -1,7 +1,5 @@
 """Where sections and keys are written is said by the schema: of any section."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,8 +9,6 @@ import pytest
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.importing import key_order
 from rosorin_compile.importing.description import write
-from rosorin_compile.importing.layout import angle_of
-from rosorin_compile.importing.report import kept
 from rosorin_compile.language import annotations, schema
 from rosorin_compile.language.expand import expand
 from rosorin_compile.source.diagnostics import Source
@@ -44,7 +40,6 @@ BATTERIES = {
 
 @pytest.fixture(autouse=True)
 def another_section(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Put the section into the schema, before the last one."""
     whole = schema.schema()
     *others, last = whole["properties"].items()
     with monkeypatch.context() as changed:
@@ -55,7 +50,6 @@ def another_section(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def _forget() -> None:
-    """Clear what was worked out of the schema."""
     for module in (schema, annotations, key_order):
         for name, one in vars(module).items():
             if hasattr(one, "cache_clear") and name != "schema":
@@ -63,14 +57,12 @@ def _forget() -> None:
 
 
 def tree(text: str) -> Map:
-    """Return the tree of a description."""
     made = parse_yaml(Source("", text))
     assert isinstance(made, Map)
     return made
 
 
 def plain(value: Any) -> Any:
-    """Return a value without its places."""
     if isinstance(value, dict):
         return {key: plain(one) for key, one in value.items()}
     return [plain(one) for one in value] if isinstance(value, list) else value
@@ -116,63 +108,3 @@ links: {box: {}}
         "batteries:",
         "outputs:",
     ]
-
-
-def test_a_section_that_nobody_lists_stands_in_parts(tmp_path: Path) -> None:
-    text = """\
-robot: cart
-parts:
-  side:
-    links: {box: {}}
-    joints: {hinge: {type: fixed, parent: mount, child: box}}
-    batteries: {main: {link: box, xyz: [0, 0.1, 0]}}
-links: {base: {}}
-use:
-  l: {part: side, parent: base}
-  r: {part: side, parent: base, mirror: y}
-"""
-    (tmp_path / "robot.yaml").write_text(text, "utf-8")
-    made = expand(tmp_path / "robot.yaml", {}, None)
-    assert not made.diagnostics
-    assert made.tree is not None
-    assert plain(made.tree["batteries"]) == {
-        "l_main": {"link": "l_box", "xyz": [0, 0.1, 0]},
-        "r_main": {"link": "r_box", "xyz": [0, -0.1, 0]},
-    }
-
-
-def test_keys_of_links_and_joints_stand_in_one_order_wherever_they_stand() -> None:
-    words = list(
-        key_order.in_order(dict.fromkeys(["mass", "rpy", "upper", "inertia", "other", "lower", "xyz", "inertial"]))
-    )
-    assert words[-1] == "other"
-    assert words.index("mass") < words.index("xyz") < words.index("rpy") < words.index("inertia")
-    assert words.index("lower") < words.index("upper")
-
-
-@pytest.mark.parametrize(
-    ("path", "unit"),
-    [
-        (("joints", "turns", "limit", "lower"), "deg"),
-        (("joints", "turns", "limit", "velocity"), "deg/s"),
-        (("joints", "slides", "limit", "lower"), ""),
-        (("joints", "turns", "mjcf", "margin"), ""),
-        (("poses", "home", "positions", "turns"), "deg"),
-        (("poses", "home", "positions", "slides"), ""),
-        (("poses", "home", "controls", "turns"), ""),
-        (("links", "box", "inertial", "rpy", 1), "deg"),
-        (("links", "box", "inertial", "xyz", 1), ""),
-    ],
-)
-def test_angles_are_what_the_schema_has_in_radians(path: tuple[str | int, ...], unit: str) -> None:
-    assert angle_of(tree("joints: {turns: {type: revolute}, slides: {type: prismatic}}"), path) == unit
-
-
-def test_what_is_kept_is_told_by_the_schema() -> None:
-    said = """\
-parts: {leg: {urdf_elements: ['<transmission/>']}}
-links: {box: {mjcf_elements: ['<geom/>', '<geom/>'], visual: [{urdf_elements: ['<verbose/>']}]}}
-urdf_elements: ['<gazebo/>']
-disabled_contacts: [{links: [a, b]}]
-"""
-    assert kept(tree(said)) == ["kept as they are: transmission, geom (2), verbose, gazebo"]

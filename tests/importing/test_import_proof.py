@@ -1,7 +1,5 @@
 """An imported MJCF is held against what its description becomes, in MuJoCo, and the command says how that went."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -10,21 +8,12 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.mjcf import process, proof
 from rosorin_compile.mujoco.mjcf.write import write
+from support.paths import data_text
 
 pytest.importorskip("mujoco", minversion="4")
 pytestmark = pytest.mark.slow
 
-ROBOT = """<mujoco model="arm"><asset><mesh name="tip" file="meshes/tip.obj"/></asset><worldbody><body name="base">
-  <geom name="foot" type="box" size="0.1 0.1 0.1" mass="1" group="3"/>
-  <body name="arm" pos="0 0 0.2">
-    <joint name="turn" axis="0 1 0" range="-90 90" damping="0.5" actuatorfrcrange="-9 9"/>
-    <geom name="tube" type="capsule" size="0.02 0.1" mass="0.5" group="3"/>
-    <geom name="tip" type="mesh" mesh="tip" mass="0.1" contype="0" conaffinity="0" group="1"/>
-  </body>
-</body></worldbody>
-<contact><exclude body1="base" body2="arm"/></contact>
-<actuator><position name="turn" joint="turn" kp="20" kv="1" ctrlrange="-1 1"/></actuator></mujoco>
-"""
+ROBOT = data_text("robots/import_proof.mjcf.xml")
 TIP = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 HOLDS = (
     "MuJoCo's model of the MJCF is that of the source, in every field that it decides; frames and accelerations in 20"
@@ -46,15 +35,6 @@ def test_what_is_the_same_is_said(words: tuple[str, ...], capsys: pytest.Capture
     said = capsys.readouterr()
     assert HOLDS in said.out + said.err
     assert "import-untold" not in said.err
-
-
-def test_what_is_listed_is_known(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("arm.xml").write_text(ROBOT.replace("<worldbody>", '<worldbody><light pos="0 0 3"/>'), "utf-8")
-    assert main(["import", "arm.xml"]) == 0
-    said = "".join(capsys.readouterr())
-    assert "note[import-ignored]: 1 light of the world: the scene is no part of the robot" in said
-    assert "is that of the source, except for what is listed above (light); frames and accelerations" in said
-    assert "import-untold" not in said
 
 
 def test_what_nobody_said_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -106,13 +86,6 @@ def test_a_crash_of_mujoco_is_no_fault_of_the_robot(
     assert "not held against the source in its engine: MuJoCo crashed on the file (signal 6)" in said
 
 
-def test_a_proof_that_waits_for_others_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    slow = "import sys, time; time.sleep(1.2); open(sys.argv[4], 'w').write('{}')"
-    monkeypatch.setattr(process, "_START", slow)
-    monkeypatch.setattr(process, "_PATIENCE", 600)
-    assert process.prove(Path("arm.xml"), {}, seconds=1) == {}
-
-
 @pytest.mark.parametrize("child", ["import time; time.sleep(60)", "{}while True: pass"])
 def test_a_proof_has_an_end(child: str, monkeypatch: pytest.MonkeyPatch) -> None:
     limited = (
@@ -124,8 +97,6 @@ def test_a_proof_has_an_end(child: str, monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def _forget(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
-    """Let the writer of MJCF leave something out."""
-
     def forgetful(*given: Any) -> Any:
         text, told = write(*given)
         assert f" {words}" in text

@@ -1,11 +1,14 @@
 """What a robot has several times comes out of an import as a part and its uses, and as the same robot."""
 
-from __future__ import annotations
-
+import random
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported
@@ -13,9 +16,9 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing import round_trip
 from rosorin_compile.importing.repeats import find_parts, with_parts
 from rosorin_compile.importing.repeats.nodes import mirrored, nodes_of
-from rosorin_compile.importing.round_trip import RoundTrip, check_round_trip
+from rosorin_compile.importing.round_trip import RoundTrip, _round_trip, check_round_trip
 from rosorin_compile.language.expand import expand
-from support.paths import ROOT
+from support.paths import ROOT, data_text
 from support.robots import compiled
 from support.unrounded import compile_unrounded
 
@@ -56,14 +59,6 @@ def test_two_wheels_are_a_part(tmp_path: Path) -> None:
     assert parts_of(trip_of(path, parts=False)) == []
 
 
-def test_uses_may_have_any_name(tmp_path: Path) -> None:
-    names = ("span_wheel", "self_wheel", "for_wheel", "y_wheel", "1_wheel")
-    path = robot(tmp_path, *(wheel(name, f"{name}_axle", place) for place, name in enumerate(names)))
-    trip = trip_of(path)
-    assert (trip.diagnostics, trip.largest, parts_of(trip)) == ([], 0, ["wheel"])
-    assert list((trip.shown.tree or {})["use"]) == [name.removesuffix("_wheel") for name in names]
-
-
 def test_numbers_that_differ_in_the_last_digit_stay_two(tmp_path: Path) -> None:
     first, second = "0.1", "0.10000000000000002"
     path = robot(tmp_path, wheel("left_wheel", "left_axle", 1, first), wheel("right_wheel", "right_axle", -1, second))
@@ -88,16 +83,6 @@ def test_what_is_not_the_same_robot_is_written_out(tmp_path: Path, monkeypatch: 
     trip = trip_of(path)
     assert (trip.diagnostics, parts_of(trip)) == ([], [])
     assert trip.files["robot.yaml"].count("damping: 0.1") == 2
-
-
-def test_a_name_is_never_two_uses(tmp_path: Path) -> None:
-    hub = wheel("left_hub", "left_pin", 3).replace("continuous", "revolute")
-    hub = hub.replace("effort", 'lower="0" upper="1" effort')
-    others = [hub, hub.replace("left", "right")]
-    path = robot(tmp_path, wheel("left_wheel", "left_axle", 1), wheel("right_wheel", "right_axle", -1), *others)
-    trip = trip_of(path)
-    assert (trip.diagnostics, parts_of(trip)) == ([], ["wheel", "hub"])
-    assert "left_hub: {part: hub, prefix: left_, parent: base" in trip.files["robot.yaml"]
 
 
 BODY = """<body name="{0}" pos="0 {y} 0"><joint name="{0}_axle" axis="0 1 0" damping="{1}"/>
@@ -147,7 +132,6 @@ def test_with_all_digits_a_description_comes_back_as_it_was_written(name: str, t
 
 
 def urdf_of(name: str, by: Callable[..., Compiled], folder: Path) -> Path:
-    """Return the URDF of an example as it is printed by one of the ways to compile."""
     made = compiled(ROOT / "examples" / name / "robot.yaml", by=by)
     (urdf,) = (one for one in made.artifacts if one.backend == "urdf")
     path = folder / "robot.urdf"
@@ -156,38 +140,11 @@ def urdf_of(name: str, by: Callable[..., Compiled], folder: Path) -> Path:
 
 
 def uses_of(trip: RoundTrip) -> dict[str, list[str]]:
-    """Return the names of the uses of each part."""
     tree = trip.shown.tree or {}
     return {part: [use for use, entry in tree["use"].items() if entry["part"] == part] for part in tree["parts"]}
 
 
-MIRRORED = """
-robot: pair
-parts:
-  thing:
-    links:
-      one:
-        inertial: {mass: 1, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3],
-                   inertia: {ixx: 1, iyy: 1, izz: 1, ixy: 0.1, ixz: 0.2, iyz: 0.3}}
-        visual:
-          - {mesh: {file: a.stl}, xyz: [0.1, 0.2, 0.3], rpy: [0.3, 0, -0.2]}
-          - {mesh: {file: a.stl, scale: [1, -2, 3]}}
-        collision:
-          - {box: {min: [-1, -2, -3], max: [4, 5, 6]}, rpy: [0.3, 0.1, 0.2]}
-      two: {}
-      three: {}
-    joints:
-      turns: {type: revolute, parent: mount, child: one, axis: [0.6, 0, 0.8],
-              limit: {lower: -1, upper: 2, effort: 1, velocity: 1}}
-      slides: {type: prismatic, parent: one, child: two, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3], axis: [0, 0.6, 0.8],
-               limit: {lower: -1, upper: 2, effort: 1, velocity: 1}}
-      lies: {type: planar, parent: two, child: three, axis: [0.6, 0.8, 0]}
-links: {base: {}}
-use:
-  plain: {part: thing, parent: base, xyz: [1, 1, 1], rpy: [0.5, 0, 0]}
-  turned: {part: thing, parent: base, xyz: [1, 1, 1], rpy: [0.5, 0, 0], mirror: AXIS}
-outputs: {urdf: {file: pair.urdf}}
-"""
+MIRRORED = data_text("robots/import_repeats_mirrored.yaml")
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
@@ -219,3 +176,97 @@ def test_the_search_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     imported = read_robot(robot(tmp_path, *links))
     assert with_parts(imported) is imported
     assert 0 < len(compared) <= 3 * (find_parts.WORK + 1) * (2 * length + 1) * 1.1
+
+
+# Whatever a robot has several times: its import is the same robot to the last digit, and has all comments.
+
+
+SETS = (["left", "right"], ["FL", "FR", "RL", "RR"], ["1", "2", "3"], ["leg1", "leg2", "leg3"])
+STYLES = ("{use}_{base}", "{base}_{use}", "{use}{base}", "x_{use}_{base}", "{base}.{use}.z")
+KINDS = ("fixed", "revolute", "continuous", "prismatic")
+SHAPES = ('<box size="0.1 0.2 0.3"/>', '<sphere radius="0.1"/>', '<mesh filename="package://p/{name}.stl"/>')
+LIMIT = '<limit lower="-1" upper="1" effort="3" velocity="2"/>'
+
+
+@given(st.integers(min_value=0, max_value=1_000_000))
+@settings(max_examples=25, deadline=None)
+def test_any_robot_stays_itself(seed: int) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "robot.urdf")
+        path.write_text(robot_any(random.Random(seed)), "utf-8")  # noqa: S311 - nothing secret
+        imported = read_robot(path)
+        assert imported.tree is not None, imported.diagnostics
+        trip = _round_trip(imported, with_parts(imported), Path(folder), None, {})
+    assert (trip.diagnostics, trip.largest) == ([], 0)
+    text = "\n".join(trip.files.values())
+    assert all(comment.text.strip() in text for comment in imported.comments)
+
+
+def test_most_of_them_have_parts(tmp_path: Path) -> None:
+    found = 0
+    for seed in range(20):
+        path = tmp_path / f"{seed}.urdf"
+        path.write_text(robot_any(random.Random(seed)), "utf-8")  # noqa: S311 - nothing secret
+        found += "parts" in (with_parts(read_robot(path)).tree or {})
+    assert found > 10
+
+
+def robot_any(chance: random.Random) -> str:
+    """Return a URDF with several equal things, each with its names, some mirrored, some not quite equal."""
+    made = ['<robot name="any"><link name="base"/>']
+    style = chance.randrange(len(STYLES))
+    for _ in range(chance.randint(1, 3)):
+        links = [kind_of_link(chance, number) for number in range(chance.randint(1, 4))]
+        for number, use in enumerate(chance.choice(SETS)):
+            mirrored = bool(number % 2) and chance.random() < 0.7
+            made += instance(chance, links, use, STYLES[style], (number, mirrored))
+        style = (style + 1) % len(STYLES)
+    return "\n".join([*made, "</robot>"])
+
+
+def kind_of_link(chance: random.Random, number: int) -> dict[str, Any]:
+    numbers = [[chance.choice([0, 0.1, -0.2, 1 / 3]) for _ in range(3)] for _ in range(4)]
+    return {
+        "base": f"{chance.choice(['hip', 'wheel', 'finger', 'link'])}{number}",
+        "kind": chance.choice(KINDS),
+        "shape": chance.choice(SHAPES),
+        "axis": chance.choice(["1 0 0", "0 1 0", "0 0.6 0.8"]),
+        "numbers": numbers,
+        "up": chance.randrange(number) if number else -1,
+    }
+
+
+def instance(
+    chance: random.Random, links: list[dict[str, Any]], use: str, style: str, place: tuple[int, bool]
+) -> list[str]:
+    made, names = [], []
+    number, mirrored = place
+    for link in links:
+        name, joint = (style.format(use=use, base=link["base"] + end) for end in ("", "j"))
+        xyz, rpy, centre, products = link["numbers"]
+        if mirrored:
+            xyz, centre = ([-v if axis == 1 else v for axis, v in enumerate(some)] for some in (xyz, centre))
+            rpy, products = ([v if axis == 1 else -v for axis, v in enumerate(some)] for some in (rpy, products))
+        up = names[link["up"]] if names else "base"
+        xyz, rpy = (xyz, rpy) if names else ([0, number, 0], [0, 0, 0])
+        mass = chance.choice([1, 1, 1, 1 + 1e-12])
+        made += [
+            f"<!-- about {name} -->" if chance.random() < 0.1 else "",
+            f'<link name="{name}"><inertial><origin xyz="{spelt(centre)}"/><mass value="{mass!r}"/>',
+            f'<inertia ixx="1" iyy="1" izz="1" ixy="{products[0]}" ixz="{products[1]}" iyz="{products[2]}"/>',
+            f"</inertial><visual><geometry>{link['shape'].format(name=name)}</geometry></visual></link>",
+            f'<joint name="{joint}" type="{link["kind"]}"><parent link="{up}"/><child link="{name}"/>',
+            f'<origin xyz="{spelt(xyz)}" rpy="{spelt(rpy)}"/>',
+            f'<axis xyz="{link["axis"]}"/>' if link["kind"] != "fixed" else "",
+            LIMIT if link["kind"] in ("revolute", "prismatic") else "",
+            "</joint>",
+        ]
+        names.append(name)
+    if chance.random() < 0.2:
+        made.append(f'<link name="{names[-1]}_eye"/><joint name="{names[-1]}_eye_joint" type="fixed">')
+        made.append(f'<parent link="{names[-1]}"/><child link="{names[-1]}_eye"/></joint>')
+    return made
+
+
+def spelt(numbers: list[float]) -> str:
+    return " ".join(map(repr, numbers))

@@ -1,12 +1,11 @@
 """import --into: a file that robots of one package share grows, and why a robot has one of its own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.importing.xacro.merge import merged, renewed, with_more
+from support.paths import data_text
 
 from .test_import_into import (
     BOX,
@@ -14,7 +13,6 @@ from .test_import_into import (
     POLE,
     SHARED,
     TEST,
-    WHEEL,
     brought,
     described,
     files,
@@ -27,7 +25,6 @@ from .test_import_into import (
 __all__ = ["package"]
 COMMON = "descriptions/common/body.yaml"
 GROWN = f"{COMMON} has more now, and the other robots that include it are the same as before"
-JOINT = WHEEL.partition("\n")[2]
 
 
 def alone(package: Path, capsys: pytest.CaptureFixture[str]) -> str:
@@ -85,51 +82,7 @@ def test_what_somebody_has_edited_in_a_shared_file_stays_when_it_grows(package: 
     tried(package)
 
 
-@pytest.mark.tier("builds")
-@pytest.mark.slow
-def test_a_robot_that_uses_less_of_a_file_shares_it(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    robots(package, two=INCLUDE + BOX + POLE, four=INCLUDE + BOX)
-    brought(package, "two")
-    before = (package / COMMON).read_bytes()
-    assert brought(package, "four") == "../common/body.yaml"
-    assert (package / COMMON).read_bytes() == before
-    assert GROWN not in capsys.readouterr().out
-    tried(package)
-
-
-@pytest.mark.tier("builds")
-@pytest.mark.slow
-def test_a_file_of_the_first_robot_grows_where_it_is(package: Path) -> None:
-    robots(package, two=INCLUDE + BOX)
-    assert brought(package, "two") == "body.yaml"
-    robots(package, four=INCLUDE + BOX + POLE)
-    assert brought(package, "four") == "../two/body.yaml"
-    assert brought(package, "two") == "body.yaml"
-    tried(package)
-
-
-INERTIAL = """\
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:macro name="solid" params="mass *origin">
-    <inertial>
-      <xacro:insert_block name="origin"/>
-      <mass value="${mass}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-    </inertial>
-  </xacro:macro>
-  <xacro:macro name="lens" params="prefix *origin hood:=false size:=0.1">
-    <link name="${prefix}_lens">
-      <visual><xacro:insert_block name="origin"/><geometry><sphere radius="${size}"/></geometry></visual>
-    </link>
-    <joint name="${prefix}_joint" type="fixed">
-      <parent link="base_link"/><child link="${prefix}_lens"/>
-      <xacro:if value="${hood}"><origin xyz="0 0 ${size}"/></xacro:if>
-    </joint>
-  </xacro:macro>
-  <xacro:macro name="control" params="size">
-    <gazebo><plugin name="p" filename="p.so"><size>${size}</size></plugin></gazebo>
-  </xacro:macro>
-</robot>
-"""
+INERTIAL = data_text("robots/import_shared_inertial.xacro")
 
 
 @pytest.mark.slow
@@ -272,66 +225,9 @@ def test_a_file_that_was_changed_while_a_robot_was_imported_stays(
 
 # Texts.
 
-THERE = """\
-# ours
-parts:
-    # a box
-    box:  # of wood
-        params: {size: {type: length}}
-
-
-# the end of the parts
-outputs: {urdf: {file: a.urdf}}
-"""
-OWN = """\
-let:
-  high: 3
-
-  # what there is
-  thing(a, b):
-    box: {size: ["${a}", "${b}", 1]}
-
-parts:
-  box:
-    params:
-      size: {type: length}
-
-  # a pole
-  pole:
-    urdf_elements:
-      - |
-        <a>
-          <b/>
-        </a>
-outputs:
-  urdf: {file: a.urdf}
-"""
-BOTH = """\
-# ours
-let:
-  high: 3
-
-  # what there is
-  thing(a, b):
-    box: {size: ["${a}", "${b}", 1]}
-
-parts:
-    # a box
-    box:  # of wood
-        params: {size: {type: length}}
-
-    # a pole
-    pole:
-      urdf_elements:
-        - |
-          <a>
-            <b/>
-          </a>
-
-
-# the end of the parts
-outputs: {urdf: {file: a.urdf}}
-"""
+THERE = data_text("robots/import_shared_there.yaml")
+OWN = data_text("robots/import_shared_own.yaml")
+BOTH = data_text("robots/import_shared_both.yaml")
 
 
 def test_what_a_text_has_more_is_put_behind_what_is_there() -> None:

@@ -5,8 +5,6 @@ said: ``python tests/importing/test_import_words.py`` writes those anew. What co
 by ``flat``, which knows nothing of how the tool compares.
 """
 
-from __future__ import annotations
-
 import copy
 import random
 import sys
@@ -24,7 +22,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.importing.words import worded
 from rosorin_compile.importing.words.report import told_words
-from support.paths import ROOT
+from support.paths import ROOT, data_text
 from support.unrounded import compile_unrounded
 
 CASES = ROOT / "tests" / "data" / "words"
@@ -40,7 +38,6 @@ def imported(file: Path, folder: Path) -> tuple[list[str], str, str]:
 
 
 def described(read: Imported, folder: Path, *change: object) -> tuple[list[str], str, str]:
-    """Return the same of a robot that was read, after a ``change``."""
     made = worded(read)
     trip = check_round_trip(made.imported, folder, plain=made.plain)
     related = [one.message for diagnostic in trip.diagnostics for one in diagnostic.related]
@@ -71,21 +68,7 @@ def test_words_are_those_that_are_committed(name: str, tmp_path: Path) -> None:
     assert said(CASES / f"{name}.urdf", tmp_path / "made") == (CASES / f"{name}.yaml").read_text("utf-8")
 
 
-SDF = """<sdf version="1.9"><model name="m">
-  <link name="base">
-    <inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>
-    <sensor name="lidar" type="gpu_lidar"><pose>0.1 0 0.2 0 0 0</pose><update_rate>10</update_rate>
-      <lidar>
-        <scan><horizontal><samples>91</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle></horizontal></scan>
-      <range><min>0.1</min><max>5</max></range></lidar></sensor>
-    <sensor name="imu" type="imu"><always_on>1</always_on><gz_frame_id>base</gz_frame_id></sensor>
-    <sensor name="odd" type="imu"><pose relative_to="arm">0 0 0 0 0 0</pose></sensor>
-  </link>
-  <link name="arm">
-    <inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
-  <joint name="turn" type="continuous"><parent>base</parent><child>arm</child><axis><xyz>0 0 1</xyz></axis></joint>
-</model></sdf>
-"""
+SDF = data_text("robots/import_words_sdf.sdf")
 
 
 def test_sensors_of_an_sdf_come_out_in_both_formats(tmp_path: Path) -> None:
@@ -99,7 +82,6 @@ def test_sensors_of_an_sdf_come_out_in_both_formats(tmp_path: Path) -> None:
 
 
 def of_sensors(artifact: str) -> Counter[Leaf]:
-    """Return what the sensors of an artifact say, with what SDF takes by default left out."""
     found: Counter[Leaf] = Counter()
     for one in ElementTree.fromstring(artifact).iter("sensor"):
         for path, value in leaves(one, (), False):
@@ -137,7 +119,6 @@ def words(text: str) -> str:
 
 
 def leaves(element: ElementTree.Element, above: tuple[str, ...], exact: bool) -> Iterator[Leaf]:
-    """Yield every attribute and every text of an element by its path."""
     exact = exact or element.tag == "plugin"
     same = (lambda text: text.strip()) if exact else words
     mark = (

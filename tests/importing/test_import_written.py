@@ -1,7 +1,5 @@
 """A robot that was read, written and compiled is the same robot: by value, and by the stock readers."""
 
-from __future__ import annotations
-
 import random
 import tempfile
 from pathlib import Path
@@ -14,7 +12,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import file_name as safe
 from rosorin_compile.formats.reading import outputs_of, read_robot
-from rosorin_compile.importing.description import mesh_folders, write
+from rosorin_compile.importing.description import write
 from rosorin_compile.importing.layout import ROTATING
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.language.expand import expand
@@ -22,12 +20,11 @@ from rosorin_compile.source.report import text as report
 from rosorin_compile.source.tree import Map, Seq
 from support.engines import Pinocchio, Yourdfpy
 from support.importing import robot
-from support.paths import IMPORTED
+from support.paths import IMPORTED, data_text
 from support.unrounded import compile_unrounded
 
 
 def plain(value: Any, path: tuple[Any, ...] = ()) -> Any:
-    """Return a tree as plain values, without what is said by default and where it comes from."""
     if isinstance(value, Map):
         made = {key: plain(item, (*path, key)) for key, item in value.items()}
         return {key: item for key, item in made.items() if not _is_default((*path, key), item) and key != "outputs"}
@@ -85,7 +82,6 @@ def test_any_robot_comes_through(text: str) -> None:
 
 
 def states(tree: Map) -> list[dict[str, float]]:
-    """Return joint states for joints that nothing leads."""
     chance = random.Random(4)  # noqa: S311 - nothing secret
     free = [name for name, joint in tree["joints"].items() if joint["type"] in (*ROTATING, "prismatic")]
     return [{name: chance.uniform(-1.5, 1.5) for name in free} for _ in range(50)]
@@ -136,56 +132,7 @@ def test_file_names_are_safe(name: str, file: str) -> None:
     assert safe(name) == file
 
 
-def meshes(*files: str) -> Map:
-    shapes = "".join(f'<visual><geometry><mesh filename="{file}"/></geometry></visual>' for file in files)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "robot.urdf")
-        path.write_text(f'<robot name="r"><link name="a">{shapes}</link></robot>', "utf-8")
-        tree = read_robot(path).tree
-    assert tree is not None
-    return tree
-
-
-ARM = "package://arm_description/meshes"
-HAND = "package://hand-description/meshes"
-
-
-@pytest.mark.parametrize(
-    ("files", "folders"),
-    [
-        ([f"{ARM}/a.stl", f"{ARM}/b.stl", f"{ARM}/c.stl"], {"meshes": ARM}),
-        ([f"{ARM}/x/a.stl", f"{ARM}/y/b.stl", f"{ARM}/c.stl"], {"meshes": ARM}),
-        ([f"{ARM}/a.stl", f"{ARM}/ab.stl", f"{ARM}/abc.stl"], {"meshes": ARM}),
-        ([f"{ARM}/a.stl", f"{ARM}/b.stl"], {}),
-        ([f"{ARM}/a.stl"] * 3, {}),
-        (["meshes/a.stl", "meshes/b.stl", "meshes/c.stl"], {}),
-        (["a.stl", "b.stl", "c.stl"], {}),
-        (["package://a/x.stl", "package://b/x.stl", "package://c/x.stl"], {}),
-        (
-            [f"{folder}/{file}.stl" for folder in (ARM, HAND) for file in "abc"],
-            {"arm_description_meshes": ARM, "hand_description_meshes": HAND},
-        ),
-    ],
-)
-def test_folders_of_meshes_are_named_where_that_helps(files: list[str], folders: dict[str, str]) -> None:
-    assert mesh_folders(meshes(*files)) == folders
-
-
-PRINTED = """\
-<robot name="printed">
-  <!-- one link
-       and nothing else -->
-  <!-- one link
-       and nothing else -->
-  <link name="base">
-    <inertial>
-      <origin xyz="0.050000000000000003 -0.10000000000000001 1.50"/>
-      <mass value="{mass}"/>
-      <inertia ixx="1e-3" iyy="1.0000000000000000e-3" izz="0.00100000" ixy="0" ixz="0" iyz="0"/>
-    </inertial>
-  </link>
-</robot>
-"""
+PRINTED = data_text("robots/import_written_printed.urdf")
 
 
 @pytest.mark.parametrize(

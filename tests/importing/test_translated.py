@@ -2,11 +2,9 @@
 
     python tests/renew.py translated
 
-writes them anew; read the difference. ``robot.xacro`` says in its first line what it is about, ``expected`` has the
-files, ``told.txt`` what is said of them.
+regenerates them; read the difference. The comment at the top of ``robot.xacro`` describes the case, and may give the
+arguments of the import; ``expected`` has the files, and ``told.txt`` the report.
 """
-
-from __future__ import annotations
 
 import os
 import re
@@ -29,10 +27,11 @@ URDF = Outputs({"urdf": {"file": "robot.urdf"}}, {}, {})
 
 
 def made(name: str) -> dict[str, str]:
-    """Return the files that a xacro becomes, and what is said of them."""
     path = FOLDER / name / "robot.xacro"
     assert not any(variable.startswith("ROVER_") for variable in os.environ)
-    how = ReadOptions(trust=True)
+    first = re.match("<!-- arguments: (.*) -->", path.read_text("utf-8"))
+    arguments = dict(word.split(":=") for word in first[1].split()) if first else {}
+    how = ReadOptions(arguments=arguments, trust=True)
     imported = read_robot(path, how)
     assert imported.tree is not None, imported.diagnostics
     translation = translate(path, how, imported, URDF, Target(Path("descriptions/robot")))

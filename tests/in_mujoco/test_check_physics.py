@@ -3,9 +3,6 @@
 See support/cases.py; a robot without comment is sound and gets none.
 """
 
-from __future__ import annotations
-
-import json
 import shutil
 from pathlib import Path
 
@@ -31,7 +28,6 @@ CASES = sorted((DATA / "physics").glob("*.yaml"))
 
 
 def looked_at(path: Path) -> list[Diagnostic]:
-    """Return what the check of the physics says of a description."""
     return list(checking.check_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
@@ -58,7 +54,6 @@ def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Pat
 
 
 def project_of(home: Path, case: str) -> None:
-    """Make a project of a case, with its artifacts."""
     shutil.copytree(DATA / "physics", home / "descriptions/bad")
     (home / "descriptions/bad" / f"{case}.yaml").rename(home / "descriptions/bad/robot.yaml")
 
@@ -114,13 +109,6 @@ def test_an_error_is_not_accepted(home: Path, capsys: Shown) -> None:
     path.write_text(path.read_text() + "accept: [{rule: explodes-at-rest, reason: why not}]\n")
     assert main(["check", "physics"]) == 1
     assert "error[explodes-at-rest]" in capsys.readouterr().err
-
-
-def test_programs_get_it_as_json(home: Path, capsys: Shown) -> None:
-    project_of(home, "overlap-at-zero")
-    assert main(["check", "physics", "--format", "json"]) == 0
-    (found,) = [one for one in json.loads(capsys.readouterr().out)["diagnostics"] if one["rule"] == "parts-overlap"]
-    assert (found["line"], found["severity"]) == (8, "warning")
 
 
 def test_a_robot_in_another_format_is_checked(home: Path, capsys: Shown) -> None:

@@ -1,10 +1,7 @@
 """The scene of a robot: MuJoCo loads it, the robot stands on its floor, and its camera sees all of it, in light."""
 
-from __future__ import annotations
-
 import os
 import struct
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +9,9 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.cli.main import main  # noqa: E402
 from rosorin_compile.source.diagnostics import has_errors  # noqa: E402
-from support.paths import DATA, ROOT, ROSORIN  # noqa: E402
-from support.robots import compiled, compiled_text, of_this_project  # noqa: E402
+from support.paths import DATA, ROOT, ROSORIN, data_text  # noqa: E402
+from support.robots import compiled_text, of_this_project  # noqa: E402
 from support.scenes import BACK_END, seen  # noqa: E402
 
 ROBOTS = {path.parent.name: path for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]}
@@ -32,22 +28,10 @@ needs_screen = pytest.mark.skipif(
     not BACK_END and not os.environ.get("CI"), reason="MuJoCo draws off screen with libEGL or libOSMesa"
 )
 
-LEG = """\
-robot: hopper
-links:
-  foot:
-    inertial: {mass: 1, of: collision}
-    collision: [{capsule: {radius: 3 cm, length: 20 cm}, rpy: [0, 1.1, 0.4]}]
-    cameras: {overview: {xyz: [0, 0, 1]}}
-    sites: {floor: {}}
-  body: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 5 cm}, name: floor}]}
-joints: {slide: {type: prismatic, parent: foot, child: body, axis: [0, 0, 1], limit: {lower: 0.2, upper: 0.4,
-  effort: 10, velocity: 1}}}
-"""
+LEG = data_text("robots/scene_leg.yaml")
 
 
 def written(folder: Path, text: str) -> Path:
-    """Write the artifacts of a description that is sound, and return where they are."""
     made = compiled_text(folder, text)
     assert not has_errors(made.diagnostics), made.diagnostics
     for artifact in made.artifacts:
@@ -135,25 +119,6 @@ outputs: {mjcf: {file: meshed.xml}, scene: {file: scene.xml}}
     assert np.linalg.norm(camera.pos - [0, 0, 0.5]) > 1.0
 
 
-def test_a_scene_that_is_made_alone_is_the_same(home: Path) -> None:
-    """Its robot is a mesh: how large it is decides where the camera stands."""
-    triangle = b"".join(struct.pack("<12fH", 0, 0, 0, *corners, 0) for corners in TETRAHEDRON)
-    (home / "part.stl").write_bytes(bytes(80) + struct.pack("<I", len(TETRAHEDRON)) + triangle)
-    text = "robot: meshed\nlinks: {base: {collision: [{mesh: {file: part.stl}}]}}\n"
-    (home / "meshed.yaml").write_text(text + "outputs: {mjcf: {file: meshed.xml}, scene: {file: scene.xml}}\n", "utf-8")
-    assert main(["all", "meshed.yaml", "-o", "every/meshed", "-q"]) == 0
-    assert main(["all", "meshed.yaml", "-o", "alone/meshed", "--only", "scene", "-q"]) == 0
-    every, alone = sorted(home.glob("*/*/scene.xml"), reverse=True)
-    assert every.read_text("utf-8") == alone.read_text("utf-8")
-
-
-def test_the_scene_brings_nothing_but_a_world() -> None:
-    (text,) = [one.text for one in compiled().artifacts if one.file == "scene.xml"]
-    root = ElementTree.fromstring(text)
-    assert [child.tag for child in root] == ["include", "statistic", "visual", "asset", "worldbody"]
-    assert [child.tag for child in root.find("worldbody")] == ["light", "geom", "camera"]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_scene_of_every_robot_here_loads_and_has_a_key_home(name: str, tmp_path: Path) -> None:
@@ -162,12 +127,6 @@ def test_the_scene_of_every_robot_here_loads_and_has_a_key_home(name: str, tmp_p
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
     assert model.key(0).name == "home"
     assert gap(tmp_path / "scene.xml") >= -1e-6
-
-
-def test_a_package_has_the_scene_beside_its_robot(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["package", str(ROSORIN), "-o", "package"]) == 0
-    assert "package-mesh" not in capsys.readouterr().err
-    assert mujoco.MjModel.from_xml_path(str(home / "package" / "mjcf" / "scene.xml")).nkey == 2
 
 
 @pytest.mark.slow

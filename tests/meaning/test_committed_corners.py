@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.committed import Comparison, compare
 from rosorin_compile.model import Robot
+from rosorin_compile.output.committed import Comparison, compare
 from support.robots import compiled_text, sound
 
 OUTPUTS = "outputs: {urdf: {file: r.urdf}, mjcf: {file: r.xml}, frames: {file: frames.md}, static_tf: {file: tf.py}}\n"
@@ -145,9 +145,8 @@ OF_MAPPED: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     "a material, and a size of what it paints": (
         [("red: {rgba: [1, 0", "red: {rgba: [1, 1"), ("radius: 0.1}, mat", "radius: 0.15}, mat")],
         [
-            "arm visual colour 1 0 0 1 -> 1 1 0 1: urdf, mjcf",
             "arm visual: sphere radius 0.1 -> 0.15 m (+50.0 mm): urdf, mjcf",
-            "material red colour 1 0 0 1 -> 1 1 0 1: urdf",
+            "material red colour 1 0 0 1 -> 1 1 0 1 (and therefore the shapes of arm): urdf, mjcf",
         ],
     ),
     "a frame that is turned, and its shapes with it": (

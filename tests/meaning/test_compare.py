@@ -243,10 +243,10 @@ def test_a_joint_that_moves_now_is_one_line(tmp_path: Path) -> None:
 def test_a_frame_that_another_node_publishes_now_changes_places(tmp_path: Path) -> None:
     publisher = "    publisher: {static_transform_publisher: tf_base_laser}\n"
     assert meaning(described(tmp_path, ("lidar_and_imu.yaml", publisher, ""))) == [
-        "new: link laser (on base_link, published by robot_state_publisher): urdf",
+        "new: link laser (on base_link, published by robot_state_publisher; and therefore the shapes of base_link):"
+        " urdf",
         "removed: frame laser (on base_link, published by tf_base_laser): static_tf, static_tf_json",
-        "laser: published by tf_base_laser -> robot_state_publisher (and therefore the shapes of base_link):"
-        " urdf, frames",
+        "laser: published by tf_base_laser -> robot_state_publisher: frames",
     ]
 
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.committed import Comparison, lines
+from rosorin_compile.output.committed import Comparison, lines
 from support.comparing import BASE, COMMITTED, against, edited, meaning
 from support.robots import compiled, copy_of_rosorin
 
@@ -66,19 +66,19 @@ EDITS = [
     pytest.param(
         *("rosorin.xml", "implicitfast", "Euler", 1),
         "rosorin.xml: different text; nothing that is compared by meaning differs: "
-        "option integrator Euler -> implicitfast",
+        'line 6 option: integrator="Euler" -> integrator="implicitfast"',
         id="not-compared",
     ),
     pytest.param(
         *("rosorin.xml", "</mujoco>", "", 1),
         "rosorin.xml: the committed file is damaged and compared as text alone "
-        f"(no element found: line {BEHIND}, column 0)",
+        f"(no element found: line {BEHIND}, column 0): line {BEHIND - 1} mujoco: nothing -> </mujoco>",
         id="damaged-xml",
     ),
     pytest.param(
         *("robot_model.json", '"parent": "base_link"', '"parent": 7', 1),
         "robot_model.json: the committed file is damaged and compared as text alone (7 is no name): "
-        "joints joint1 parent 7 -> base_link",
+        'line 1 parent: 7, -> "base_link",',
         id="damaged-json",
     ),
 ]
@@ -114,7 +114,7 @@ def test_files_that_are_missing_extra_or_no_text() -> None:
     assert lines(comparison) == [
         "notes\\x1b[31m.txt: no artifact of this robot; remove it, or run rosorin-compile all --prune",
         "rosorin.urdf: missing; rosorin-compile all writes it",
-        "rosorin.xml: the committed file is no UTF-8 text; rosorin-compile all writes it anew",
+        "rosorin.xml: the committed file is no UTF-8 text; rosorin-compile all writes it again",
     ]
     assert [text.kind for text in comparison.texts] == ["extra", "missing", "not-text"]
     assert not comparison.same
@@ -147,13 +147,9 @@ def test_the_diff_is_a_unified_diff_that_shows_what_differs() -> None:
     assert '+    <origin xyz="0.00025563 0.00074282 0.08513" rpy="0 0 0"/>' in said
 
 
-def test_a_long_diff_is_cut_and_a_long_line_shown_where_it_differs() -> None:
+def test_a_long_diff_is_cut() -> None:
     comparison = edited("robot_model.json", "0.00074282, 0.08513", "0.00074282, 0.08613")
     short, full = lines(comparison), lines(comparison, full=True)
-    removed, added = short[-4:-2]
-    assert removed.startswith("-...")
-    assert "0.00074282, 0.08613" in removed
-    assert "0.00074282, 0.08513" in added
     assert max(map(len, short)) < 170
     assert f"+{COMMITTED['robot_model.json'].decode().rstrip()}" in full
     many = edited("rosorin.urdf", "\n", "\n\n", 999)

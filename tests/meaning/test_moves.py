@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import pytest
 
-from rosorin_compile.compare.moves import moves
-from rosorin_compile.compare.precision import EXACT, Printing
+from rosorin_compile.compare.precision import Precision, exact
 from rosorin_compile.model import Joint, Link, Pose, Robot
-from rosorin_compile.source.numbers import Style
+from rosorin_compile.source.printing import Printing, Style
+from rosorin_compile.viewer.overlay import moves
 
-ROUGH = Printing({"xyz": Style(2, decimals=True)})
+ROUGH = Printing({"xyz": Style(2, decimals=True)}).tolerance
 
 
 def chain(*links: str, step: float = 1.0) -> Robot:
@@ -46,12 +46,12 @@ def test_a_root_that_hangs_below_another_known_link_is_where_it_was() -> None:
 @pytest.mark.parametrize(
     ("printings", "how"),
     [
-        ((EXACT, EXACT), {"arm": "moved"}),
-        ((ROUGH, EXACT), {}),
-        ((EXACT, ROUGH), {}),
+        ((exact, exact), {"arm": "moved"}),
+        ((ROUGH, exact), {}),
+        ((exact, ROUGH), {}),
     ],
 )
 def test_a_link_moved_farther_than_the_digits_of_one_of_the_two_leave_open(
-    printings: tuple[Printing, Printing], how: dict[str, str]
+    printings: tuple[Precision, Precision], how: dict[str, str]
 ) -> None:
-    assert moves(chain("base", "arm"), chain("base", "arm", step=1.004), printings=printings).how == how
+    assert moves(chain("base", "arm"), chain("base", "arm", step=1.004), precisions=printings).how == how

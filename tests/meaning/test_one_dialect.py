@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.committed import compare
+from rosorin_compile.output.committed import compare
 from support.comparing import DIFF, changed, told
 from support.robots import compiled
 
@@ -60,4 +60,4 @@ def _said_by_check(path: Path) -> list[str]:
     assert after.robot is not None
     committed = {artifact.file: artifact.text.encode() for artifact in before.artifacts}
     changes = compare(after.robot, after.artifacts, committed).changes
-    return [f"{change.text} ({change.remark})" if change.remark else change.text for change in changes]
+    return [change.text for change in changes]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from rosorin_compile.compare.bodies import random_states
-from rosorin_compile.compare.proof import Proof, sort_differences
+from rosorin_compile.formats.imported import Proof
+from rosorin_compile.importing.round_trip import random_states
 from rosorin_compile.model import Joint
+from rosorin_compile.mujoco.mjcf.proof import sort_differences
 
 PAIRS = [("b", "told"), ("a", "x"), ("b", "y"), ("a", "told"), ("b", "y")]
 

@@ -4,35 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import pytest
-
-from rosorin_compile.compare.same_model import _Comparison
 from rosorin_compile.model import Joint, Link, Robot, Sensor
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.ros.moveit import Moveit
 from rosorin_compile.ros.sections.control.hardware import Block, Component
 from support.comparing import different
-
-
-@pytest.mark.parametrize(
-    ("one", "other", "same"),
-    [
-        (0.0, 0.9e-6, True),
-        (0.0, 1.1e-6, False),
-        (1.0, 1.0 + 1.1e-6, False),
-        (1000.0, 1000.0009, True),
-        (1000.0, 1000.0011, False),
-        (-1000.0, -1000.0009, True),
-        (None, 0.0, False),
-        (0, 0.0, True),
-        ("a", "a", True),
-        ("a", "b", False),
-    ],
-)
-def test_two_values(one: object, other: object, same: bool) -> None:
-    comparison = _Comparison(1e-6, (), by_meaning=False)
-    assert comparison.same(one, other) == comparison.same(other, one) == same
 
 
 def test_dynamics_of_zero_are_none() -> None:
@@ -62,6 +39,4 @@ def test_what_a_urdf_has_no_word_for_is_not_held_against_it() -> None:
         assert different(plain, robot, 0.0, carried_by_urdf=True) == []
         assert different(plain, robot, 0.0, carried_by_urdf=False) != []
     assert different(measured, otherwise, 0.0, carried_by_urdf=True) != []  # what hardware measures it has
-    assert (
-        different(measured, otherwise, 0.0, carried_by_urdf=True)[-1] == "control 1 sensors 1 name 'gauge' -> 'other'"
-    )
+    assert "gauge" in " ".join(different(measured, otherwise, 0.0, carried_by_urdf=True))

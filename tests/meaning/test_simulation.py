@@ -30,7 +30,7 @@ mjcf_elements: [<custom><text name="note" data="x"/></custom>]
 outputs: {mjcf: {file: r.xml}}
 """
 CHANGES = {
-    ("condim: 4", "condim: 6"): "collision shape 1 of base condim 4 -> 6",
+    ("condim: 4", "condim: 6"): "base collision: box condim 4 -> 6",
     ("xyz: [0, 0, 0.1]}}", "xyz: [0, 0, 0.2]}}"): "site mark pose xyz 0 0 0.1 rpy 0 0 0 -> xyz 0 0 0.2 rpy 0 0 0",
     ("fovy: 60", "fovy: 50"): "camera eye fovy 60 -> 50",
     ("stiffness: 2", "stiffness: 3"): "hip stiffness 2 -> 3 N*m/rad (+50.0 %)",

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from rosorin_compile.compare.shape_sentences import likened
+from rosorin_compile.compare.describe import likened
 from rosorin_compile.compare.solids import Solid, same_set, solid_of
 from rosorin_compile.model import Box, Cylinder, Mesh, Pose, Shape, Sphere
 from rosorin_compile.model.geometry import pose_of

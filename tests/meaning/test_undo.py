@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.committed import compare, undo_all
-from rosorin_compile.compare.moves import moves
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
+from rosorin_compile.output.committed import compare
+from rosorin_compile.viewer.before import robot_before as undo_all
+from rosorin_compile.viewer.overlay import moves
 from support.moving import random_state
 from support.robots import compiled, compiled_text, copy_of_rosorin, sound
 
@@ -217,4 +218,3 @@ def test_damaged_artifacts_give_no_tree(tmp_path: Path) -> None:
     old = undo_all(new, compare(new, made.artifacts, committed).pairs)
     assert old.root == "base_link"
     assert set(old.link) <= set(new.link)
-    assert moves(old, new).how

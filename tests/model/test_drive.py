@@ -1,7 +1,5 @@
 """The kinematics of drives: wheel speeds for a velocity of the base and back, for every kind; and the table of ROS."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -132,7 +130,6 @@ def test_a_car_steers_about_one_point_and_comes_back(
 
 
 def tricycle(wheelbase: float) -> Robot:
-    """Return a tricycle whose one wheel in front steers and drives."""
     drive = Drive("tricycle", {"steering": ("s",), "driven": ("f",), "rolling": ("l", "r")})
     places = {"s": at(wheelbase, 0), "f": Pose(), "l": at(0, 0.2), "r": at(0, -0.2)}
     return robot(drive, places, {"f": "s"})

@@ -1,7 +1,5 @@
 """The footprint: no shape reaches out of it, whatever the robot is made of; points of the shapes are the judges."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Sequence
@@ -36,7 +34,6 @@ def cloud(mesh: Mesh) -> list[Vector] | None:
 
 
 def sampled(shape: Shape, chance: random.Random, count: int = 40) -> list[Vector]:
-    """Return points on the surface of a shape in its own frame, the extreme ones among them."""
     geometry, points = shape.geometry, []
     for _ in range(count):
         a, b, c = (chance.gauss(0, 1) for _ in range(3))
@@ -69,7 +66,6 @@ def sampled(shape: Shape, chance: random.Random, count: int = 40) -> list[Vector
 
 
 def is_within(point: Sequence[float], corners: Sequence[tuple[float, float]], slack: float = FLOAT32) -> bool:
-    """Say whether a point is left of every side of a convex polygon against the clock."""
     x, y = point[:2]
     for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
         if ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / math.hypot(bx - ax, by - ay) < -slack:
@@ -179,16 +175,6 @@ def test_the_circle_holds_what_the_corners_leave_out_for_the_digits_of_a_costmap
         made = of(shape)
         assert set(made.corners) == {(-1, -1), (1, -1), (1, 1), (-1, 1)}
         assert math.hypot(half, half) <= made.circumscribed < math.hypot(1, 1) + 5 * more
-
-
-def test_what_is_round_inside_of_a_box_makes_no_corner() -> None:
-    assert len(of(Shape(Box((-0.2, -0.1, 0), (0.3, 0.1, 0.4))), Shape(Cylinder(0.05, 1.0))).corners) == 4
-
-
-def test_of_a_circle_little_is_added() -> None:
-    made = of(Shape(Cylinder(0.2, 0.1)))
-    assert len(made.corners) == 12
-    assert made.circumscribed < 0.2 * 1.037
 
 
 def test_the_reference_robot_is_as_measured() -> None:

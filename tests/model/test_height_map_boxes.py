@@ -1,7 +1,5 @@
 """The boxes of a height map: every form fills the same space, that of the rounded cells, and no part of it twice."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,8 +1,7 @@
 """Kinematics of many states agrees with the model one state at a time, and with pinocchio, on any robot."""
 
-from __future__ import annotations
-
 import math
+import random
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -10,11 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.model import Edge, Joint, Link, Pose, Publisher, Robot, Transform
-from rosorin_compile.model.joint import NODE, Mimic
+from rosorin_compile.model.geometry import plane_axes, rotation_about, rotation_of_rpy, unit
+from rosorin_compile.model.joint import NODE, Mimic, motion
 from rosorin_compile.model.kinematics import Graph, Kinematics, NoWay
 from rosorin_compile.source.installing import pip_install
 from support.robots import RECORDED, compiled
@@ -50,7 +50,6 @@ def robots(draw: st.DrawFn, types: tuple[str, ...]) -> Robot:
 
 @st.composite
 def positions(draw: st.DrawFn, robot: Robot) -> dict[str, list[float]]:
-    """Positions of some of the joints that have one of their own."""
     free = [joint.name for joint in robot.joints if joint.moves and joint.mimic is None]
     return {name: draw(numbers) for name in free if draw(st.integers(0, 4))}
 
@@ -201,27 +200,6 @@ def test_floating_joints_backwards_are_the_inverse(kind: str, coordinates: tuple
     assert np.abs(found[0] - matrix(joint.transform(coordinates).inverse())).max() < TOLERANCE
 
 
-def test_many_states() -> None:
-    robot = compiled().robot
-    assert robot is not None
-    count = 10_000
-    q = {f"joint{i}": np.linspace(-2, 2, count) * i / 5 for i in range(1, 6)}
-    found = blocks(Kinematics(robot).transforms("camera_link", "gripper_link", q))
-    for index in (0, 4_321, count - 1):
-        expected = robot.transform("camera_link", "gripper_link", {name: float(v[index]) for name, v in q.items()})
-        assert np.abs(found[index] - matrix(expected)).max() < TOLERANCE
-
-
-def test_one_number_goes_for_all_states_and_unknown_names_have_no_effect() -> None:
-    robot = compiled().robot
-    assert robot is not None
-    asked = {"joint1": 0.3, "joint2": [0.1, 0.2, 0.3], "claw_of_somebody_else": [1.0]}
-    rotations, translations = Kinematics(robot).transforms("base_link", "link5", asked)
-    assert (rotations.shape, translations.shape) == ((3, 3, 3), (3, 3))
-    expected = matrix(robot.transform("base_link", "link5", {"joint1": 0.3, "joint2": 0.2}))
-    assert np.abs(blocks((rotations, translations))[1] - expected).max() < TOLERANCE
-
-
 def test_followers_follow() -> None:
     robot = compiled().robot
     assert robot is not None
@@ -301,3 +279,55 @@ except ImportError as problem:
 """
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert ran.stdout == f"kinematics of many states needs numpy: {pip_install('verify')}\n"
+
+
+# Rotations on their way through quaternions and matrices to roll, pitch and yaw.
+
+
+ANGLE = st.floats(-3.0, 3.0)
+
+
+@settings(max_examples=500, deadline=None)
+@given(ANGLE, st.floats(-16.0, 0.0), st.sampled_from((1, -1)), st.sampled_from((1, -1)), ANGLE)
+@example(-1.57079632679, math.log10(math.pi / 2 - 1.57079632679), 1, 1, 0.0)
+def test_near_a_pitch_of_90_degrees_the_rotation_stays(roll, exponent, side, up, yaw):
+    """A quarter turn that was written with few digits, as 1.57079632679, is the usual case in drawings."""
+    written = Pose(rpy=(roll, up * (math.pi / 2 - side * 10**exponent), yaw)).transform()
+    read = Transform.of_quaternion((0, 0, 0), written.quaternion())
+    again = rotation_of_rpy(read.rpy())
+    error = max(
+        abs(a - b) for row, other in zip(again, read.rows, strict=True) for a, b in zip(row, other, strict=True)
+    )
+    assert error < 5e-12
+
+
+def test_the_angle_between_two_rotations():
+    for seed in range(200):
+        rng = random.Random(seed)  # noqa: S311
+        axis, angle = [rng.gauss(0, 1) for _ in range(3)], rng.choice([1e-9, 1e-3, rng.uniform(0, math.pi)])
+        first = Pose((1.0, 2.0, 3.0), tuple(rng.uniform(-3, 3) for _ in range(3))).transform()
+        turned = first.then(Transform(rotation_about(tuple(axis), angle), (4.0, 5.0, 6.0)))
+        assert first.angle_to(turned) == pytest.approx(angle, abs=2e-7)
+        about, by = first.turn_to(turned)
+        assert by == first.angle_to(turned)
+        assert about == pytest.approx(unit(tuple(axis)), abs=1e-5) or angle < 1e-6
+
+
+def test_what_is_not_turned_has_no_axis():
+    assert Transform().turn_to(Transform(xyz=(1.0, 0.0, 0.0))) == ((0.0, 0.0, 0.0), 0.0)
+
+
+# A motion without a direction is refused in one way, whatever the kind of joint.
+
+
+@pytest.mark.parametrize(
+    ("kind", "position"), [("revolute", 1.0), ("continuous", 1.0), ("prismatic", 1.0), ("planar", (1.0, 1.0, 1.0))]
+)
+def test_a_zero_axis_is_no_direction(kind: str, position: float | tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match="an axis that is not zero"):
+        motion(kind, (0.0, 0.0, 0.0), position)
+
+
+def test_a_plane_needs_a_normal() -> None:
+    with pytest.raises(ValueError, match="an axis that is not zero"):
+        plane_axes((0.0, 0.0, 0.0))

@@ -1,7 +1,5 @@
 """Colours that nobody has said: one for each link, by its name, and no fact about a robot."""
 
-from __future__ import annotations
-
 import re
 from colorsys import rgb_to_hls
 from pathlib import Path

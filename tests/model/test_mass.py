@@ -1,12 +1,11 @@
 """Mass and inertia of shapes, against MuJoCo, which takes them from its geoms, and against an integral by points."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,8 +15,11 @@ from rosorin_compile.formats.compiled import compile_robot  # noqa: E402
 from rosorin_compile.model import Box, Capsule, Cylinder, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere  # noqa: E402
 from rosorin_compile.model.mass import inertial_of  # noqa: E402
 from rosorin_compile.model.shape import volume_of  # noqa: E402
+from support.paths import data_text  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import written  # noqa: E402
+
+CASES = yaml.safe_load(data_text("cases/mass.yaml"))
 
 SIZES = st.floats(0.01, 2.0)
 SOLIDS = st.one_of(
@@ -44,7 +46,6 @@ def geom(shape: Shape, density: float) -> str:
 
 
 def tensor(inertial: Inertial) -> np.ndarray:
-    """Return an inertia along the axes of the link."""
     i = inertial
     own = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
     turn = np.array(i.pose.transform().rows)
@@ -105,29 +106,7 @@ def test_a_height_map_is_its_boxes_and_a_mesh_is_nothing() -> None:
         inertial_of([], mass=1)
 
 
-@pytest.mark.parametrize(
-    ("inertial", "rule"),
-    [
-        ("mass: 1, of: collision", ""),
-        ("density: 1000 kg/m^3, of: collision", ""),
-        ("mass: 1, of: [box: {size: [1, 1, 1]}]", ""),
-        ("of: collision", "missing-key"),
-        ("mass: 1, density: 1, of: collision", "missing-key"),
-        ("mass: 1, of: visual", "shape-kind"),
-        ("mass: 1, of: colision", "bad-name"),
-        ("mass: 1, of: []", "wrong-length"),
-        ("mass: 1, of: [mesh: {file: a.stl}]", "shape-kind"),
-        ("mass: 1, of: [box: {size: [1, 1, 0]}]", "shape-size"),
-        ("mass: 0, of: collision", "mass-not-positive"),
-        ("density: -1, of: collision", "mass-not-positive"),
-        ("mass: 1, of: collision, xyz: [0, 0, 0]", "wrong-value"),
-        ("mass: 1, of: collision, inertia: {ixx: 1, iyy: 1, izz: 1}", "wrong-value"),
-        ("mass: 1, density: 1, inertia: {ixx: 1, iyy: 1, izz: 1}", "ignored-key"),
-        ("density: 1 kg", "missing-key"),
-        ("density: 1 kg, of: collision", "wrong-unit"),
-        ("mass: 1", "missing-key"),
-    ],
-)
+@pytest.mark.parametrize(("inertial", "rule"), CASES["an_inertial_of_shapes_is_whole_and_said_once"])
 def test_an_inertial_of_shapes_is_whole_and_said_once(tmp_path: Path, inertial: str, rule: str) -> None:
     text = f"links:\n  base_link: {{collision: [sphere: {{radius: 0.1}}], inertial: {{{inertial}}}}}"
     made = compile_robot(written(tmp_path, text))

@@ -1,7 +1,5 @@
 """The Python API of pulses: both directions, and the driver's model gives the very numbers."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """Where a line enters and leaves a solid, against MuJoCo, which is asked from both ends of the line."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -32,7 +30,6 @@ geometries = st.one_of(
 
 
 def geom(geometry: Geometry) -> str:
-    """Return the size of a shape as MJCF says it."""
     if isinstance(geometry, Box):
         return f'type="box" size="{" ".join(repr(side / 2) for side in geometry.size)}"'
     if isinstance(geometry, Cylinder | Capsule):

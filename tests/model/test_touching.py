@@ -1,7 +1,5 @@
 """Whether solids touch: MuJoCo's distance of the same two geoms is the judge."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Sequence

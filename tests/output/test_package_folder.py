@@ -1,7 +1,5 @@
 """Writing files into a package: one by one, the manifest last, never outside, never through a link."""
 
-from __future__ import annotations
-
 import errno
 import os
 from collections.abc import Callable, Mapping
@@ -28,7 +26,6 @@ def fill(folder: Path) -> Path:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return the files in a folder, but for the manifest."""
     found = {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
     return {name: data for name, data in found.items() if not name.endswith(MANIFEST)}
 
@@ -39,7 +36,6 @@ def place(folder: Path, files: Mapping[str, bytes]) -> tuple[str, ...]:
 
 
 def is_mixed(folder: Path) -> bool:
-    """Return True if ``check deployed`` reports files of two runs."""
     return bool(list(unfinished_runs(folder, files_below(folder, skip_built=False))))
 
 
@@ -108,7 +104,6 @@ def test_what_stands_in_the_way(tmp_path: Path, name: str, what: str) -> None:
 
 
 def killing(monkeypatch: pytest.MonkeyPatch, at: int, problem: BaseException) -> None:
-    """Let the step number ``at`` of all that changes the disk fail."""
     count = iter(range(1_000_000))
 
     def failing(real: Callable[..., Any]) -> Callable[..., Any]:

@@ -5,8 +5,6 @@ The robots of tests/data/navigation have their artifacts in ``outputs`` there, w
 check --parameters, which reads files and tables by itself, and points of the shapes (test_footprint.py).
 """
 
-from __future__ import annotations
-
 import math
 import shutil
 from collections.abc import Iterator
@@ -31,9 +29,11 @@ from rosorin_compile.ros.robot_localization.write import STATES
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, Source, has_errors
 from rosorin_compile.source.project import Description
-from support.paths import DATA, ROOT, ROSORIN
+from support.paths import DATA, ROOT, ROSORIN, data_text
 from support.reading import leaves_of
 from support.robots import compiled, compiled_text
+
+CASES = yaml.safe_load(data_text("cases/navigation.yaml"))
 
 FOLDER = DATA / "navigation"
 NAMES = ("fetcher", "husky", "lopsided", "mule")
@@ -186,22 +186,7 @@ outputs:
 """
 
 
-@pytest.mark.parametrize(
-    ("drive", "x", "uses", "model"),
-    [
-        ("differential: {left: [l], right: [r]}", 0.0, "vx vy vyaw", "nav2_amcl::DifferentialMotionModel"),
-        ("differential: {left: [l], right: [r]}", -0.1, "vx vyaw", "nav2_amcl::DifferentialMotionModel"),
-        ("tricycle: {steering: fork, driven: [f], rolling: [l, r]}", 0.0, "vx vy vyaw", "nav2_amcl::Differ"),
-        ("tricycle: {steering: fork, driven: [f], rolling: [l, r]}", 0.1, "vx vyaw", "nav2_amcl::Differ"),
-        ("mecanum: {front_left: f, rear_left: l, front_right: b, rear_right: r}", 0.0, "vx vy vyaw", "nav2_amcl::Omni"),
-        (
-            "mecanum: {front_left: f, rear_left: l, front_right: b, rear_right: r}",
-            -0.1,
-            "vx vy vyaw",
-            "nav2_amcl::Omni",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("drive", "x", "uses", "model"), CASES["inputs_and_motion_follow_from_the_drive"])
 def test_inputs_and_motion_follow_from_the_drive(tmp_path: Path, drive: str, x: float, uses: str, model: str) -> None:
     """A base that cannot go sideways has no speed sideways at its axle; elsewhere it has one as it turns."""
     made = compiled_text(tmp_path, CAR.format(drive=drive, x=x))
@@ -223,19 +208,6 @@ def test_the_radius_holds_the_robot() -> None:
     farthest = math.hypot(0.49, 0.285)  # a corner of the base
     assert radius * math.cos(way) >= farthest - 1e-4
     assert radius < 1.05 * farthest
-
-
-def test_an_artifact_is_the_same_whether_others_are_made_or_not(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Its meshes are measured also where no URDF names them."""
-    shutil.copytree(FOLDER / "fetcher", tmp_path / "fetcher")
-    monkeypatch.chdir(tmp_path)
-    assert main(["all", "fetcher/robot.yaml", "--only", "nav2", "--depfile", "made.d", "-q"]) == 0
-    capsys.readouterr()
-    assert "shell.stl" in (tmp_path / "made.d").read_text("utf-8")
-    text = next((tmp_path / "outputs").glob("*/nav2.yaml")).read_text("utf-8")
-    assert text == (FOLDER / "outputs" / "fetcher" / "nav2.yaml").read_text("utf-8")
 
 
 def test_a_mesh_of_another_format_is_not_measured_whatever_else_is_made(

@@ -1,7 +1,5 @@
 """Who publishes each frame: proved by the rules, and counted by a search that knows nothing of them."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from pathlib import Path
@@ -15,16 +13,17 @@ from hypothesis import strategies as st
 from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import frames
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.launching import condition, in_frontends, in_python
+from rosorin_compile.formats.frames import publishing
+from rosorin_compile.formats.launch_conditions import condition, in_frontends, in_python
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Link, Robot
-from rosorin_compile.rules.conditions import combinations, holds
-from rosorin_compile.rules.publishing import in_words, publishing
+from rosorin_compile.rules.publishers import combinations, holds
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.viewer.frame_trees import frame_trees
 from support import launch
 from support.launch import Context, Failed, Started, command_line, parsed, performed, run
+from support.paths import data_text
 from support.robots import compiled, found, rules
 
 MODES = ("m", "n")
@@ -247,34 +246,7 @@ def test_pictures_and_launch_files_have_the_edges_of_the_search(description):
         assert drawn == now
 
 
-TURNS = """
-robot: turner
-modes: {simulated: it is, urdf_file: a name that is taken}
-publishers: {bridge: {}}
-links: {base_link: {}}
-sensors:
-  lidar:
-    type: lidar_2d
-    parent: base_link
-    frame: laser
-    xyz: [0.1, 0, 0]
-    publisher:
-      - {by: {static_transform_publisher: tf_laser}, when: not simulated}
-      - {by: bridge, when: simulated and not urdf_file}
-      - {by: {static_transform_publisher: tf_laser_too}, when: simulated and urdf_file}
-  camera:
-    type: camera
-    parent: base_link
-    frame: camera_link
-    publisher:
-      - {by: {static_transform_publisher: tf_camera}, when: not simulated}
-      - {by: bridge, when: simulated}
-outputs:
-  urdf: {file: turner.urdf}
-  static_tf: {file: turner.launch.py}
-  static_tf_json: {file: turner.json}
-  frames: {file: frames.md}
-"""
+TURNS = data_text("robots/ownership_turns.yaml")
 
 
 def made(folder: Path, text: str = TURNS) -> dict[str, str]:
@@ -386,7 +358,6 @@ def test_urdf_has_no_joint_that_takes_turns(tmp_path):
 
 
 def in_launch(when: str, modes: tuple[str, ...], states: dict[str, bool]) -> set[str]:
-    """Return what launch makes of a condition, in Python and in the other two forms."""
     names = {mode: f"mode_{mode}" for mode in modes}
     read = condition(Robot("r", (Link("l"),), (), modes=modes), when)
     context = Context({}, {names[mode]: str(state).lower() for mode, state in states.items()})
@@ -427,25 +398,7 @@ def test_any_condition_has_the_truth_table_of_its_launch(when):
 
 
 def test_parts_rename_publishers_and_stamps(tmp_path):
-    text = """
-robot: parted
-modes: {simulated: it is}
-publishers: {bridge: {}}
-links: {base_link: {}}
-parts:
-  eye:
-    sensors:
-      lidar:
-        type: lidar_2d
-        parent: mount
-        frame: laser
-        stamps: [laser]
-        publisher: [{by: {static_transform_publisher: tf_laser}, when: not simulated}, {by: bridge, when: simulated}]
-use:
-  left: {part: eye, parent: base_link}
-  right: {part: eye, parent: base_link}
-outputs: {static_tf_json: {file: a.json}, frames: {file: frames.md}, urdf: {file: a.urdf}}
-"""
+    text = data_text("robots/ownership_parted.yaml")
     artifacts = made(tmp_path, text)
     assert '"name": "left_tf_laser"' in artifacts["static_tf_json"]
     assert '"name": "right_tf_laser"' in artifacts["static_tf_json"]
@@ -549,7 +502,7 @@ def test_proof_of_the_reference_robot():
     joints = {j.child for j in robot.joints if j.publisher.kind != "none" and j.publisher.name}
     assert set(proof.published) == edges | joints
     assert proof.gaps == proof.wrong == proof.unchecked == ()
-    words = in_words(proof)
+    words = proof.in_words()
     assert words.startswith(
         f"Checked with slam on and with it off: each of {len(proof.published)} frames has one parent"
     )
@@ -558,5 +511,5 @@ def test_proof_of_the_reference_robot():
 def test_no_proof_of_what_does_not_hold():
     edges = [{"parent": "odom", "child": "base", "publisher": who} for who in ("a", "b")]
     description = {"robot": "r", "links": {"base": {}}, "publishers": dict.fromkeys("ab"), "edges": edges}
-    assert in_words(publishing(model(description))) == ""
-    assert in_words(publishing(model({"robot": "r", "links": {"base": {}}}))) == ""
+    assert publishing(model(description)).in_words() == ""
+    assert publishing(model({"robot": "r", "links": {"base": {}}})).in_words() == ""

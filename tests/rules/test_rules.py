@@ -1,7 +1,5 @@
 """The rules: none is wrong about a robot that is right."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -9,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from authoring import with_formats
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.expand import expand
 from rosorin_compile.language.lower import lower
-from rosorin_compile.language.schema import schema, with_formats
+from rosorin_compile.language.schema import schema
 from rosorin_compile.model import Inertial
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.rules.check import check

@@ -1,7 +1,5 @@
 """The rules on any tree: none crashes, and they agree with a search that knows nothing of them."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -201,61 +199,3 @@ def test_no_rule_about_drives_crashes(turning, shapes, drive):
     if not has_errors(check(lowered.robot, tree, lowered.places, FORMATS)):
         driving = driving_of(lowered.robot)
         assert all(math.isfinite(speed) for speed in driving.speeds(Twist(1.0, 0.0, 0.5)).values())
-
-
-@st.composite
-def published(draw) -> dict[str, Any]:
-    """Make a robot that is one tree, its joints and a few edges published by anybody."""
-    count = draw(st.integers(1, 5))
-    links = [f"l{n}" for n in range(count)]
-    joints = {}
-    for n in range(1, count):
-        parent = links[draw(st.integers(0, n - 1))]
-        joints[f"j{n}"] = {"type": "fixed", "parent": parent, "child": links[n]}
-        kind = draw(st.sampled_from(["", "", "static", "none", "a"]))
-        if kind:
-            publishers = {"static": {"static_transform_publisher": f"tf{n}"}, "none": {"none": "why"}, "a": "a"}
-            joints[f"j{n}"]["publisher"] = publishers[kind]
-    names = st.sampled_from([*links, "odom", "tag"])
-    whens = st.sampled_from(["", "slam", "not slam", "slam and gps", "not gps"])
-    edges = draw(st.lists(some(Parent=names, Child=names, When=whens, Publisher=st.just("a")), max_size=3))
-    outputs = {"urdf": {"file": "a.urdf"}, "static_tf": {"file": "a.launch.py"}}
-    return {
-        "robot": "made",
-        "modes": {"slam": None, "gps": None},
-        "publishers": {"a": None},
-        "links": {link: {} for link in links},
-        "joints": joints,
-        "edges": edges,
-        "outputs": outputs,
-    }
-
-
-def transforms(description: dict[str, Any], modes: dict[str, bool]) -> list[tuple[str, str]]:
-    """Return parent and child of all that is published in a combination of modes."""
-    joints = description["joints"].values()
-    pairs = [(j["parent"], j["child"]) for j in joints if j.get("publisher") != {"none": "why"}]
-    on = [e for e in description["edges"] if not e["when"] or eval(e["when"], {}, modes)]  # noqa: S307
-    return pairs + [(e["parent"], e["child"]) for e in on]
-
-
-def goes_round(pairs: list[tuple[str, str]]) -> bool:
-    while True:
-        children = {child for _, child in pairs}
-        left = [pair for pair in pairs if pair[0] in children]
-        if len(left) == len(pairs):
-            return bool(pairs)
-        pairs = left
-
-
-@given(published())
-@settings(max_examples=400, deadline=None)
-def test_publishers_agree_with_a_search_through_all_modes(description):
-    runs = [transforms(description, {"slam": slam, "gps": gps}) for slam in (False, True) for gps in (False, True)]
-    said = set(rules(description))
-    assert ("two-publishers" in said) == any(len({c: p for p, c in run}) < len(run) for run in runs)
-    assert ("edge-cycle" in said) == any(goes_round(run) for run in runs)
-    rsp = [j for j in description["joints"].values() if "publisher" not in j]
-    roots = {j["parent"] for j in rsp} - {j["child"] for j in rsp}
-    assert ("split-urdf" in said) == (len(roots) > 1)
-    assert said <= {"two-publishers", "edge-cycle", "split-urdf", "split-tf", "unpublished-edge", "unknown-link"}

@@ -1,7 +1,5 @@
 """SDF is read: files with corners, broken ones with their messages, and what a description becomes and is read from."""
 
-from __future__ import annotations
-
 import random
 import re
 from dataclasses import replace
@@ -9,6 +7,8 @@ from pathlib import Path
 
 import pytest
 import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
@@ -17,8 +17,11 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.sdf.bodies import bodies_of
-from rosorin_compile.source.diagnostics import ERROR, has_errors
+from rosorin_compile.sdf.content import content_of
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
+from rosorin_compile.source.messages import arrange
+from rosorin_compile.source.report import text as report
+from rosorin_compile.source.tree import locate
 from support.cases import as_xml_comment, check, read
 from support.comparing import different
 from support.machines import as_in_sdf, robot_of
@@ -45,7 +48,6 @@ def robot_in(path: Path, **options) -> Robot:
 
 
 def asked(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    """Return the exit code and what a command prints."""
     code = main([*words])
     said = capsys.readouterr()
     return code, said.out, said.err
@@ -73,7 +75,7 @@ def test_a_robot_comes_back_as_it_was(seed, tmp_path):
     robot = robot_of(random.Random(seed))  # noqa: S311 - a case, no secret
     path = tmp_path / "robot.sdf"
     path.write_text(written(robot), "utf-8")
-    weightless = frozenset(bodies_of(robot).weightless)
+    weightless = frozenset(content_of(robot).weightless)
     back = as_in_sdf(robot_in(path), weightless)
     assert different(as_in_sdf(robot, weightless), back, 0.0, carried_by_urdf=False) == []
 
@@ -88,7 +90,7 @@ def test_the_reference_robot_and_the_examples_come_back_as_they_were(file, tmp_p
     assert robot is not None
     path = tmp_path / "robot.sdf"
     path.write_text(written(robot, gazebo=False), "utf-8")
-    weightless = frozenset(bodies_of(robot).weightless)
+    weightless = frozenset(content_of(robot).weightless)
     # Hardware and controllers are said in a URDF and beside it.
     plain = replace(robot, control=(), controllers=())
     sides = (as_in_sdf(one, weightless) for one in (plain, robot_in(path)))
@@ -189,7 +191,7 @@ def test_an_include_is_read_where_the_user_says_and_nowhere_else(tmp_path):
 
 
 def test_what_is_included_has_one_budget_of_elements(tmp_path, monkeypatch):
-    monkeypatch.setattr("rosorin_compile.sdf.included.MAX_ELEMENTS", 200)
+    monkeypatch.setattr("rosorin_compile.sdf.reading.MAX_ELEMENTS", 200)
     links = "".join(f'<link name="l{number}"/>' for number in range(48))
     (tmp_path / "part.sdf").write_text(FOLLOWERS.format("1.9", links), "utf-8")
     many = "".join(f"<include><uri>part.sdf</uri><name>p{number}</name></include>" for number in range(9))
@@ -301,3 +303,116 @@ def test_a_description_includes_an_sdf(home, capsys):
     assert '<plugin name="drive" filename="drive.so"><joint>left_ab</joint></plugin>' in text
     assert '<pose relative_to="left_mark">0 0 1 0 0 0</pose>' in text
     assert '<sensor name="eye" type="camera">' in text
+
+
+# What holds for every SDF: no text makes its reader fail, and what it takes is written and read again as the same.
+
+
+FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+SEEDS = {path.stem: path.read_text("utf-8") for path in sorted((SDF / "corners").glob("*.sdf"))}
+
+
+def read_any(text: str | bytes, folder: Path, lenient: bool = False) -> Imported:
+    path = folder / "robot.sdf"
+    path.write_bytes(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
+    return read_robot(path, ReadOptions(lenient=lenient, environment={}))
+
+
+def sane(imported: Imported) -> None:
+    """Check what holds for everything that is read: a tree or an error, and places that exist."""
+    assert (imported.tree is None) == has_errors(imported.diagnostics)
+    report(arrange(imported.diagnostics))
+    for diagnostic in imported.diagnostics:
+        check_place(diagnostic)
+    for comment in imported.comments:
+        assert imported.tree is not None
+        locate(imported.tree, comment.path)
+    if imported.tree is not None:
+        robot = lower(imported.tree).robot
+        assert robot is not None
+        FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf"), Templates())
+
+
+def check_place(diagnostic: Diagnostic) -> None:
+    assert diagnostic.severity != ERROR or diagnostic.span is not None or diagnostic.rule in ("file-empty", "not-text")
+    if diagnostic.span is not None:
+        line = diagnostic.span.source.line(diagnostic.span.line)
+        assert 1 <= diagnostic.span.column <= len(line) + 1, diagnostic
+
+
+PIECES = st.sampled_from(
+    [
+        *("<", ">", "/>", '"', "&", "--", "<!--", "-->", "<![CDATA[", "]]>", "<?x?>", "\0", "\t", "\n", "é", "&#48;"),
+        *("nan", "inf", "1e999", "1,5", "-1e16", "0", "-", "a", "b", "world", "__model__", "::", "hand::", "universal"),
+        *(
+            "<link name='a'/>",
+            "<frame name='x'/>",
+            "<pose>1</pose>",
+            "<joint",
+            "</joint>",
+            "</model>",
+            "<model name='n'>",
+        ),
+        *(
+            "relative_to='b'",
+            "attached_to='hand'",
+            "<include><uri>x</uri></include>",
+            "screw",
+            "ball",
+            "fixed",
+            "<axis/>",
+        ),
+        *("<parent>b</parent>", "<child>a</child>", "<inertial/>", "<mimic joint='j'/>", "1.4", "1.13", "quat_xyzw"),
+    ]
+)
+
+
+@FOLDER
+@given(
+    st.sampled_from(sorted(SEEDS)),
+    st.lists(st.tuples(st.floats(0, 1), st.integers(0, 12), PIECES), min_size=1, max_size=4),
+    st.booleans(),
+)
+def test_any_edit_is_read_or_refused_in_words(tmp_path, seed, edits, lenient):
+    text = SEEDS[seed]
+    for where, gone, piece in edits:
+        at = int(where * len(text))
+        text = text[:at] + piece + text[at + gone :]
+    sane(read_any(text, tmp_path, lenient))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", sorted(SDF.glob("*/*.sdf")), ids=lambda case: f"{case.parent.name}-{case.stem}")
+def test_files_broken_further(case, tmp_path):
+    chance = random.Random(case.name)  # noqa: S311 - nothing secret
+    text = re.sub(r"\A<!--.*?-->\n", "", case.read_text("utf-8"), flags=re.DOTALL)
+    words = re.findall(r"[\w.]+|[^\w.]", text)
+    for _ in range(12):
+        some = list(words)
+        at = chance.randrange(len(some))
+        some[at : at + chance.randrange(3)] = chance.choices(words, k=chance.randrange(3))
+        sane(read_any("".join(some), tmp_path, lenient=chance.random() < 0.5))
+
+
+def swapped(text: str, chance: random.Random) -> str:
+    """Return an SDF whose names of frames are shuffled: what is relative and attached to what is another."""
+    names = sorted(set(re.findall(r'<(?:link|frame) name="(\w+)"', text)))
+    words = re.compile(r'((?:relative_to|attached_to|expressed_in)="|<parent>|<child>)(\w+)')
+    return words.sub(lambda one: one[1] + (chance.choice(names) if chance.random() < 0.3 else one[2]), text)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_any_tree_of_frames_is_read_and_comes_back_or_is_refused(seed, tmp_path):
+    chance = random.Random(seed)  # noqa: S311 - nothing secret
+    imported = read_any(swapped(SEEDS[chance.choice(["frames", "anchors", "nested", "followers"])], chance), tmp_path)
+    sane(imported)
+    if imported.tree is None:
+        return
+    robot = lower(imported.tree).robot
+    assert robot is not None
+    text = FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf"), Templates())[0]
+    again = read_any(text, tmp_path)
+    assert again.tree is not None, [one.message for one in again.diagnostics]
+    back = lower(again.tree).robot
+    assert back is not None
+    assert different(as_in_sdf(robot), as_in_sdf(back), 1e-9, carried_by_urdf=False) == []

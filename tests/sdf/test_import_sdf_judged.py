@@ -4,8 +4,6 @@ The cases are files in tests/data/sdf/corners; in each, all frames, masses, iner
 world, at random states.
 """
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 

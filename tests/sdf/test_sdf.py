@@ -1,7 +1,5 @@
 """The text of an SDF: its version, the order of its frames, sensors, and what a description keeps for Gazebo."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,25 +10,11 @@ from rosorin_compile.model import Joint, Link, Output, Pose, Robot
 from rosorin_compile.model.joint import Mimic
 from rosorin_compile.model.simulation import Root
 from support.machines import BODY, chain
+from support.paths import data_text
 from support.reading import leaves_of
 from support.robots import compiled_text, sound
 
-SENSING = """\
-robot: sensing
-links:
-  base_link: {inertial: {mass: 2, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}}
-  mast: {}
-joints: {mast_joint: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, 0.5]}}
-sensors:
-  lidar: {type: lidar_2d, parent: mast, frame: laser, xyz: [0.1, 0, 0]}
-  imu: {type: imu, parent: base_link, frame: imu_link}
-urdf_elements:
-  - <gazebo><plugin name="drive" filename="drive.so"><x>1</x></plugin></gazebo>
-  - <gazebo reference="mast"><light name="lamp" type="point"><pose>0 0 1 0 0 0</pose></light></gazebo>
-  - <gazebo reference="base_link"><mu1>0.5</mu1><self_collide>1</self_collide></gazebo>
-  - <sdf><frame_of_others/></sdf>
-outputs: {sdf: {file: sensing.sdf}}
-"""
+SENSING = data_text("robots/sdf_sensing.yaml")
 
 
 def written(robot: Robot, **options) -> str:
@@ -91,32 +75,7 @@ def test_a_shape_of_its_own_kind_is_a_fact():
 PLANE = '<collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>'
 
 
-OF_CLASSIC = """robot: classic
-links:
-  base: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 0.1}}, {box: {size: [0.1, 0.2, 0.3]}}]}
-  foot:
-    collision:
-      - sphere: {radius: 0.1}
-        urdf_elements: [<sdf><surface><bounce/></surface></sdf>]
-  mark: {}
-joints:
-  foot_joint: {type: fixed, parent: base, child: foot, xyz: [0, 0, -0.1]}
-  mark_joint: {type: fixed, parent: base, child: mark}
-sensors:
-  words:
-    type: imu
-    frame: mark
-    gazebo: {elements: {imu: {noise: {type: gaussian, rate: {mean: 0, stddev: 0.1}, accel: {stddev: 0.2}}}}}
-urdf_elements:
-  - <gazebo reference="base"><mu1>0.4</mu1><mu2 value="0.6"/><kp>1e6</kp><minDepth>0.001</minDepth></gazebo>
-  - <gazebo reference="base"><mu1>0.5</mu1><kd>much</kd><maxContacts>4</maxContacts><fdir1>1 0 0</fdir1></gazebo>
-  - <gazebo reference="foot"><mu1>0.7</mu1><laserRetro>2</laserRetro></gazebo>
-  - <gazebo reference="mark"><mu1>0.8</mu1></gazebo>
-  - >-
-    <gazebo reference="base"><sensor name="kept" type="imu"><imu><noise><rate><stddev>0.1</stddev></rate>
-    <accel><stddev>0.2</stddev></accel></noise></imu></sensor></gazebo>
-outputs: {sdf: {file: robot.sdf, version: "1.10"}}
-"""
+OF_CLASSIC = data_text("robots/sdf_of_classic.yaml")
 
 
 def test_words_of_gazebo_classic_become_those_of_sdf(tmp_path: Path):

@@ -1,7 +1,5 @@
 """SDF, judged by who reads it: Drake, which refuses what it does not know, and libsdformat, the reader of Gazebo."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +11,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Ellipsoid, Joint, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.mass import along_link
-from rosorin_compile.sdf.bodies import bodies_of
+from rosorin_compile.sdf.content import content_of
 from support import in_drake, sdformat
 from support.engines import pose
 from support.machines import BODY, TESTER, chain, machine, robot_of
@@ -37,7 +35,6 @@ def written(robot: Robot, folder: Path, **options) -> Path:
 
 
 def without_meshes(robot: Robot) -> Robot:
-    """Drake opens meshes, and these are not there."""
     links = tuple(
         replace(link, visual=tuple(s for s in link.visual if hasattr(s.geometry, "radius"))) for link in robot.links
     )
@@ -59,7 +56,6 @@ def states_of(robot: Robot, count: int, seed: int) -> list[dict[str, float]]:
 
 
 def judged(robot: Robot, folder: Path, count: int = STATES, seed: int = 7, **options) -> None:
-    """Hold frames, masses, inertias and limits of Drake against the model."""
     states = states_of(robot, count, seed)
     found = in_drake.ask(written(robot, folder, **options), robot.root, states)
     for state, frames in zip(states, found["frames"], strict=True):
@@ -68,7 +64,7 @@ def judged(robot: Robot, folder: Path, count: int = STATES, seed: int = 7, **opt
             ours = np.eye(4)
             ours[:3, :3], ours[:3, 3] = place.rows, place.xyz
             np.testing.assert_allclose(frames[name], ours, atol=TOLERANCE, err_msg=name)
-    bodies = bodies_of(robot).inertials
+    bodies = content_of(robot).inertials
     assert set(found["masses"]) == set(bodies)
     for name, inertial in bodies.items():
         assert found["masses"][name] == pytest.approx(inertial.mass, rel=SHORT, abs=0)

@@ -1,7 +1,5 @@
 """One description moves alike in MuJoCo (its MJCF) and in Drake (its SDF): springs, friction, closed loops."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 from pathlib import Path
@@ -11,27 +9,14 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from support import in_drake
-from support.paths import TESTS
+from support.paths import TESTS, data_text
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
 
 STEPS, SECONDS, ALIKE = 20, 1.0, 0.02
 OUTPUTS = "outputs: {sdf: {file: r.sdf}, mjcf: {file: r.xml, base: BASE, option: {timestep: 0.001}}}\n"
-PENDULUM = """robot: pendulum
-links:
-  base_link: {inertial: {mass: 1, inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}}
-  arm: {inertial: {mass: 0.5, xyz: [0, 0, -0.3], inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}}
-joints:
-  hinge:
-    type: revolute
-    parent: base_link
-    child: arm
-    axis: [0, 1, 0]
-    limit: {lower: -3, upper: 3, effort: 100, velocity: 100}
-    dynamics: {damping: 0.05, stiffness: 6, spring_reference: 0.8}
-  tip: {type: fixed, parent: arm, child: end, xyz: [0, 0, -0.5]}
-"""
+PENDULUM = data_text("robots/sdf_motion_pendulum.yaml")
 END = "  end: {inertial: {mass: 0.1, inertia: {ixx: 1e-4, iyy: 1e-4, izz: 1e-4}}}\n"
 BOX = """robot: box
 links:
@@ -39,18 +24,7 @@ links:
     inertial: {mass: 2, xyz: [0, 0, 0.02], inertia: {ixx: 0.03, iyy: 0.03, izz: 0.05}}
     collision: [{box: {size: [0.4, 0.4, 0.04]}, xyz: [0, 0, 0.02], contact: {friction: [0.3]}}]
 """
-LINKAGE = """robot: linkage
-links:
-  base_link: {inertial: {mass: 1, inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}}
-  crank: {inertial: {mass: 0.4, xyz: [0, 0, 0.1], inertia: {ixx: 0.002, iyy: 0.002, izz: 0.002}}}
-  rod: {inertial: {mass: 0.6, xyz: [0.15, 0, 0], inertia: {ixx: 0.005, iyy: 0.005, izz: 0.005}}}
-  rocker: {inertial: {mass: 0.4, xyz: [0, 0, 0.1], inertia: {ixx: 0.002, iyy: 0.002, izz: 0.002}}}
-joints:
-  turn: {type: continuous, parent: base_link, child: crank, axis: [0, 1, 0], dynamics: {damping: 0.02}}
-  bend: {type: continuous, parent: crank, child: rod, xyz: [0, 0, 0.2], axis: [0, 1, 0]}
-  swing: {type: continuous, parent: base_link, child: rocker, xyz: [0.4, 0, 0], rpy: [0, 0.1, 0], axis: [0, 1, 0]}
-constraints: {pin: {type: connect, solref: [0.004, 1], links: [rod, rocker], at: [0.42, 0, 0.001]}}
-"""
+LINKAGE = data_text("robots/sdf_motion_linkage.yaml")
 
 
 def moved(text: str, folder: Path, floor: float | None = None, push: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

@@ -5,8 +5,6 @@
 Each file of the folder is a robot; ``other`` in its name makes it one that ``robot.yaml`` is compared with.
 """
 
-from __future__ import annotations
-
 import json
 import pickle
 import sys

@@ -1,7 +1,5 @@
 """The example package examples/rosorin-battery, installed with pip: a section of the language from a plug-in."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path
@@ -18,7 +16,6 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with the installed package and a robot that uses it."""
     folder = tmp_path_factory.mktemp("battery")
     shutil.copytree(EXAMPLE, folder / "rosorin-battery")
     assert install("./rosorin-battery", folder) == ("", 0)
@@ -32,7 +29,6 @@ def run(project: Path, *words: str) -> tuple[int, str]:
 
 
 def changed(project: Path, old: str, new: str) -> str:
-    """Write the robot with one change, and return the name of the file."""
     text = (project / "cart.yaml").read_text("utf-8")
     assert text.count(old) == 1
     (project / "changed.yaml").write_text(text.replace(old, new), "utf-8")

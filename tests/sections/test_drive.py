@@ -1,13 +1,10 @@
 """What the core makes of a drive without its name: what is left empty, other names, and a base that is free."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.renaming import renamed
 from rosorin_compile.model import Drive, Joint, Link, Output, Robot
 from support.robots import compiled_text
 
@@ -34,11 +31,6 @@ def test_a_section_that_is_left_empty_says_nothing(tmp_path: Path) -> None:
 
 def test_the_wheels_of_a_drive() -> None:
     assert [wheel.joint for wheel in DRIVEN.driving.wheels] == ["l", "r"]
-
-
-def test_a_drive_follows_new_names_of_its_joints_and_its_frame() -> None:
-    other = renamed(DRIVEN, {"footprint": "ground"}, {"l": "port"}).drive
-    assert other == Drive(Drive.DIFFERENTIAL, {"left": ("port",), "right": ("r",)}, "ground", 0.05)
 
 
 @pytest.mark.parametrize(

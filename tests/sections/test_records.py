@@ -1,7 +1,5 @@
 """Records of sections that are none, and sections that make no robot: each is told with what is wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -22,8 +20,6 @@ from rosorin_compile.source.plugins import Plugin
 
 @dataclass(frozen=True)
 class Fan:
-    """A fan."""
-
     link: str = ""
 
 
@@ -31,7 +27,6 @@ NAME = {"$ref": "#/$defs/name"}
 
 
 def schema(entry: Mapping[str, Any], **properties: Any) -> dict[str, Any]:
-    """Return the schema of many entries by name."""
     said = {"type": "object", "additionalProperties": False, "properties": {"link": NAME, **properties}, **entry}
     return {"type": "object", "additionalProperties": said}
 
@@ -73,7 +68,6 @@ ROBOT = Robot("r", (Link("a"),), (), sections=Sections({"fans": {}}, {"fans": {}
 
 
 def added(robot: Robot, joint: Joint) -> Robot:
-    """Return a robot with a frame."""
     return replace(robot, links=(*robot.links, Link("b")), joints=(*robot.joints, joint))
 
 

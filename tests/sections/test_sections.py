@@ -1,7 +1,5 @@
 """Sections that a package brings: one entry, many by name, a list, an axis, two deep, one that names a sensor."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -23,8 +21,6 @@ from rosorin_compile.model.sections import Section
 
 @dataclass(frozen=True)
 class Cell:
-    """An entry, whatever it is for."""
-
     at: str
 
 
@@ -171,7 +167,6 @@ def run(packages: Path, *words: str, **more: str) -> str:
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder in which the package of these sections is installed."""
     folder = tmp_path_factory.mktemp("sections") / "packages"
     info = folder / "words-1.dist-info"
     info.mkdir(parents=True)
@@ -183,7 +178,6 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def answers(packages: Path) -> Any:
-    """Return what became of all robots of this module, and the schema for editors."""
     robots = packages.parent / "robots"
     robots.mkdir()
     (robots / "robot.yaml").write_text(ROBOT, "utf-8")

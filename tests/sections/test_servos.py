@@ -1,28 +1,16 @@
 """What the core makes of servos by the schema and the place of their modules alone, without their name."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.change import Change
-from rosorin_compile.compare.sentences import Row
-from rosorin_compile.formats.load_robot import understand
-from rosorin_compile.language.explain.answer import explain
-from rosorin_compile.language.explain.explanation import Explanation
+from rosorin_compile.compare.changes import Change
+from rosorin_compile.formats.compiled import understand
+from rosorin_compile.language.explain import Explanation, explain
 from rosorin_compile.viewer.changed import change_data
+from support.paths import data_text
 
-TWO = """\
-robot: arm
-links: {base_link: {}, upper: {}, tool: {}}
-joints:
-  swing: {type: revolute, parent: base_link, child: upper, limit: {lower: -1, upper: 1, effort: 1, velocity: 1}}
-  turn: {type: revolute, parent: upper, child: tool, limit: {lower: -1, upper: 1, effort: 1, velocity: 1}}
-servos:
-  small: {pulse_range: [0, 900], zero_pulse: 450, rad_per_pulse: 0.002, joints: [turn]}
-  big: {joints: [swing], rad_per_pulse: 0.004, zero_pulse: 500, pulse_range: [0, 1000], flipped: true}
-"""
+TWO = data_text("robots/servos_two.yaml")
 PROJECT = {"descriptions/arm/robot.yaml": TWO}
 
 
@@ -53,5 +41,5 @@ def test_a_page_shows_a_change_of_servos_at_their_first_joint() -> None:
     _, lowered, *_ = understand(Path("descriptions/arm/robot.yaml"), {})
     assert lowered is not None
     assert lowered.robot is not None
-    change = Change("servo", "small", "zero", "zero 450 -> 451", "", Row("small", "zero", "450", "451"), ("model",))
+    change = Change("servo", "small", "zero", "zero 450 -> 451", ("model",))
     assert change_data(change, [lowered.robot])["frame"] == "tool"

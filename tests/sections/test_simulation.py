@@ -1,36 +1,18 @@
-"""The sections that only a simulation has: renamed each by itself, told in one order."""
-
-from __future__ import annotations
+"""The sections that only a simulation has: compared value by value."""
 
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.compare.renaming import renamed
 from rosorin_compile.model import Robot
 from rosorin_compile.model.geometry import Pose
 from rosorin_compile.model.simulation import Actuator, Entry, Root
 from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Stop, Tendon
+from support.paths import data_text
 from support.robots import compiled_text
 
-ROBOT = """robot: r
-links:
-  base: {inertial: {mass: 1, of: [sphere: {radius: 0.1}]}, collision: [{sphere: {radius: 0.1}}], sites: {near: {}}}
-  arm: {inertial: {mass: 1, of: [sphere: {radius: 0.1}]}, collision: [{sphere: {radius: 0.1}}], sites: {far: {}}}
-joints: {hip: {type: continuous, parent: base, child: arm, axis: [0, 1, 0]}}
-root: {xyz: [0, 0, 1]}
-tendons:
-  cord: {joints: {hip: 2}}
-  rope: {path: [{site: near}, {site: arm}]}
-constraints: {shut: {type: connect, links: [base, arm], at: [0, 0, 0]}}
-actuators: {pull: {tendon: cord, type: motor}}
-mjcf_sensors: {angle: {kind: jointpos, joint: hip}}
-contact_layers: [default, floor]
-contact_pairs: [{links: [base, arm]}, {name: both, shapes: [base_collision_1, arm_collision_1]}]
-mjcf_elements: [<custom><text name="note" data="x"/></custom>]
-poses: {home: {controls: {pull: 0.2}}}
-"""
+ROBOT = data_text("robots/simulation.yaml")
 
 
 @pytest.fixture
@@ -54,19 +36,6 @@ def test_the_values_of_all_sections(robot: Robot) -> None:
     assert robot.contact_pairs == (ContactPair(links=("base", "arm")), both)
     assert robot.mjcf_elements == ('<custom><text name="note" data="x"/></custom>',)
     assert robot.root_in_world == Root(Pose((0.0, 0.0, 1.0)), placed=True)
-
-
-def test_each_entry_is_renamed_by_itself(robot: Robot) -> None:
-    links = {"base": "torso", "arm": "limb"}
-    other = renamed(robot, links, {"hip": "joint1"})
-    assert other.tendons[0].joints == {"joint1": 2.0}
-    assert [stop.values for stop in other.tendons[1].path] == [{"site": "near"}, {"site": "limb"}]
-    assert [other.constraints[0].values[word] for word in ("body1", "body2")] == ["torso", "limb"]
-    assert other.mjcf_sensors[0].values == {"joint": "joint1"}
-    assert [pair.links for pair in other.contact_pairs] == [("torso", "limb"), None]
-    assert other.contact_pairs[1].shapes == ("torso_collision_1", "limb_collision_1")
-    for same in ("actuators", "contact_layers", "mjcf_elements"):
-        assert getattr(other, same) == getattr(robot, same)
 
 
 def test_each_section_is_compared(home: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,7 +1,5 @@
 """JSON output of commands, validated against the schema of the envelope."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Faults that are planted in recordings, and the findings that they must give."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Chromium without a screen, driven by ``viewer/drive.js``: pages, what they ask for, and pictures of them."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -12,8 +12,6 @@ The message, and the help and related lines, are written by
 which runs the tests named ``test_message``. A text that ends with "..." in place of a list that grows is left as it is.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys
@@ -56,14 +54,12 @@ def check(case: Path, found: list[str]) -> None:
 
 
 def _comment(lines: list[str]) -> range:
-    """Return the indices of the lines of the comment at the top of a file."""
     if lines[0].startswith("<!--"):
         return range(1, next(index for index, line in enumerate(lines) if line.startswith("-->")))
     return range(next((index for index, line in enumerate(lines) if not line.startswith("#")), len(lines)))
 
 
 def _by_hand(lines: list[str]) -> list[str]:
-    """Return the file, position, severity and rule of each diagnostic."""
     return [found[0] for line in lines if (found := _BY_HAND.match(line))]
 
 

@@ -1,7 +1,5 @@
 """Building with CMake: a project around the arm of tests/data/cmake, and what a build of it ran."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Coal, through pinocchio: how far apart the links of a URDF are in a state, as a program says that is not ours."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

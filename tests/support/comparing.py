@@ -1,7 +1,5 @@
 """Helpers of the tests of diff: the arm of data/diff, and what is said about it against a changed copy of itself."""
 
-from __future__ import annotations
-
 import io
 import json
 import re
@@ -12,10 +10,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.compare.committed import Comparison, compare, lines
-from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.importing.same_model import model_differences
 from rosorin_compile.model import Robot
+from rosorin_compile.output.committed import Comparison, compare, lines
 from support.paths import DATA, ROSORIN
 from support.robots import compiled, copy_of_rosorin
 
@@ -64,40 +62,10 @@ with TemporaryDirectory() as _folder:
 COMMITTED = {artifact.file: artifact.text.encode() for artifact in BASE.artifacts}
 
 
-# What a sentence needs and a row of a table does not.
-_GLUE = {
-    "->",
-    "moved",
-    "in",
-    "and",
-    "turned",
-    "by",
-    "was",
-    "counts",
-    "mimics",
-    "renamed",
-    "none",
-    "changed",
-    "them",
-    "of",
-    "to",
-}
-
-
 def meaning(comparison: Comparison) -> list[str]:
-    """Return the lines that stand before the text differences, after a look that rows of a table say the same."""
-    for change in comparison.changes:
-        sentence, row = _words(f"{change.text} {change.remark}"), _words(" ".join(change.row))
-        assert change.row.what
-        assert change.row.by or (change.row.before and change.row.after), change
-        assert sentence - row <= _GLUE, (change, sentence - row)
-        assert {word for word in row if any(map(str.isdigit, word))} <= sentence, (change, row - sentence)
+    """Return the lines before the text differences."""
     said = lines(comparison)
     return said[: said.index("")] if "" in said else said
-
-
-def _words(text: str) -> set[str]:
-    return set(re.split(r"[\s,;:()]+", text)) - {""}
 
 
 def against(made: Compiled, committed: Mapping[str, bytes]) -> Comparison:

@@ -6,8 +6,6 @@ Standard input is JSON: ``files``, the frame ``root``, and ``states`` (positions
 frame of a model within is called MODEL_NAME; a joint has the name that it has there.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from typing import Any
@@ -63,7 +61,6 @@ def _put(plant: Any, context: Any, joint: Any, position: list[float]) -> None:
 
 
 def _called(one: Any) -> str:
-    """Return the name of something with those of the models within the first one before it."""
     return "_".join(str(one.scoped_name()).split("::")[1:])
 
 

@@ -5,8 +5,6 @@ Standard input is JSON: ``file``, ``seconds``, ``steps``, ``floor`` (friction of
 each of the steps.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 

@@ -1,7 +1,5 @@
 """Pictures of robots: reading a PNG, and judging what a picture shows by rays through exact shapes."""
 
-from __future__ import annotations
-
 import colorsys
 import math
 import struct

@@ -1,16 +1,14 @@
-"""Command lines in processes of their own that need not import the tool first: each is a fork of one that has done so.
+"""Processes that need not import first: each is a fork of one that has imported what they all need.
 
-A process with plug-ins has to be a new one, since what it has loaded stays loaded. Most of what such a process does is
-to import the tool, and that is the same each time. So one process imports what the first command lines needed (modules
-of the tool and of Python, nothing from ``PYTHONPATH``), parses the sources that declare rules, waits, and forks.
+Command lines run in a process of their own here (``run``): one with plug-ins has to, since what it has loaded stays
+loaded. The tool itself asks MuJoCo, and expands a xacro, in a new process each time (``preload``). Most of what these
+processes do is to import modules.
 
-    python -c "from support.forks import serve; serve()" PATH...
+    python -c "from support.forks import serve; serve()" MODULE...
 
-reads a line of JSON for each command line, ``words``, ``folder``, ``environment``, ``output`` (a file), and answers
-with its exit code; PATH... is what stands on the path of modules beside ``PYTHONPATH``.
+imports the modules and reads a line of JSON for each job; the answer is the exit code of the fork that does it. What a
+fork has of its own are its folder, environment, words, limits, streams (files in a folder) and end.
 """
-
-from __future__ import annotations
 
 import atexit
 import json
@@ -18,58 +16,146 @@ import os
 import subprocess
 import sys
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import SimpleNamespace
 from typing import Any, NoReturn
 
-from support.paths import TESTS
+import pytest
 
+from support.paths import COMPILER, TESTS
+
+MJCF = "rosorin_compile.mujoco.mjcf"
+MUJOCO = ("mujoco", "numpy", *(f"{MJCF}.{name}" for name in ("engine", "compiled_model", "compare_models")))
+MUJOCO += (f"{MJCF}.accelerations",)
+XACRO = ("xacro", "yaml", "rosorin_compile.importing.xacro.child")
+TOOL = ("rosorin_compile.__main__",)
+COMMAND = """\
+import atexit, json, os, sys
+from support.forks import learned
+from rosorin_compile import __main__, formats
+formats._names.cache_clear()  # a module may have looked at the formats, without those of plug-ins
+paths = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+sys.path[:] = [os.getcwd(), *filter(None, paths), *json.loads(sys.argv.pop(1))]
+sys.dont_write_bytecode = bool(os.environ.get("PYTHONDONTWRITEBYTECODE"))
+sys.argv[0] = __main__.__file__
+try:
+    code = __main__.program()
+except SystemExit as stopped:
+    code = stopped.code
+atexit._run_exitfuncs()
+learned([os.getcwd(), *paths])
+raise SystemExit(code)
+"""
 _LEARNING = 12  # command lines after which there is nothing new to import
 
 
 def run(words: Sequence[str], folder: Path, environment: Mapping[str, str]) -> tuple[int, str]:
     """Run ``rosorin-compile`` in a folder; return its exit code, and what it prints on both streams."""
+    own = [path for path in sys.path if path and not Path(path).is_relative_to(TESTS)]
+    code, output, _ = _ask(TOOL, COMMAND, [json.dumps(own), *words], str(folder), environment, together=True)
+    return code, output.decode()
+
+
+def preload(patch: pytest.MonkeyPatch) -> None:
+    """Let the tool ask forks in place of new processes for the rest of this process.
+
+    What a test changes about the call (another program, less time, another path of modules) is called as ever.
+    """
+    from rosorin_compile.importing.xacro import expand
+    from rosorin_compile.mujoco.mjcf import process
+
+    new_process, start, path = subprocess.run, process._run, os.environ.get("PYTHONPATH")
+    seconds, xacro_seconds = process.SECONDS, expand.MAX_SECONDS
+
+    def mujoco(command: list[str], folder: str, limit: int) -> subprocess.CompletedProcess[bytes]:
+        python, _, program, *words = command
+        same = python == sys.executable and program == process._START and limit == seconds
+        if not same or subprocess.run is not new_process:
+            return start(command, folder, limit)
+        code, _, errors = _ask(MUJOCO, program, words, folder, process._environment())
+        return subprocess.CompletedProcess(command, code, b"", errors)
+
+    def xacro(command: list[str], *, env: Mapping[str, str], **options: Any) -> subprocess.CompletedProcess[bytes]:
+        whole = json.loads(options["input"])["seconds"] == xacro_seconds
+        if command != [sys.executable, "-c", expand._CHILD] or not whole or env.get("PYTHONPATH") != path:
+            return new_process(command, env=env, **options)
+        answer = _ask(XACRO, expand._CHILD, [], os.getcwd(), env, options["input"])
+        return subprocess.CompletedProcess(command, *answer)
+
+    if find_spec("mujoco") is not None:
+        patch.setattr(process, "_run", mujoco)
+    if find_spec("xacro") is not None:
+        patch.setattr(expand, "subprocess", SimpleNamespace(run=xacro, TimeoutExpired=subprocess.TimeoutExpired))
+
+
+def parse_rules_once(patch: pytest.MonkeyPatch) -> None:
+    """Let this process parse the sources of the tool, which declare rules, once."""
+    from rosorin_compile.source import rule_registry as registry
+
+    declaring, declared_in = registry._declaring, cache(registry.declared_in)
+    sources: list[tuple[Path, bytes]] = []
+
+    def declaring_once() -> Iterator[tuple[Path, bytes]]:
+        if not sources:
+            sources.extend(declaring())
+        return iter(sources)
+
+    patch.setattr(registry, "_declaring", declaring_once)
+    patch.setattr(registry, "declared_in", lambda source: list(declared_in(source)))
+
+
+def _ask(
+    modules: tuple[str, ...],
+    program: str,
+    words: Sequence[str],
+    folder: str,
+    environment: Mapping[str, str],
+    given: bytes = b"",
+    together: bool = False,
+) -> tuple[int, bytes, bytes]:
     with TemporaryDirectory() as here:
-        output = Path(here, "output")
-        job = {"words": list(words), "folder": str(folder), "environment": dict(environment), "output": str(output)}
-        waiting = _waiting()
+        Path(here, "given").write_bytes(given)
+        job = {"program": program, "words": list(words), "folder": folder, "environment": dict(environment)}
+        waiting = _waiting(modules)
         assert waiting.stdin is not None
         assert waiting.stdout is not None
-        waiting.stdin.write(json.dumps(job) + "\n")
+        waiting.stdin.write(json.dumps({**job, "streams": here, "together": together}) + "\n")
         waiting.stdin.flush()
         code = int(waiting.stdout.readline())
-        return code, output.read_text("utf-8")
+        return code, Path(here, "output").read_bytes(), Path(here, "errors").read_bytes()
 
 
 @cache
-def _waiting() -> subprocess.Popen[str]:
-    own = [path for path in sys.path if path and not Path(path).is_relative_to(TESTS)]
-    command = [sys.executable, "-c", "from support.forks import serve; serve()", *own]
-    environment = {**os.environ, "PYTHONPATH": str(TESTS)}
-    process = subprocess.Popen(
-        command, env=environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=TESTS
-    )
+def _waiting(modules: tuple[str, ...]) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", "from support.forks import serve; serve()", *modules]
+    environment = {**os.environ, "PYTHONPATH": f"{TESTS}{os.pathsep}{COMPILER}", "PYTHONHASHSEED": "0"}
+    environment.pop("MUJOCO_GL", None)
+    process = subprocess.Popen(command, env=environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     atexit.register(process.communicate)  # it ends with its input
     return process
 
 
 def serve() -> None:
-    """Do what is asked on standard input, a fork each."""
-    own = sys.argv[1:]
-    _parse_rules()
+    """Import what is named, and do the jobs on standard input, a fork each; answer with its exit code."""
+    for name in sys.argv[1:]:
+        import_module(name)
+    if tuple(sys.argv[1:]) == TOOL:
+        _parse_rules()
     for number, line in enumerate(sys.stdin):
         job = json.loads(line)
-        learned = Path(f"{job['output']}.modules")
         child = os.fork()
         if not child:
-            _do(job, own, learned)
+            _do(job)
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        if number < _LEARNING and learned.exists():
-            for name in json.loads(learned.read_text("utf-8")):
+        modules = Path(job["streams"], "modules")
+        if number < _LEARNING and modules.exists():
+            for name in json.loads(modules.read_text("utf-8")):
                 with suppress(Exception):
                     import_module(name)
         sys.stdout.write(f"{code}\n")
@@ -77,7 +163,7 @@ def serve() -> None:
 
 
 def _parse_rules() -> None:
-    """Let what the sources of the tool declare be known: of an equal text it is the same."""
+    """Remember the rules that the sources of the tool declare: they are the same in each fork."""
     from rosorin_compile.source import rule_registry as registry
 
     declared = cache(registry.declared_in)
@@ -86,14 +172,39 @@ def _parse_rules() -> None:
         registry.declared_in(text)
 
 
-def _do(job: Mapping[str, Any], own: Sequence[str], learned: Path) -> NoReturn:
-    """Become the process of a command line, and end as it does."""
+def learned(of_others: Sequence[str]) -> None:
+    """Write down which modules this process has, in the order of their import, without those of plug-ins."""
+    names = [
+        name
+        for name, module in sys.modules.items()
+        if name.partition(".")[0] not in ("__main__", "support")
+        and not str(getattr(module, "__file__", None) or "").startswith(tuple(filter(None, of_others)))
+    ]
+    Path(_streams[0], "modules").write_text(json.dumps(names), "utf-8")
+
+
+_streams: list[str] = []
+
+
+def _do(job: dict[str, Any]) -> NoReturn:
     code = 1
     try:
-        _settle(job, own)
-        code = _code(job["words"])
-        atexit._run_exitfuncs()
-        learned.write_text(json.dumps(_of_the_tool(job)), "utf-8")
+        _streams.append(job["streams"])
+        os.environ.clear()
+        os.environ.update(job["environment"])
+        for stream, name in enumerate(("given", "output", "errors")):
+            opened = os.open(Path(job["streams"], name), os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o600)
+            os.dup2(opened, stream)
+            os.close(opened)
+        if job["together"]:
+            os.dup2(1, 2)
+        os.chdir(job["folder"])
+        sys.argv = ["-c", *job["words"]]
+        sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115 - a new one has read nothing ahead
+        exec(job["program"], {"__name__": "__main__"})  # noqa: S102 - a program of the tool
+        code = 0
+    except SystemExit as stopped:
+        code = stopped.code if isinstance(stopped.code, int) else int(stopped.code is not None)
     except BaseException:
         traceback.print_exc()
     finally:
@@ -101,43 +212,3 @@ def _do(job: Mapping[str, Any], own: Sequence[str], learned: Path) -> NoReturn:
             sys.stdout.flush()
             sys.stderr.flush()
         os._exit(code)
-
-
-def _settle(job: Mapping[str, Any], own: Sequence[str]) -> None:
-    """Take the folder, the environment, the path of modules and the streams of a command line."""
-    from rosorin_compile import formats
-
-    formats._names.cache_clear()  # a module may have looked at the formats, without those of plug-ins
-    given = job["environment"]
-    os.chdir(job["folder"])
-    os.environ.clear()
-    os.environ.update(given)
-    sys.path[:] = [job["folder"], *filter(None, given.get("PYTHONPATH", "").split(os.pathsep)), *own]
-    sys.dont_write_bytecode = bool(given.get("PYTHONDONTWRITEBYTECODE"))
-    for stream, flags in ((0, os.O_RDONLY), (1, os.O_WRONLY | os.O_CREAT | os.O_APPEND)):
-        opened = os.open(os.devnull if stream == 0 else job["output"], flags, 0o600)
-        os.dup2(opened, stream)
-        os.close(opened)
-    os.dup2(1, 2)
-
-
-def _code(words: Sequence[str]) -> int:
-    """Return the exit code of a command line."""
-    from rosorin_compile import __main__ as program
-
-    sys.argv = [str(program.__file__), *words]
-    try:
-        return program.program()
-    except SystemExit as stopped:
-        return stopped.code if isinstance(stopped.code, int) else int(stopped.code is not None)
-
-
-def _of_the_tool(job: Mapping[str, Any]) -> list[str]:
-    """Return the modules that this process has now, in the order of their import, but for those of plug-ins."""
-    of_others = tuple(filter(None, [job["folder"], *job["environment"].get("PYTHONPATH", "").split(os.pathsep)]))
-    return [
-        name
-        for name, module in sys.modules.items()
-        if name.partition(".")[0] not in ("__main__", "support")
-        and not str(getattr(module, "__file__", None) or "").startswith(of_others)
-    ]

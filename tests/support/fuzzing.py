@@ -4,8 +4,6 @@ A description is handled here as plain dicts, lists and texts, one tree a file; 
 as it stands. Nothing here depends on the hash of a text or on the clock: a seed gives the same description everywhere.
 """
 
-from __future__ import annotations
-
 import copy
 import json
 import os
@@ -41,52 +39,16 @@ class Raw(str):
 WHOLE = DATA / "whole"
 
 # What may stand where something else belongs: one of each kind of value, and those that are hard to take.
+TEXTS = """
+true | 0 | -1 | 2 | 1e-400 | 1e308 | .inf | .nan | 99999999999999999999999 | word | two words | 12 mm | 3 kg |
+90 deg | 5 blinks | 2026-11-20 | x | mount | base_link | leg | pad | robot.yaml | sensors/camera |
+nowhere/part | os:path/part | json:json/part | ../robot/leg | ${ | $${x} | ${1/0} | ${none} | ${true} |
+${legs} | ${unknown} | ${[1, 2, 3]} | ${[[1], [2]]} | ${table} | ${finger} | ${range(4)} | ${3*kg} |
+a ${legs} b | ${name} | ${load("robot.yaml")} | ${load("nothing.yaml")}
+"""
 VALUES: tuple[Tree, ...] = (
     "",
-    "true",
-    "0",
-    "-1",
-    "2",
-    "1e-400",
-    "1e308",
-    ".inf",
-    ".nan",
-    "99999999999999999999999",
-    "word",
-    "two words",
-    "12 mm",
-    "3 kg",
-    "90 deg",
-    "5 blinks",
-    "2026-11-20",
-    "x",
-    "mount",
-    "base_link",
-    "leg",
-    "pad",
-    "robot.yaml",
-    "sensors/camera",
-    "nowhere/part",
-    "os:path/part",
-    "json:json/part",
-    "../robot/leg",
-    "${",
-    "$${x}",
-    "${1/0}",
-    "${none}",
-    "${true}",
-    "${legs}",
-    "${unknown}",
-    "${[1, 2, 3]}",
-    "${[[1], [2]]}",
-    "${table}",
-    "${finger}",
-    "${range(4)}",
-    "${3*kg}",
-    "a ${legs} b",
-    "${name}",
-    '${load("robot.yaml")}',
-    '${load("nothing.yaml")}',
+    *(text.strip() for text in TEXTS.split("|")),
     Raw('""'),
     Raw('"12 mm"'),
     Raw('"\\0"'),
@@ -122,27 +84,13 @@ VALUES: tuple[Tree, ...] = (
 )
 
 # Keys that mean something somewhere.
-KEYS = [
-    *(
-        "for",
-        "if",
-        "value",
-        "part",
-        "with",
-        "params",
-        "let",
-        "use",
-        "prefix",
-        "mirror",
-        "content",
-        "parent",
-        "xyz",
-        "rpy",
-    ),
-    *("source", "help", "type", "default", "one_of", "args", "include", "file", "links", "joints", "sensors", "servos"),
-    *("poses", "edges", "disabled_contacts", "optical", "mjcf", "publisher", "sensor_types", "parts", "robot", "child"),
-    *("frame", "positions", "pulses", "mimic", "limit", "axis", "name", "${name}", "${", "${legs}", "<<"),
-]
+WORDS_OF_KEYS = """
+for if value part with params let use prefix mirror content parent xyz rpy source help type default
+one_of args include file links joints sensors servos poses edges disabled_contacts optical mjcf
+publisher sensor_types parts robot child frame positions pulses mimic limit axis name ${name} ${
+${legs} <<
+"""
+KEYS = WORDS_OF_KEYS.split()
 
 # Errors that no file has: what stands on the command line, and a first file that cannot be read.
 PLACELESS = {"unknown-argument", "file-unreadable"}
@@ -289,7 +237,6 @@ def main() -> None:
 
 
 def _limit(seconds: int, megabytes: int) -> None:
-    """Bound what this process may compute, have and, on a busy machine ten times as long, wait."""
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     resource.setrlimit(resource.RLIMIT_AS, (megabytes << 20, megabytes << 20))
     signal.alarm(10 * seconds)

@@ -6,8 +6,6 @@
 write it anew: the first the pages, along with what commands print on all others, the second the schemas.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Images: a PNG of a few pixels, without a library."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 

@@ -1,7 +1,5 @@
 """Random robots written as URDF: all types of joint, shapes, numbers of many forms, elements in any order."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What Drake makes of an SDF: the format's engine, run with the Python that has Drake (DRAKE, as .ci/run sets it)."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -45,9 +45,12 @@ def ended_at(step: int, run: Callable[[], object]) -> int:
     """Run something in a process that kills itself at a step; return its exit code."""
     child = os.fork()
     if not child:
-        die_at(step)
-        run()
-        os._exit(0)
+        try:
+            die_at(step)
+            run()
+            os._exit(0)
+        finally:
+            os._exit(1)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
@@ -60,6 +63,7 @@ def at_each_step(run: Callable[[], object], after: Callable[[], object], each: i
     while code:
         step += each
         code = ended_at(step, run)
+        assert code in (0, -signal.SIGKILL)
         after()
     return step
 
@@ -110,7 +114,6 @@ def _known() -> str:
 
 
 def _run(home: Path, words: list[str], *how: str) -> int:
-    """Run a command under strace, in one process, so that its calls are the same each time."""
     core = min(os.sched_getaffinity(0))
     command = ["strace", "-f", *how, sys.executable, "-m", "rosorin_compile", *words]
     environment = {**os.environ, "ROSORIN_COMPILE_CACHE": "off", "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1"}

@@ -431,7 +431,6 @@ def _yaml(text: str) -> list[Any]:
 
 
 def _action(tag: str, given: Mapping[str, Any]) -> Any:
-    """Return the action that an entity of a frontend means."""
     assert given.keys() <= KNOWN[tag], f"Unexpected attribute(s): {given}"
     attributes = dict(given)
     children = attributes.pop(CHILDREN[tag], [])
@@ -492,7 +491,6 @@ def parsed(text: str) -> list[Any]:
 
 
 def _template(text: str, at: int, closing: str) -> tuple[list[Any], int]:
-    """Return pieces up to the end of the text or to the quote that closes them, and where that is."""
     pieces: list[Any] = []
     letters = ""
     while at < len(text) and not (closing and text[at] == closing):

@@ -41,7 +41,6 @@ def leaves(description: Mapping[str, Any]) -> list[Leaf]:
 
 
 def _forms(schema: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return a schema and its alternatives, without references."""
     while "$ref" in schema:
         rest = {key: value for key, value in schema.items() if key != "$ref"}
         schema = {**SCHEMA["$defs"][schema["$ref"].rsplit("/", 1)[-1]], **rest}
@@ -143,7 +142,6 @@ def changed(description: Mapping[str, Any], leaf: Leaf, names: Mapping[str, list
 
 
 def _others(value: Any, forms: list[Mapping[str, Any]], names: Mapping[str, list[str]]) -> Iterator[Any]:
-    """Yield other values than one, the likeliest first."""
     if isinstance(value, bool):
         yield not value
     for form in forms:

@@ -1,7 +1,5 @@
 """Small robots for tests of backends."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Collection
@@ -190,7 +188,6 @@ def as_in_sdf(robot: Robot, weightless: Collection[str] = ()) -> Robot:
 
 
 def _coloured(robot: Robot, shape: Shape) -> Shape:
-    """Return a shape with the colour of its material in the place of the name."""
     material = robot.material.get(shape.material or "")
     return shape if material is None else replace(shape, rgba=material.rgba, material="")
 

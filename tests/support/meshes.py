@@ -1,7 +1,5 @@
 """Meshes with a known surface, and slow ways to find its height that share no code with the product."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 
@@ -21,15 +19,6 @@ def box(lower: Point, upper: Point) -> np.ndarray:
 
 def quad(a: Point, b: Point, c: Point, d: Point) -> np.ndarray:
     return np.array([[a, b, c], [a, c, d]], dtype=float)
-
-
-def dome(radius: float, rings: int, sides: int) -> np.ndarray:
-    """Return the upper half of a sphere around the origin."""
-    tilt, turn = np.linspace(0, np.pi / 2, rings + 1), np.linspace(0, 2 * np.pi, sides + 1)
-    x, y = np.outer(np.sin(tilt), np.cos(turn)), np.outer(np.sin(tilt), np.sin(turn))
-    p = radius * np.stack([x, y, np.outer(np.cos(tilt), np.ones(sides + 1))], axis=-1)
-    a, b, c, d = p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]
-    return np.concatenate([np.stack(some, axis=-2).reshape(-1, 3, 3) for some in ((a, b, c), (a, c, d))])
 
 
 def clipped_heights(triangles: np.ndarray, grid: Grid) -> np.ndarray:
@@ -61,17 +50,6 @@ def _cut(piece: list[list[float]], axis: int, sign: int, limit: float) -> list[l
         if inside_b:
             kept.append(b)
     return kept
-
-
-def box_heights(triangles: np.ndarray, grid: Grid) -> np.ndarray:
-    """Return what a map of the bounding boxes of triangles says: too high where a triangle is not level."""
-    heights = np.zeros(grid.cells)
-    for triangle in triangles:
-        low = np.floor((triangle[:, :2].min(axis=0) - grid.origin) / grid.cell + 1e-6).astype(int).clip(0)
-        high = np.ceil((triangle[:, :2].max(axis=0) - grid.origin) / grid.cell - 1e-6).astype(int)
-        there = heights[low[0] : high[0], low[1] : high[1]]
-        np.maximum(there, triangle[:, 2].max(), out=there)
-    return heights
 
 
 def random_points(triangles: np.ndarray, count: int, seed: int) -> np.ndarray:

@@ -1,7 +1,5 @@
 """Random robots with joints of every type, and random states of them."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

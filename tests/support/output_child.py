@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from rosorin_compile import output
@@ -20,7 +21,6 @@ from rosorin_compile.output import staging
 
 STAGE = ".rosorin-compile-"
 NOTES = "notes/mine.txt"
-OVERLAY = os.environ.get("OUTPUT_CHILD_OVERLAY", "")  # further options
 
 
 def make_set(letter: str, first: int, count: int) -> dict[str, str]:
@@ -91,35 +91,29 @@ def refused(folder: Path, files: dict[str, str], rule: str, prune: bool = False)
     return str(found["message"])
 
 
-def alternate(folder: Path, seconds: float = 1e9, first: int = 0, least: int = 0) -> int:
+def alternate(folder: Path, seconds: float, least: int = 0) -> int:
     """Write two sets by turns for some time, and ``least`` times however slow the machine is; return how often."""
-    end, count = time.monotonic() + seconds, first
+    end, count = time.monotonic() + seconds, 0
     while time.monotonic() < end or count < least:
         output.write_set(folder, (A, B)[count % 2], prune=True)
         count += 1
     return count
 
 
-def killer(folder: Path) -> None:
-    """For each line of input: let a process write by turns, kill it after that many seconds, say how it ended."""
-    ready, tell = os.pipe()
-    for line in sys.stdin:
-        process = os.fork()
-        if process == 0:
-            try:
-                first = int(state(folder, {"A": A}) == "A")  # the one that is not there
-                os.write(tell, b"!")
-                alternate(folder, first=first)
-            finally:
-                os._exit(1)
-        os.read(ready, 1)
-        time.sleep(float(line))
-        os.kill(process, signal.SIGKILL)
-        print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), flush=True)
-
-
 def no_swap(one: Path, other: Path) -> None:
     raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS), str(one), None, str(other))
+
+
+def bind(folder: Path, replace: Callable[[object, str, object], None]) -> None:
+    """Let a folder be one that cannot be renamed, like one from the image of a container."""
+    rename = Path.rename
+
+    def renamed(one: Path, two: Path) -> Path:
+        if one == folder:
+            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV))
+        return rename(one, two)
+
+    replace(Path, "rename", renamed)
 
 
 def die_at(step: int) -> None:
@@ -153,18 +147,17 @@ def die_at(step: int) -> None:
 def each_step(folder: Path, how: str) -> list[dict[str, object]]:
     """Kill a write of NEW over OLD at its first step, at its second step and so on; return what was found each time."""
     found: list[dict[str, object]] = []
-    if how == "aside":
+    if how in ("aside", "bound"):
         staging.exchange = no_swap
+    if how == "bound":
+        bind(folder, setattr)
     while not found or found[-1]["exit"] != 0:
-        if how != "overlay":
-            shutil.rmtree(folder.parent, ignore_errors=True)
-            folder.parent.mkdir()
-            if how != "first":
-                output.write_set(folder, OLD)
-                (folder / NOTES).parent.mkdir()
-                (folder / NOTES).write_text("mine")
-        else:
-            remount_overlay(folder)
+        shutil.rmtree(folder.parent, ignore_errors=True)
+        folder.parent.mkdir()
+        if how != "first":
+            output.write_set(folder, OLD)
+            (folder / NOTES).parent.mkdir()
+            (folder / NOTES).write_text("mine")
         process = os.fork()
         if process == 0:
             die_at(len(found) + 1)
@@ -179,50 +172,8 @@ def each_step(folder: Path, how: str) -> list[dict[str, object]]:
     return found
 
 
-def remount_overlay(folder: Path) -> None:
-    """Mount an overlay whose lower layer, like the image of a container, holds the folder with OLD and a note."""
-    top = folder.parent
-    if os.path.ismount(top):
-        mount("umount", top)
-    layers = top.with_name("layers")
-    shutil.rmtree(layers, ignore_errors=True)
-    for name in ("lower", "upper", "work"):
-        (layers / name).mkdir(parents=True)
-    for name, text in {**OLD, NOTES: "mine"}.items():
-        path = layers / "lower" / folder.name / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    top.mkdir(exist_ok=True)
-    options = f"lowerdir={layers}/lower,upperdir={layers}/upper,workdir={layers}/work{OVERLAY}"
-    mount("mount", "-t", "overlay", "overlay", "-o", options, top)
-
-
 def mount(*command: object) -> None:
     subprocess.run([str(part) for part in command], check=True, stdout=sys.stderr)
-
-
-def on_overlay(base: Path) -> dict[str, object]:
-    """Write over a folder from the lower layer, make it fail in the middle, and write again."""
-    mount("mount", "-t", "tmpfs", "tmpfs", base)
-    folder = base / "top" / "out"
-    found: dict[str, object] = {"steps": each_step(folder, "overlay")}
-    remount_overlay(folder)
-    replace, moved = Path.replace, []
-
-    def failing(one: Path, other: Path) -> Path:
-        moved.append(one)
-        if len(moved) == 2:
-            raise OSError(errno.EIO, "broken")
-        return replace(one, other)
-
-    Path.replace = failing
-    found["failed"] = attempt(folder, NEW)
-    found["after failure"] = state(folder, {"old": OLD}), stages(folder)
-    Path.replace = replace
-    pruned = {"f3.txt": "only", "sub/new.txt": "new"}
-    found["pruned"] = attempt(folder, pruned, prune=True)
-    found["after pruning"] = files_in(folder) == encoded(pruned), names(folder), stages(folder)
-    return found
 
 
 def on_full_disk(base: Path) -> dict[str, object]:

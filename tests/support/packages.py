@@ -1,7 +1,5 @@
 """A package that people have, and what is deployed into it."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

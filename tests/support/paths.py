@@ -1,7 +1,5 @@
 """Where things are in the checkout: every test that reads a file of it asks here."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 TESTS = Path(__file__).resolve().parents[1]
@@ -23,3 +21,8 @@ BROKEN_SOURCES = TESTS / "broken_sources"
 IMPORTED = TESTS / "imported"
 ROUND_TRIP = TESTS / "round_trip"
 XACRO = TESTS / "xacro"
+
+
+def data_text(name: str) -> str:
+    """Return the text of a file in ``tests/data``."""
+    return (DATA / name).read_text("utf-8")

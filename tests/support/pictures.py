@@ -1,7 +1,5 @@
 """Robots whose trees of frames tests draw."""
 
-from __future__ import annotations
-
 from hypothesis import strategies as st
 
 from rosorin_compile.formats.templating import Templates

@@ -121,7 +121,6 @@ def _word(value: bool | str) -> str:
 
 
 def _are(said: tuple[float, float], values: tuple[float, float]) -> bool:
-    """Say whether two numbers in print, of six digits or more, are these, and show their difference."""
     step = values[1] - values[0]
     close = (abs(a - b) <= 0.06 * abs(step) + 5e-6 * abs(b) for a, b in zip(said, values, strict=True))
     return all(close) and abs(said[1] - said[0] - step) <= 0.06 * abs(step)
@@ -216,7 +215,6 @@ def _owner(path: Path) -> Path:
 
 
 def _leaf(robot: Robot, chance: random.Random, taken: set[Path], rules: Mapping[str, Rule] = URDF) -> Planted | None:
-    """Change a leaf that a rule speaks of."""
     ways = [
         path
         for path, _ in leaves(robot)
@@ -235,7 +233,6 @@ def _leaf(robot: Robot, chance: random.Random, taken: set[Path], rules: Mapping[
 
 
 def _axis(robot: Robot, chance: random.Random, taken: set[Path]) -> Planted | None:
-    """Tilt the axis of a joint."""
     ways = [i for i, joint in enumerate(robot.joints) if joint.moves and ("joints", i, "axis") not in taken]
     if not ways:
         return None

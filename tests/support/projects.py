@@ -1,7 +1,5 @@
 """Projects with one robot, ``r``, that reads files of all kinds; each is made in the current folder."""
 
-from __future__ import annotations
-
 import shutil
 import struct
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What texts contain, leaf by leaf, as their formats read them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rosorin_compile.compare.sentences import text_of

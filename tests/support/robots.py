@@ -1,7 +1,5 @@
 """The reference robot and copies of it, for tests."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Mapping
@@ -22,7 +20,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Source, has_err
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.report import text as report
-from support.paths import DATA, ROSORIN
+from support.paths import DATA, ROSORIN, data_text
 
 RECORDED = json.loads((DATA / "recorded_checks.json").read_text("utf-8"))
 
@@ -72,24 +70,7 @@ def of_this_project(path: Path) -> Compiled:
 
 
 # Links that are alike, and joints that are; outputs are to be added.
-CHAIN = """
-robot: chain
-links:
-  base: {}
-  "s${i}":
-    for: {i: "${range(6)}"}
-    inertial: {mass: 2, xyz: [0, 0, 0.1], inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}
-    collision: [{box: {size: [0.1, 0.1, 0.2]}, xyz: [0, 0, 0.1]}, {sphere: {radius: 0.1}}]
-joints:
-  "j${i}":
-    for: {i: "${range(6)}"}
-    type: revolute
-    parent: ${'base' if i == 0 else 's' + str(i - 1)}
-    child: s${i}
-    xyz: [0, 0, 0.2]
-    axis: [0, 1, 0]
-    limit: {lower: -1, upper: 1, effort: 10, velocity: 2}
-"""
+CHAIN = data_text("robots/robots_chain.yaml")
 
 
 def compiled_text(folder: Path, text: str) -> Compiled:

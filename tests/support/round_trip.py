@@ -189,15 +189,15 @@ class Said:
         self.kept(joint, where)
 
 
-def same(one: Any, other: Any) -> bool:
-    """Say whether two values are the same; numbers may be apart by what printing costs, poses by the tolerance."""
+def same(one: Any, other: Any, tolerance: float = TOLERANCE) -> bool:
+    """Return True if two values are equal: numbers within what printing costs, poses within the tolerance."""
     if is_vector(one) and is_vector(other):
         bound = SHORT * max(map(abs, (*one, *other)))
         return len(one) == len(other) and all(abs(a - b) <= bound for a, b in zip(one, other, strict=True))
     if isinstance(one, (list, tuple)) and isinstance(other, (list, tuple)):
-        return len(one) == len(other) and all(map(same, one, other))
+        return len(one) == len(other) and all(same(*pair, tolerance) for pair in zip(one, other, strict=True))
     if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
-        return bool(np.allclose(one, other, rtol=TOLERANCE, atol=TOLERANCE))
+        return bool(np.allclose(one, other, rtol=tolerance, atol=tolerance))
     return type(one) is type(other) and bool(one == other)
 
 
@@ -205,17 +205,33 @@ def is_vector(value: Any) -> bool:
     return isinstance(value, tuple) and bool(value) and all(isinstance(entry, float) for entry in value)
 
 
-def differences(source: bytes, result: bytes) -> list[str]:
-    """Return where the result does not say what the source says. It may name a material that had no name."""
+def differences(source: bytes, result: bytes, *, tolerance: float = TOLERANCE, any_axes: bool = False) -> list[str]:
+    """Return where two URDFs differ; poses may by the tolerance. The result may name a material that had no name.
+
+    With ``any_axes`` the axes of an inertia may differ: whoever calculates it chooses them.
+    """
     before, after = Said(source).said, Said(result).said
+    if any_axes:
+        before, after = along_the_link(before), along_the_link(after)
     found = []
     for where in sorted({*before, *after}, key=str):
         if where not in before and (where[0] == "material" or where[-1] == "material"):
             continue
         one, other = before.get(where), after.get(where)
-        if not same(one, other):
+        if not same(one, other, tolerance):
             found.append(f"{where}: {one} in the source, {other} in the result")
     return found
+
+
+def along_the_link(said: dict[tuple[Any, ...], Any]) -> dict[tuple[Any, ...], Any]:
+    """Return the same with each inertia turned into the axes of its link."""
+    made = dict(said)
+    for where in [where for where in said if where[-1] == "inertial"]:
+        place, mass, ((xx,), (yy,), (zz,)), (_, xy, xz, yz) = said[where]
+        turn = place[:3, :3]
+        turned = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
+        made[where] = [tuple(map(float, place[:3, 3])), mass, tuple(map(float, turned.ravel()))]
+    return made
 
 
 def comments(data: bytes) -> list[str]:

@@ -3,8 +3,6 @@
 ``as_sdf`` returns the SDF and what was said; ``known`` are the elements that the specification of SDF has.
 """
 
-from __future__ import annotations
-
 import ctypes
 import re
 import subprocess

@@ -3,8 +3,6 @@
 ``typed`` returns what the line has become. Each shell writes its line into a file at Ctrl-X Ctrl-P.
 """
 
-from __future__ import annotations
-
 import os
 import shlex
 import signal

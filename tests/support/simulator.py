@@ -1,7 +1,5 @@
 """MuJoCo for tests: a warning of the compiler or of the simulation is a failure."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace

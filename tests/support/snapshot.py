@@ -1,7 +1,5 @@
 """A copy of this project as a repository of its own, and whether a package index answers."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -53,7 +51,6 @@ def git(folder: Path, *words: str) -> str:
 
 @lru_cache(maxsize=1)
 def _index_answers() -> bool:
-    """Say whether pip gets what this project is built with."""
     with tempfile.TemporaryDirectory() as folder:
         venv.create(Path(folder, "env"), with_pip=True)
         words = [Path(folder, "env/bin/python"), "-m", "pip", "download", "--quiet", "--no-deps", "--dest", folder]

@@ -6,8 +6,6 @@ line of JSON follows: ``height`` of the root at the end (m), ``moved`` (m, how m
 ``finite``; or ``refused``.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys
@@ -149,7 +147,6 @@ def drake(job: dict[str, Any], heights: list[float]) -> bool:
 
 
 def _place(plant: Any, robot: Any, servo: Any) -> int:
-    """Return where the position of a servo stands among those that are asked for."""
     return sorted(plant.GetJointActuatorIndices(robot)).index(servo.index())
 
 

@@ -1,7 +1,5 @@
 """Which tests a landing runs, and which belong to a tier of ``.ci/full``: what their marks say."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import pytest
@@ -44,6 +42,5 @@ def _landings(item: pytest.Item) -> list[tuple[str, ...]]:
 
 
 def _case(item: pytest.Item) -> set[str]:
-    """Return the id of a case, and the parts of it that come of one parameter each."""
     case: str = item.callspec.id  # type: ignore[attr-defined]
     return {case, *case.split("-")}

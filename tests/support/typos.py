@@ -107,13 +107,11 @@ def _scalars(text: str) -> Iterator[tuple[int, int]]:
 
 
 def _valued(stack: list[tuple[bool, list[str]]]) -> None:
-    """Close the key whose value has ended."""
     if stack:
         stack[-1][1].clear()
 
 
 def _is_free(keys: list[str]) -> bool:
-    """Say whether what stands at a path of keys is text for people."""
     last = keys[-1] if keys else ""
     return keys[:1] == ["modes"] or last in FREE or any(last == free and key in keys[:-1] for key, free in FREE_IN)
 

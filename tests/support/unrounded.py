@@ -1,7 +1,5 @@
 """Compiling with all digits of numbers, as an import does that is held against its source."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

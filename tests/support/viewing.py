@@ -1,4 +1,4 @@
-"""A running ``rosorin-compile view``: its lines, its address, and what it answers."""
+"""Commands that run beside a test: ``watch`` and ``view``, their lines, and what the server of a page answers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 PATIENCE = 30.0  # seconds until something that does not come fails a test; no test waits for as long otherwise
 
@@ -19,11 +22,12 @@ PATIENCE = 30.0  # seconds until something that does not come fails a test; no t
 _SAID = "(Ctrl-C ends it)"
 
 
-class Viewing:
-    """A process that shows a robot; what it prints is read as it comes."""
+class Running:
+    """A command that runs in a process; what it prints is read as it comes."""
 
     def __init__(self, folder: Path, *words: str) -> None:
-        command = [sys.executable, "-m", "rosorin_compile", "view", "--no-open", *words]
+        self.folder = folder
+        command = [sys.executable, "-m", "rosorin_compile", *words]
         self.process = subprocess.Popen(
             command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
         )
@@ -32,7 +36,7 @@ class Viewing:
         self.reader = threading.Thread(target=self._read)
         self.reader.start()
 
-    def __enter__(self) -> Viewing:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -48,23 +52,41 @@ class Viewing:
             self.lines.append(line.rstrip("\n"))
             self.fresh.put(line.rstrip("\n"))
 
-    def until(self, text: str) -> str:
-        """Return the first new line that holds a text."""
+    def until(self, text: str) -> list[str]:
+        """Return the new lines up to the first that contains a text."""
+        new: list[str] = []
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             try:
-                line = self.fresh.get(timeout=0.1)
+                new.append(self.fresh.get(timeout=0.1))
             except queue.Empty:
                 assert self.process.poll() is None, self.lines
                 continue
-            if text in line:
-                return line
+            if text in new[-1]:
+                return new
         raise AssertionError(f"no {text!r} in {self.lines}")
+
+    def silent(self, seconds: float = 1.0) -> bool:
+        """Return True if nothing is printed for some time."""
+        time.sleep(seconds)
+        return self.fresh.empty()
+
+    def end(self, number: int) -> int:
+        """Send a signal; return the exit code."""
+        self.process.send_signal(number)
+        return self.process.wait(PATIENCE)
+
+
+class Viewing(Running):
+    """A process that shows a robot."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        super().__init__(folder, "view", "--no-open", *words)
 
     @property
     def port(self) -> int:
         """The port that it said."""
-        said = next((line for line in self.lines if _SAID in line), None) or self.until(_SAID)
+        said = next((line for line in self.lines if _SAID in line), None) or self.until(_SAID)[-1]
         found = re.search(r":(\d+)/", said)
         assert found is not None
         return int(found[1])
@@ -79,11 +101,6 @@ class Viewing:
         status, content = self.get("/robot.json")
         assert status == 200
         return json.loads(content)["robot"]
-
-    def end(self, number: int) -> int:
-        """Send a signal; return the exit code."""
-        self.process.send_signal(number)
-        return self.process.wait(PATIENCE)
 
 
 def asked(port: int, path: str, method: str = "GET", body: bytes | None = None, **headers: str) -> tuple[int, bytes]:

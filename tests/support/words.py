@@ -1,7 +1,5 @@
 """The words of the language, and those that a value of it uses: KIND.WORD, as the schema of descriptions has them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -40,7 +38,6 @@ def _used(kinds: Mapping[str, Any], name: str, fragment: Mapping[str, Any], valu
 
 
 def _below(name: str, one: Inner) -> str:
-    """Return what a schema within another one is called."""
     return name + {KEY: f".{one.name}", PATTERN: ".*", OTHER: ".*", ITEM: "[]", WAY: ""}[one.kind]
 
 

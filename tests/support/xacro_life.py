@@ -1,7 +1,5 @@
 """The package of docs/from-xacro.md, and what calls xacro and the compiler as ROS does: launch's Command, a prefix."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import subprocess

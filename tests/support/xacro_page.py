@@ -115,7 +115,6 @@ def _excerpt(lines: list[str], each: bool) -> str:
 
 
 def _section(case: Case) -> list[str]:
-    """Return what the page says of a case."""
     lines = [text for text in (case.why.replace(OTHERWISE, "").strip(), _wrapped(case.remarks)) if text]
     pieces = _shown(case)
     for piece in pieces:
@@ -131,7 +130,6 @@ def _section(case: Case) -> list[str]:
 
 
 def _message(case: Case) -> list[str]:
-    """Return what is said of a case that is refused, and what xacro says."""
     with ready(case):
         said = report(compile_robot(Path("robot.yaml"), case.arguments).diagnostics).rstrip()
     kind, _, words = case.xacro.partition(": ")
@@ -140,7 +138,6 @@ def _message(case: Case) -> list[str]:
 
 
 def _names_section() -> list[str]:
-    """Return the table of the names of xacro."""
     table = names()
     same = [f"`{name.name}`" for name in table if name.ours and name.ours == name.theirs]
     lines = [_wrapped(f"The same here, without `math.` and `python.`: {', '.join(same)}."), ""]

@@ -83,7 +83,6 @@ def read(folder: Path) -> Case:
 
 
 def _comments(path: Path) -> list[str]:
-    """Return the comments at the top of a file."""
     lines = path.read_text("utf-8").splitlines() if path.is_file() else []
     return [line[2:] for line in takewhile(lambda line: line.startswith("#"), lines)]
 

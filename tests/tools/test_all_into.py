@@ -1,7 +1,5 @@
 """``all -o FOLDER``: the artifacts of one robot in a folder itself, for build systems."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from rosorin_compile.cli.main import main

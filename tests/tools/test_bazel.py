@@ -5,8 +5,6 @@ would give it (``data/bazel/stubs.star``). Then the words are run in a folder th
 without environment, and a hook notes each file that is opened.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -49,7 +47,6 @@ finally:
 
 
 def page_files(folder: Path) -> dict[str, str]:
-    """Write the files of the page, and return their texts by name."""
     found = {}
     for block in blocks(PAGE.read_text("utf-8")):
         if block.mark[0] == "file":
@@ -68,7 +65,6 @@ def evaluated(text: str, **given: Any) -> Any:
 
 
 def action(target: dict[str, Any]) -> dict[str, Any]:
-    """Return the action that the rule registers for a target of a BUILD file."""
     rule = RULE.read_text("utf-8")
     assert rule.startswith('"""')  # a text in the midst of a module is an expression, and Starlark takes it
     driver = "\nrosorin_robot.implementation(context(TARGET['name'], rosorin_robot.attrs, TARGET))\nACTIONS\n"
@@ -115,7 +111,6 @@ def by_hand(made: dict[str, Any], sources: Path, folder: Path) -> tuple[dict[str
 
 
 def _of_python(path: str) -> bool:
-    """Say whether a file belongs to the tool, to Python, or to the system."""
     homes = [sys.prefix, sys.base_prefix, str(ROOT / "compiler"), "/usr/lib", "/usr/share/locale", "/proc", "/dev"]
     # MuJoCo, which all loads to check an MJCF, looks for libraries of the system.
     homes += ["/usr/lib64", "/usr/local/lib", "/usr/local/lib64", "/opt/homebrew", "/run/current-system"]

@@ -1,7 +1,5 @@
 """check asks MuJoCo whether it loads each MJCF: what it refuses is an error at the place that it comes from."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -11,27 +9,17 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.mujoco.mjcf import process
-from rosorin_compile.source.files import recording
 from support.commands import Shown, edit, write_files
+from support.paths import data_text
 
 pytest.importorskip("mujoco", minversion="4")
 
-ROBOT = """\
-robot: cart
-links:
-  body:
-    inertial: {mass: 1 kg, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}
-    collision:
-      - box: {size: [0.1, 0.1, 0.1]}
-      - mesh: {file: cover.obj}
-outputs: {mjcf: {file: cart.xml}, urdf: {file: cart.urdf}}
-"""
+ROBOT = data_text("robots/check_engine.yaml")
 OBJ = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 PROJECT = {"descriptions/cart/robot.yaml": ROBOT, "descriptions/cart/cover.obj": OBJ}
 
 
 def said(capsys: Shown, code: int) -> list[str]:
-    """Return the lines of check that begin with a place, or are about the robot as a whole."""
     capsys.readouterr()
     assert main(["check"]) == code
     return [line for line in capsys.readouterr().err.splitlines() if "engine-refuses" in line]
@@ -69,28 +57,6 @@ def test_a_flat_mesh_is_told_by_its_file(project: Path, capsys: Shown) -> None:
     (line,) = said(capsys, 1)
     assert line.startswith("descriptions/cart/robot.yaml:7:22: error[engine-refuses]")
     assert "cover.obj: mesh 'cart_mesh_1' has coplanar vertices" in line
-
-
-@pytest.mark.slow
-def test_a_mesh_that_mujoco_loads_is_nothing_to_say(project: Path) -> None:
-    (project / "outputs/cart").mkdir(parents=True)
-    (project / "outputs/cart/cover.obj").write_text(OBJ)
-    assert FORMATS["mjcf"].refusal is not None
-    asset = '<asset><mesh name="m" file="cover.obj"/></asset>'
-    text = f'<mujoco>{asset}<worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
-    assert FORMATS["mjcf"].refusal(text, Path("outputs/cart")).reason == ""
-
-
-@pytest.mark.slow
-def test_what_mujoco_reads_is_recorded(project: Path) -> None:
-    (project / "outputs/cart").mkdir(parents=True)
-    (project / "outputs/a&b.obj").write_text(OBJ)
-    assert FORMATS["mjcf"].refusal is not None
-    asset = '<mesh name="m" file="../a&amp;b.obj"/>'
-    text = f'<mujoco><asset>{asset}</asset><worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
-    with recording() as paths:
-        FORMATS["mjcf"].refusal(text, project / "outputs/cart")
-    assert paths[project / "outputs/cart/../a&b.obj"]
 
 
 def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys: Shown) -> None:

@@ -1,9 +1,4 @@
-"""rosorin_compile_add_robot in a workspace of colcon: three packages; one includes the robot of another, and its files.
-
-``COLCON`` names a colcon of another environment than the one in which the tests run; ament_cmake is Debian's.
-"""
-
-from __future__ import annotations
+"""rosorin_compile_add_robot in a workspace of colcon: one package includes the robot of another, and its files."""
 
 import os
 import shutil
@@ -14,17 +9,15 @@ from pathlib import Path
 import pytest
 
 from support.cmake import GENERATORS, PROGRAM, WORKSPACE, environment, plainly, ran
+from support.colcon import AMENT_CMAKE, AMENT_PACKAGE, COLCON, NEEDS_COLCON
 from support.commands import edit, touch
 from support.paths import ROOT
 
-COLCON = os.environ.get("COLCON") or shutil.which("colcon")
-AMENT_CMAKE = Path("/usr/share/ament_cmake/cmake/ament_cmakeConfig.cmake")
-AMENT_PACKAGE = Path("/usr/lib/python3/dist-packages/ament_package")
 CMAKE_PACKAGE = ROOT / "ament" / "rosorin_compile_cmake"
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(COLCON is None, reason="colcon is not here: pip install colcon-common-extensions"),
+    NEEDS_COLCON,
     pytest.mark.skipif(not AMENT_CMAKE.is_file() or not GENERATORS, reason="no ament-cmake"),
 ]
 NINJA, MAKE = (GENERATORS[0], GENERATORS[-1]) if GENERATORS else ("", "")
@@ -48,8 +41,6 @@ def workspace(tmp_path: Path) -> Path:
 
 
 def colcon(workspace: Path, generator: str, *options: str, fails: bool = False) -> str:
-    """Build the workspace and return what colcon prints, all of the builds included."""
-    assert COLCON is not None
     env = {**environment(workspace), "COLCON_HOME": str(workspace / "home"), "PYTHONPATH": str(workspace / "site")}
     env["PATH"] = f"{workspace / 'bin'}:{Path(COLCON).parent}:/usr/bin:/bin"
     words = [COLCON, "build", "--event-handlers", "console_cohesion+", *options, "--cmake-args", "-G", generator]

@@ -1,7 +1,5 @@
 """docs/builds.md at work: its project in CMake, its build.ninja and its Makefile."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -21,7 +19,6 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def lamp(tmp_path: Path) -> Path:
-    """The folder of the page, as it is when its commands have run."""
     play(PAGE, tmp_path)
     return tmp_path
 
@@ -37,7 +34,6 @@ def run(lamp: Path, command: str, fails: bool = False) -> str:
 
 
 def removed(lamp: Path) -> None:
-    """Remove the include, and what includes it."""
     (lamp / "descriptions/lamp/shade.yaml").unlink()
     edit(lamp / "descriptions/lamp/robot.yaml", "include: [shade.yaml]\n", "")
 

@@ -1,11 +1,5 @@
-"""The repository as a ROS package: package.xml, and a colcon workspace that contains a clone.
+"""The repository as a ROS package: package.xml, and a colcon workspace that contains a clone."""
 
-``COLCON`` names a colcon, which may be in another environment than the tests; ament_cmake is that of Debian.
-"""
-
-from __future__ import annotations
-
-import os
 import re
 import shutil
 import subprocess
@@ -15,13 +9,11 @@ import pytest
 from catkin_pkg.package import Package, parse_package_string
 
 from support.cmake import GENERATORS, WORKSPACE, environment
+from support.colcon import AMENT_CMAKE, AMENT_PACKAGE, COLCON
 from support.commands import edit
 from support.paths import OUTPUTS, ROOT
 from support.snapshot import network, snapshot
 
-COLCON = os.environ.get("COLCON") or shutil.which("colcon")
-AMENT_CMAKE = Path("/usr/share/ament_cmake/cmake/ament_cmakeConfig.cmake")
-AMENT_PACKAGE = Path("/usr/lib/python3/dist-packages/ament_package")
 # What rosdep calls packages of PyPI: https://github.com/ros/rosdistro/blob/master/rosdep/python.yaml
 ROSDEP = {
     "click": "python3-click",
@@ -32,13 +24,11 @@ ROSDEP = {
 
 
 def requirements() -> set[str]:
-    """Return the names of the packages that pyproject.toml requires."""
     (line,) = re.findall(r"^dependencies = \[(.*)\]$", (ROOT / "pyproject.toml").read_text("utf-8"), re.MULTILINE)
     return set(re.findall(r'"([\w-]+)', line))
 
 
 def manifest() -> Package:
-    """Parse package.xml. Fail on a warning of the parser."""
     warnings: list[str] = []
     package = parse_package_string((ROOT / "package.xml").read_text("utf-8"), warnings=warnings)
     package.validate()
@@ -56,7 +46,7 @@ def test_package_xml_has_the_requirements_as_rosdep_keys() -> None:
 @pytest.fixture
 def workspace(tmp_path: Path) -> Path:
     """A workspace with a clone of the repository, and the requirements for the Python of colcon in ``site``."""
-    if COLCON is None:
+    if not COLCON:
         pytest.skip("colcon is not here: pip install colcon-common-extensions")
     network()
     folder = tmp_path / "a workspace"
@@ -69,10 +59,9 @@ def workspace(tmp_path: Path) -> Path:
 
 
 def run(workspace: Path, *words: str | Path) -> str:
-    """Run a command in the workspace, in the environment of its users, and return what it prints."""
     setup = workspace / "install" / "local_setup.sh"
     env = {**environment(workspace), "COLCON_HOME": str(workspace / "home"), "PYTHONPATH": str(workspace / "site")}
-    env["PATH"] = f"{Path(COLCON or '').parent}:/usr/bin:/bin"
+    env["PATH"] = f"{Path(COLCON).parent}:/usr/bin:/bin"
     script = f'[ ! -e "{setup}" ] || . "{setup}"; exec "$@"'
     done = subprocess.run(
         ["bash", "-c", script, "-", *words],
@@ -91,8 +80,8 @@ def run(workspace: Path, *words: str | Path) -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [(), ("--symlink-install",)], ids=["copies", "links"])
 def test_colcon_builds_the_tool(workspace: Path, options: tuple[str, ...]) -> None:
-    assert run(workspace, COLCON or "", "list", "--names-only") == "rosorin_compile\n"
-    printed = run(workspace, COLCON or "", "build", "--event-handlers", "console_cohesion+", *options)
+    assert run(workspace, COLCON, "list", "--names-only") == "rosorin_compile\n"
+    printed = run(workspace, COLCON, "build", "--event-handlers", "console_cohesion+", *options)
     assert "1 package finished" in printed
     assert "doesn't explicitly install" not in printed  # the marker and package.xml, which colcon adds with a warning
     installed = workspace / "install" / "rosorin_compile"
@@ -118,6 +107,6 @@ def test_a_package_compiles_its_robot_with_the_tool_of_the_workspace(workspace: 
     cart = shutil.copytree(WORKSPACE / "src" / "cart_description", source / "cart_description")
     line = "<build_depend>rosorin_compile_cmake</build_depend>"
     edit(cart / "package.xml", line, f"{line}<build_depend>rosorin_compile</build_depend>")
-    assert "3 packages finished" in run(workspace, COLCON or "", "build")
+    assert "3 packages finished" in run(workspace, COLCON, "build")
     urdf = workspace / "install/cart_description/share/cart_description/urdf/cart.urdf"
     assert 'size="0.5 0.3 0.1"' in urdf.read_text("utf-8")

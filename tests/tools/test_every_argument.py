@@ -1,7 +1,5 @@
 """check --every-argument: every combination is compiled, and each problem says by which arguments it comes."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 from typing import Any
@@ -11,26 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.language.arguments import Argument, combinations
-from rosorin_compile.source.diagnostics import Source, Span
+from rosorin_compile.language.arguments import combinations
+from support.paths import data_text
 
 pytestmark = pytest.mark.slow
 
-ROBOT = """
-robot: armed
-args:
-  arm: {type: boolean, default: true, help: with the arm}
-  base: {one_of: [fixed, free, tracks], default: free}
-  mast: {type: length, default: 100 mm}
-publishers: {ekf: {}, tracker: {}}
-links: {base_link: {}, arm: {if: "${arm}"}}
-joints:
-  shoulder: {if: "${arm}", type: fixed, parent: base_link, child: arm}
-edges:
-  - {parent: odom, child: base_link, publisher: ekf}
-  - {if: "${BROKEN}", parent: map, child: base_link, publisher: tracker}
-"""
-SPAN = Span(Source("robot.yaml", "args:\n"), 1, 1, 1)
+ROBOT = data_text("robots/every_argument.yaml")
 
 
 def checked(folder: Path, capsys: Any, condition: str, *words: str) -> tuple[int, str, str]:
@@ -91,11 +75,6 @@ def test_cap_is_said(tmp_path, capsys):
     assert f"256 of 512 combinations of {', '.join(names)} compiled, all fine; set some" in capsys.readouterr().out
 
 
-def test_deployed_is_another_check(capsys, tmp_path):
-    assert main(["check", "deployed", str(tmp_path), "--every-argument"]) == 2
-    assert "check deployed has no option --every-argument" in capsys.readouterr().err
-
-
 CHOICES = st.lists(st.integers(1, 3), min_size=1, max_size=4).map(
     lambda sizes: [(f"a{n}", tuple(f"v{value}" for value in range(size))) for n, size in enumerate(sizes)]
 )
@@ -109,17 +88,6 @@ def test_every_combination_comes_once_the_nearest_first(varied):
     defaults = found[0]
     near = [sum(a != b for a, b in zip(one, defaults, strict=True)) <= 1 for one in found]
     assert near == sorted(near, reverse=True)
-
-
-def test_choices():
-    arguments = [
-        Argument("a", "any", ("x", "y"), False, "y", "", SPAN),
-        Argument("b", "boolean", (), True, "", "", SPAN),
-        Argument("c", "length", (), False, "1 m", "", SPAN),
-        Argument("d", "any", ("1", "2"), False, "1", "", SPAN),
-        Argument("e", "any", ("1", "2"), False, "1", "", SPAN, "2", SPAN),
-    ]
-    assert Argument.choices(arguments, {"d": "2"}) == [("a", ("y", "x")), ("b", ("true", "false"))]
 
 
 MESHED = """robot: m

@@ -1,15 +1,13 @@
 """Meshes that are none: MuJoCo loads the MJCF whatever stands in their files, and what is left out is told."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.mesh_copies import check_for_mujoco
 from rosorin_compile.model.mesh_vertices import UnreadableMesh
+from rosorin_compile.mujoco.mesh_copies import check_for_mujoco
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
@@ -31,20 +29,12 @@ DAE = """<?xml version="1.0"?>
 
 
 def stl(*more: tuple[float, ...], count: int | None = None) -> bytes:
-    """Return a binary STL of a tetrahedron and of more triangles."""
     facets = [sum((CORNERS[one] for one in face), ()) for face in FACES] + list(more)
     body = b"".join(struct.pack("<12fH", 0, 0, 1, *facet, 0) for facet in facets)
     return bytes(80) + struct.pack("<I", len(facets) if count is None else count) + body
 
 
-def msh(*more: tuple[float, ...], corners: int | None = None, faces: list[tuple[int, ...]] | None = None) -> bytes:
-    """Return an MSH of a tetrahedron with more corners."""
-    every, own = [*CORNERS, *more], FACES if faces is None else faces
-    head = struct.pack("<4i", len(every) if corners is None else corners, 0, 0, len(own))
-    return head + b"".join(struct.pack("<3f", *c) for c in every) + b"".join(struct.pack("<3i", *f) for f in own)
-
-
-SOUND = {"a.stl": stl(), "a.obj": OBJ.encode(), "a.msh": msh(), "a.dae": DAE.replace("@", "0").encode()}
+SOUND = {"a.stl": stl(), "a.obj": OBJ.encode(), "a.dae": DAE.replace("@", "0").encode()}
 SOUND["shorthand.obj"] = (OBJ + "f 1 2\n").encode()
 SOUND["large.obj"] = OBJ.replace("1", "1.5e+06").replace("f 1.5e+06", "f 1").encode().split(b"f ")[0]
 SOUND["points.obj"] = OBJ.partition("f ")[0].encode()
@@ -52,27 +42,21 @@ SOUND["behind.obj"] = (OBJ + "f -1 -2 -3\nf 1/1 2/2 3//3\n").encode()
 SOUND["no-normal.stl"] = stl().replace(struct.pack("<3f", 0, 0, 1), struct.pack("<3f", NAN, NAN, NAN), 1)
 
 BROKEN = {f"{what}.{ending}": data
-          for ending in ("stl", "obj", "msh", "dae", "gltf", "glb")
+          for ending in ("stl", "obj", "dae", "gltf", "glb")
           for what, data in {"pointer": POINTER, "empty": b"", "blank": b" \n", "junk": bytes(range(256)) * 3,
                              "page": b"<!DOCTYPE html><html><body>404</body></html>"}.items()}  # fmt: skip
 for name, value in {"nan": NAN, "inf": INF, "far": 3e38, "far-too": 1e30}.items():
-    BROKEN[f"{name}.stl"], BROKEN[f"{name}.msh"] = stl((value, 0, 0, 1, 0, 0, 0, 1, 0)), msh((value, 0, 0))
-    BROKEN[f"{name}.obj"], BROKEN[f"{name}.dae"] = (
-        f"v {value} 0 0\n{OBJ}".encode(),
-        DAE.replace("@", str(value)).encode(),
-    )
+    BROKEN[f"{name}.stl"] = stl((value, 0, 0, 1, 0, 0, 0, 1, 0))
+    BROKEN[f"{name}.obj"] = f"v {value} 0 0\n{OBJ}".encode()
 for number in ("1e400", "-1e39", "12345678901", "x", "1,5"):
     BROKEN[f"{number}.obj"] = OBJ.replace("v 1 0", f"v {number} 0").encode()
 for face in ("0 1 2", "1 2 9", "-1 -2 -9"):
     BROKEN[f"face {face}.obj"] = f"{OBJ}f {face}\n".encode()
 BROKEN |= {f"cut-{at}.stl": stl()[:at] for at in (10, 60, 84, 100, len(stl()) - 1)}
-BROKEN |= {f"cut-{at}.msh": msh()[:at] for at in (3, 10, 30, 70, len(msh()) - 1)}
 BROKEN |= {"cut.obj": OBJ[:20].encode(), "same.obj": b"v 0 0 0\n" * 4 + b"f 1 2 3\n", "only-faces.obj": b"f 1 2 3\n"}
 BROKEN |= {"none.stl": bytes(84), "same.stl": bytes(80) + struct.pack("<I", 4) + bytes(200), "more.stl": stl() + b"x"}
-BROKEN |= {"many.stl": stl(count=999_999_999), "many.msh": msh(corners=2**30), "fewer.msh": msh(corners=-1)}
+BROKEN |= {"many.stl": stl(count=999_999_999)}
 BROKEN |= {
-    "index.msh": msh(faces=[(0, 1, 9)]),
-    "more.msh": msh() + b"1",
     "letters.stl": b"solid a\nfacet normal 0 0 1\n",
 }
 

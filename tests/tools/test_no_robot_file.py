@@ -1,7 +1,5 @@
 """Folders of ``descriptions`` that are not compiled: nobody may read them, or they have no robot.yaml."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -18,7 +16,6 @@ PROJECT = {f"descriptions/{name}/robot.yaml": ROBOT.format(name) for name in "pq
 
 
 def unprivileged(*words: str) -> subprocess.CompletedProcess[str]:
-    """Run a command line as somebody whom permissions hold back."""
     before: list[str] = []
     if not os.geteuid():
         if shutil.which("setpriv") is None:

@@ -1,7 +1,5 @@
 """``--package`` and ``--trust`` reach the xacro that a description includes, in each command that reads one."""
 
-from __future__ import annotations
-
 import pytest
 
 from rosorin_compile.cli.main import main

@@ -1,7 +1,5 @@
 """The project is found from any folder inside it, and what is inside it may be included."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -23,7 +21,6 @@ Shown = pytest.CaptureFixture[str]
 
 @pytest.fixture(autouse=True)
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a project with two robots that share a base."""
     for name in ("rover", "loader"):
         (tmp_path / "descriptions" / name).mkdir(parents=True)
         (tmp_path / "descriptions" / name / "robot.yaml").write_text(ROVER % name)
@@ -53,8 +50,7 @@ def test_in_the_folder_of_a_description_it_is_meant(
     assert "z  0.2 m  robot.yaml:5:82" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("inside", [".", "xacro/deep"])
-@pytest.mark.parametrize("around", [True, False])
+@pytest.mark.parametrize(("inside", "around"), [(".", True), ("xacro/deep", False)])
 def test_in_the_folder_of_a_robot_of_its_own_it_is_meant(
     project: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown, inside: str, around: bool
 ) -> None:
@@ -68,10 +64,8 @@ def test_in_the_folder_of_a_robot_of_its_own_it_is_meant(
     if not around:
         shutil.rmtree(project / "descriptions")
     monkeypatch.chdir(folder / inside)
-    picture = project / "scout.png"
     for words in (
         ["frames"],
-        ["picture", "-o", str(picture)],
         ["view", "--html", str(project / "scout.html")],
         ["tf", "base_link", "mast"],
         ["explain", "mast"],
@@ -117,8 +111,8 @@ def test_where_there_is_no_robot_it_is_said_how_to_get_one(
         assert main(words) == 2
         told = capsys.readouterr().err
         assert "there is no descriptions/*/robot.yaml here or above" in told
-        assert "rosorin-compile init NAME begins one" in told
-        assert "rosorin-compile import FILE makes one of a URDF" in told
+        assert "rosorin-compile init NAME creates one" in told
+        assert "rosorin-compile import FILE converts a URDF" in told
 
 
 def test_an_install_space_of_links(project: Path, capsys: Shown) -> None:

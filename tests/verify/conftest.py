@@ -1,7 +1,5 @@
 """Recordings that several modules read; none of them changes one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """verify on recordings that are broken, foreign or in parts: clear errors, and nothing lost."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """verify on recordings whose stamps are of several clocks: told as clocks, once; what is on purpose is not told."""
 
-from __future__ import annotations
-
 import copy
 import random
 from collections.abc import Callable
@@ -24,14 +22,11 @@ CLOCK = "rosgraph_msgs/msg/Clock"
 
 
 def of(message: Message, name: str) -> bool:
-    """Say whether a message is of a topic, or has the moving edge into a frame."""
     child = message.content.transforms[0].child_frame_id if message.topic == "/tf" else ""
     return name in (message.topic, child)
 
 
 def node(names: set[str], new: Stamp, since: float = -99.0, until: float = 99.0) -> Change:
-    """Some topics, and edges into some frames, have other stamps for a time (s)."""
-
     def change(messages: list[Message]) -> list[Message]:
         return [
             stamped(message, new)
@@ -60,8 +55,6 @@ def clock(messages: list[Message]) -> list[Message]:
 
 
 def all_but_the_imu(change: Change) -> Change:
-    """One driver keeps the wall clock."""
-
     def changed(messages: list[Message]) -> list[Message]:
         kept = copy.deepcopy([message for message in messages if message.topic == "/imu/data"])
         return change([message for message in messages if message.topic != "/imu/data"]) + kept
@@ -79,7 +72,6 @@ def received(new: Stamp) -> Change:
 
 
 def without_battery(messages: list[Message]) -> list[Message]:
-    """The computer begins in 1970, recorder and all, until it hears the time."""
     made = [
         message if message.received > ns(6.0) else stamped(message, by(50 - START / SECOND)) for message in messages
     ]
@@ -87,7 +79,6 @@ def without_battery(messages: list[Message]) -> list[Message]:
 
 
 def drifting(messages: list[Message]) -> list[Message]:
-    """The clock of one computer runs by 8 % too fast."""
     return [
         stamped(message, by(0.08 * (message.received - START) / SECOND)) if of(message, "base_link") else message
         for message in messages
@@ -95,7 +86,6 @@ def drifting(messages: list[Message]) -> list[Message]:
 
 
 def busy_network(messages: list[Message]) -> list[Message]:
-    """Images come up to 80 ms late, for two seconds all of them 0.7 s, and none before another."""
     chance, made, last = random.Random(3), [], 0  # noqa: S311
     for message in messages:
         if message.topic == "/camera/depth/image":

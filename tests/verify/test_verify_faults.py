@@ -1,7 +1,5 @@
 """verify finds each fault that is planted in a recording by its name, no other, and none in a clean one."""
 
-from __future__ import annotations
-
 import io
 import re
 import tempfile
@@ -40,7 +38,6 @@ SAID = DATA / "recordings" / "findings.txt"
 
 
 def said(name: str, verdict: Verified) -> str:
-    """Return the findings of a fault as a paragraph."""
     return f"{name}\n{report(verdict.diagnostics)}"
 
 

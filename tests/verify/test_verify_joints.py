@@ -1,7 +1,5 @@
 """verify compares the edges of joints with their joint states, for every kind of joint and at any position."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -15,23 +13,10 @@ from rosorin_compile.recordings.results import Verified
 from rosorin_compile.recordings.verification import verify
 from support import bags
 from support.bags import Message, ns
-from support.paths import DATA, ROOT
+from support.paths import DATA, ROOT, data_text
 from support.robots import compiled
 
-MANY = """\
-robot: many_joints
-links: {base: {}, a: {}, b: {}, c: {}, d: {}, e: {}}
-joints:
-  turn: {type: revolute, parent: base, child: a, xyz: [1, 2, 3], rpy: [0.1, -0.7, 2], axis: [0.6, 0, 0.8],
-         limit: {lower: -3, upper: 3, effort: 1, velocity: 1}}
-  wheel: {type: continuous, parent: a, child: b, rpy: [1, 2, 3], axis: [0, -1, 0]}
-  slide: {type: prismatic, parent: b, child: c, xyz: [0.1, 0, 0], rpy: [0.3, 0, 1], axis: [0, 0.6, -0.8],
-          limit: {lower: -1, upper: 1, effort: 1, velocity: 1}}
-  follow: {type: revolute, parent: c, child: d, axis: [0, 0, 1], mimic: {joint: turn, multiplier: -2, offset: 0.25},
-           limit: {lower: -6, upper: 6, effort: 1, velocity: 1}}
-  fixed: {type: fixed, parent: d, child: e, xyz: [0, 0, 1]}
-outputs: {urdf: {file: many_joints.urdf}}
-"""
+MANY = data_text("robots/verify_joints_many.yaml")
 ROBOTS = [*sorted((ROOT / "examples").glob("*/robot.yaml")), DATA / "stock_nodes" / "corners.yaml"]
 STATE = "sensor_msgs/msg/JointState"
 

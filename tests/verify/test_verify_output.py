@@ -1,12 +1,8 @@
 """What verify prints and writes: JSON, JUnit, the picture, the bar; what it needs for that; words in a wrong order."""
 
-from __future__ import annotations
-
-import itertools
 import json
 import math
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -22,13 +18,11 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.answer import plain
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Transform
-from rosorin_compile.recordings import bags as reading
 from rosorin_compile.recordings.picture import as_svg
 from rosorin_compile.recordings.report import as_junit, table
-from rosorin_compile.source import progress
 from rosorin_compile.source.report import text as report
 from support import bags
-from support.bags import START, TYPES, Message, judged, ns
+from support.bags import START, TYPES, Message, judged
 from support.paths import DATA, IMPORTED, ROOT
 from support.schemas import schema
 
@@ -79,18 +73,6 @@ def test_json_junit_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[st
         "folders are made, as for each other file"
     )
     assert main(["verify", ROBOT, str(bag), "--junit", str(junit / "junit.xml")]) == 2
-
-
-def test_names_cannot_steer_the_terminal_or_break_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    name = "x\x1b[31m<&\"'\x00\ud7ff\x07"
-    added = bags.edge(ns(1.0), "base_link", name, Transform(), still=True)
-    bag = bags.bag(tmp_path / "bag", seconds=2.0, change=lambda messages: [*messages, added])
-    junit, picture = tmp_path / "junit.xml", tmp_path / "picture.svg"
-    assert main(["verify", ROBOT, str(bag), "--junit", str(junit), "--picture", str(picture)]) == 0
-    said = capsys.readouterr()
-    assert "\x1b" not in said.out + said.err
-    ElementTree.parse(junit)
-    ElementTree.parse(picture)
 
 
 FRAMES = st.sampled_from(
@@ -161,28 +143,6 @@ def test_what_is_not_installed_is_said(
     assert ran.returncode == code, ran.stderr
     assert message in ran.stderr
     assert "Traceback" not in ran.stderr
-
-
-def test_a_bar_is_shown_on_a_terminal_after_a_while(
-    clean: dict[str, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(reading, "_STEP", 200)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.delenv("CI", raising=False)
-    monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr(progress.time, "monotonic", lambda: 0.0)
-    assert main(["verify", ROBOT, str(clean["mcap"])]) == 0
-    assert "%" not in capsys.readouterr().err
-    monkeypatch.setattr(progress.time, "monotonic", itertools.count().__next__)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    assert main(["verify", ROBOT, str(clean["mcap"])]) == 0
-    said = capsys.readouterr().err
-    shares = [int(share) for share in re.findall(r"\rreading messages [^\r]*\[#*\.*\] +(\d+)%", said)]
-    assert len(shares) > 2
-    assert shares == sorted(shares)
-    assert 0 < shares[-1] <= 100
-    assert said.endswith("\r\033[K")
 
 
 def test_a_robot_in_the_place_of_the_recording(

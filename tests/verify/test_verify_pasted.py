@@ -1,30 +1,13 @@
 """Sessions of tf2_echo as they come out of terminals, logs and mails."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest
 
-from rosorin_compile.recordings.pasted import plain_lines
 from support.bags import judged, rules
+from support.paths import data_text
 
-SESSION = """robot@ubuntu:~$ ros2 run tf2_ros tf2_echo base_link laser
-[INFO] [1712345678.123456789] [tf2_echo]: Waiting for transform base_link ->  laser: Invalid frame ID "base_link" passed to canTransform argument target_frame - frame does not exist
-Warning: Invalid frame ID "base_link" passed to canTransform argument target_frame - frame does not exist
-         at line 93 in ./src/buffer_core.cpp
-At time 0.0
-- Translation: [0.048, 0.000, 0.107]
-- Rotation: in Quaternion [0.000, 0.000, 1.000, 0.000]
-- Rotation: in RPY (radian) [0.000, -0.000, 3.142]
-- Rotation: in RPY (degree) [0.000, -0.000, 180.000]
-- Matrix:
- -1.000 -0.000  0.000  0.048
-  0.000 -1.000  0.000  0.000
-  0.000  0.000  1.000  0.107
-  0.000  0.000  0.000  1.000
-^C[INFO] [1712345690.1] [rclcpp]: signal_handler(signum=2)
-"""  # noqa: E501 - as it is printed
+SESSION = data_text("robots/verify_pasted.txt")
 BACKWARDS = (
     SESSION.replace("1.000, 0.000]", "0.000, 1.000]")
     .replace("3.142", "0.000")
@@ -39,7 +22,6 @@ def before(front: str) -> Callable[[str], str]:
 
 
 def folded(text: str) -> str:
-    """A terminal of 80 columns whose lines were copied as they stood."""
     return "\n".join(line[at : at + 80] for line in text.splitlines() for at in range(0, max(1, len(line)), 80))
 
 
@@ -98,9 +80,3 @@ average rate: 10.002
     for words in ("--once /tf_static", "/tf_static --once", "--qos-durability transient_local --once /tf_static"):
         assert rules(judged("-", f"$ ros2 topic echo {words}\n{message}")) == []
     assert rules(judged("-", f"$ ros2 topic echo /tf\n{message}")) == ["edge-not-static"]
-
-
-def test_lines_that_only_look_alike_stay() -> None:
-    text = "> one\ntwo\nthree\n12:00:00 four\n"
-    assert plain_lines(text) == text.splitlines()
-    assert plain_lines("") == []

@@ -1,7 +1,5 @@
 """Recordings as real robots make them: verify is silent about what is no fault, and finds what is one all the same."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -39,7 +37,6 @@ def simulated(speed: float, clock: bool = True) -> Change:
 
 
 def in_its_time(messages: list[Message]) -> list[Message]:
-    """A simulation, recorded with --use-sim-time."""
     return [
         message._replace(received=max(0, message.received - START))
         for message in (stamped(message, lambda at: at - START) for message in messages)
@@ -51,7 +48,6 @@ def played(messages: list[Message]) -> list[Message]:
 
 
 def clock_set(messages: list[Message]) -> list[Message]:
-    """The clock of the computer is set forward by 30 s."""
     late = 30 * SECOND
     return [
         stamped(message, lambda at: at + late)._replace(received=message.received + late)
@@ -62,7 +58,6 @@ def clock_set(messages: list[Message]) -> list[Message]:
 
 
 def future(messages: list[Message]) -> list[Message]:
-    """AMCL stamps map -> odom a second ahead (transform_tolerance)."""
     return [stamped(message, lambda at: at + SECOND) if of(message, "odom") else message for message in messages]
 
 
@@ -77,7 +72,6 @@ def lost(messages: list[Message]) -> list[Message]:
 
 
 def restarted(messages: list[Message]) -> list[Message]:
-    """Nodes that start again publish their static transforms again."""
     again = [message for message in messages if message.topic == "/tf_static"]
     return [*messages, *(message._replace(received=message.received + 4 * SECOND) for message in again)]
 
@@ -112,7 +106,6 @@ def in_two_parts(messages: list[Message]) -> list[Message]:
 
 
 def speeds(messages: list[Message]) -> list[Message]:
-    """A motor controller that publishes speeds only on /joint_states."""
     empty, names = np.empty(0), ["joint1"]
     return messages + [
         Message(
@@ -147,8 +140,6 @@ def trembling(spread: float, step: float) -> Change:
 
 
 def noisy_map(x: float, yaw: float) -> Change:
-    """Localisation that is not sure."""
-
     def change(messages: list[Message]) -> list[Message]:
         made = []
         for message in messages:
@@ -162,7 +153,6 @@ def noisy_map(x: float, yaw: float) -> Change:
 
 
 def depth_camera(messages: list[Message]) -> list[Message]:
-    """A camera driver publishes frames of its own."""
     frames = [("camera_link", f"camera_{eye}_frame") for eye in ("color", "depth", "infra1")]
     frames += [(child, child.replace("_frame", "_optical_frame")) for _, child in frames]
     parts = [transform_message(ns(-3.0), parent, child, Pose().transform()) for parent, child in frames]

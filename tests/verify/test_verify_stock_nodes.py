@@ -1,7 +1,5 @@
 """verify on recordings of real runs of the stock nodes: what they publish on our artifacts is as described."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Sequence
@@ -28,7 +26,6 @@ STATES = [{name: 0.1 * step * (number - 2) for number, name in enumerate(bags.AR
 
 @lru_cache
 def recorded(folder: Path, urdf: str, yaw: str) -> Path:
-    """Run the nodes on a URDF, the laser with a yaw, and return the recording of what they said."""
     (folder / "home").mkdir(parents=True)
     entries = json.loads(texts(bags.made())["static_tf.json"])["static_transform_publisher"]
     static = []

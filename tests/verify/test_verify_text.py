@@ -1,8 +1,5 @@
 """verify on text: what people paste from tf2_echo, view_frames and ros2 topic echo."""
 
-from __future__ import annotations
-
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -11,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.recordings.expected import Options
@@ -20,7 +16,7 @@ from rosorin_compile.recordings.results import Verified
 from rosorin_compile.recordings.verification import verify
 from support import bags
 from support.bags import rules
-from support.paths import DATA, ROOT
+from support.paths import DATA
 from support.robots import RECORDED, copy_of_rosorin
 
 RECORDINGS = DATA / "recordings"
@@ -220,16 +216,6 @@ def test_a_joint_that_is_no_number_stands_nowhere() -> None:
 def test_who_should_publish_a_frame_without_answer() -> None:
     verdict = judged('Waiting for transform base_link ->  laser: Invalid frame ID "laser" passed\n')
     assert verdict.findings[0].help == "tf_base_laser (static_transform_publisher) should publish base_link -> laser"
-
-
-def test_frames_may_be_named_on_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    file = tmp_path / "echo.txt"
-    file.write_text(echo(bags.robot().joint_to["laser"].transform()), "utf-8")
-    robot = str(ROOT / "descriptions" / "rosorin")
-    assert main(["verify", robot, str(file), "--frames", "base_link", "laser"]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "rosorin: as described (1 answer of tf2_echo)"
-    assert main(["verify", robot, str(file), "--frames", "base_link", "imu_link", "--format", "json"]) == 1
-    assert json.loads(capsys.readouterr().out)["result"]["findings"][0]["rule"] == "edge-wrong-value"
 
 
 EVERYTHING = "\n".join(

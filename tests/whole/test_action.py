@@ -45,12 +45,10 @@ class Job(NamedTuple):
 
 
 def filled(text: str, known: dict[str, str]) -> str:
-    """Return a value of the action as GitHub fills it in."""
     return EXPRESSION.sub(lambda found: known[found[1]], text)
 
 
 def act(repository: Path, steps: list[dict[str, Any]], **inputs: str) -> Job:
-    """Run steps as GitHub does, in a checkout."""
     temporary = repository.parent / "temporary"
     temporary.mkdir(exist_ok=True)
     known = {f"inputs.{name}": str(one["default"]) for name, one in ACTION["inputs"].items()}

@@ -1,7 +1,5 @@
 """What commands answer as JSON: one envelope, as its schema says, also of errors and of wrong usage."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 
@@ -60,7 +58,6 @@ CASES: dict[str, tuple[str, str, str]] = {
 
 
 def asked(capsys: Shown, words: str, form: str = "json") -> tuple[int, Any]:
-    """Return the exit code of a command line, and what it prints as JSON."""
     capsys.readouterr()
     code = main([*words.split(), "--format", form])
     printed = capsys.readouterr().out
@@ -69,7 +66,6 @@ def asked(capsys: Shown, words: str, form: str = "json") -> tuple[int, Any]:
 
 @pytest.fixture(autouse=True)
 def _engine(request: pytest.FixtureRequest) -> None:
-    """Skip what asks MuJoCo where it is not installed."""
     if "check physics" in request.node.name:
         pytest.importorskip("mujoco", minversion="4")
         pytest.importorskip("trimesh")

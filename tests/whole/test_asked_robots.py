@@ -1,7 +1,5 @@
 """Questions about robots in other formats (URDF, xacro, SDF, MJCF, JSON), and about planar and floating joints."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -9,19 +7,15 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import emit_published
 from rosorin_compile.model.geometry import Pose
-from rosorin_compile.request import Request
-from rosorin_compile.source.project import Description
 from support import bags
 from support.bags import judged
 from support.commands import Shown, ask
-from support.paths import IMPORTED, ROOT
+from support.paths import ROOT
 from support.robots import compiled, texts
 
 pytestmark = pytest.mark.slow
 
-ARM = IMPORTED / "little_arm" / "little_arm.urdf"
 XACRO = """<robot name="post" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:arg name="height" default="1"/>
   <link name="foot"/>
@@ -45,7 +39,6 @@ outputs: {urdf: {file: table.urdf}}
 
 @pytest.fixture
 def artifacts(tmp_path: Path) -> Path:
-    """The artifacts of the reference robot."""
     for name, text in texts(compiled()).items():
         (tmp_path / name).write_text(text, "utf-8")
     return tmp_path
@@ -79,13 +72,6 @@ def test_tf_of_every_format(artifacts: Path, capsys: Shown, name: str) -> None:
     assert other["rpy"] == pytest.approx(own["rpy"], abs=1e-5)
 
 
-def test_frames_and_pulses_of_other_formats(artifacts: Path, capsys: Shown) -> None:
-    assert "└── tool0" in ask(capsys, "frames", str(ARM))
-    own = ask(capsys, "pulses", str(ROOT / "descriptions" / "rosorin"), "joint1=400")
-    assert ask(capsys, "pulses", str(artifacts / "robot_model.json"), "joint1=400") == own
-    assert 'the robot "little_arm" has no servos' in ask(capsys, "pulses", str(ARM), code=2)
-
-
 def test_xacro_with_an_argument(tmp_path: Path, capsys: Shown) -> None:
     pytest.importorskip("xacro")
     file = tmp_path / "post.urdf.xacro"
@@ -94,16 +80,6 @@ def test_xacro_with_an_argument(tmp_path: Path, capsys: Shown) -> None:
     shown = capsys.readouterr()
     assert "- Translation: [0.000, 0.000, 2.500]" in shown.out
     assert shown.err.count("xacro-runs-code") == 1
-
-
-def test_broken_files_are_told_at_their_place(tmp_path: Path, capsys: Shown) -> None:
-    file = tmp_path / "broken.urdf"
-    file.write_text(ARM.read_text("utf-8").replace('<child link="tool0"/>', '<child link="tool1"/>'), "utf-8")
-    said = ask(capsys, "tf", str(file), "base_link", "tool0", code=1)
-    assert 'there is no link "tool1"' in said
-    assert f"{file.name}:" in said
-    said = ask(capsys, "verify", str(file), str(bags.bag(tmp_path / "bag", seconds=1.0)), code=1)
-    assert 'there is no link "tool1"' in said
 
 
 def test_verify_against_a_urdf(artifacts: Path, tmp_path: Path, capsys: Shown) -> None:
@@ -118,15 +94,6 @@ def test_verify_against_a_urdf(artifacts: Path, tmp_path: Path, capsys: Shown) -
     assert main(["verify", str(artifacts / "rosorin.urdf"), str(other)]) == 0
     assert "joint1 is beyond its limits" in capsys.readouterr().err
     assert not judged(bag).findings
-
-
-def test_the_urdf_of_a_file_is_what_stands_there(artifacts: Path) -> None:
-    path = artifacts / "rosorin.urdf"
-    (artifact,) = emit_published(Request(Description.at(path)).understand(), path).artifacts
-    assert artifact.text == path.read_text("utf-8")
-    path = artifacts / "rosorin.xml"
-    (artifact,) = emit_published(Request(Description.at(path)).understand(), path).artifacts
-    assert artifact.backend == "urdf"
 
 
 @pytest.fixture
@@ -176,8 +143,3 @@ def test_coordinates_that_are_none(capsys: Shown, text: str, message: str) -> No
 def test_a_sweep_goes_over_one_number(capsys: Shown) -> None:
     said = ask(capsys, "tf", "top", "puck", "--sweep", "slide=0:1:3", code=2)
     assert 'joint "slide" is planar: its position is not one number' in said
-
-
-def test_a_position_without_its_option(capsys: Shown) -> None:
-    said = ask(capsys, "tf", str(ARM), "base_link", "tool0", "elbow=0.3", code=2)
-    assert "write --joint elbow=0.3 for a position, --pulse elbow=0.3 for a pulse" in said

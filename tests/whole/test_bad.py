@@ -4,8 +4,6 @@ A case is a file, or a folder with robot.yaml where a defect needs several files
 begin with "# args: NAME=VALUE". Errors and warnings are compared; notes too where the case expects one.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -36,7 +34,6 @@ def test_message(case, monkeypatch):
 
 
 def diagnostics(folder: Path, monkeypatch: pytest.MonkeyPatch, **files: bytes) -> list[Diagnostic]:
-    """Return the diagnostics of robot.yaml in a folder, after files are written there by their stems."""
     for name, data in files.items():
         (folder / f"{name}.yaml").write_bytes(data)
     monkeypatch.chdir(folder)

@@ -1,7 +1,5 @@
 """What a benchmark imports of the tool is there: nobody else runs most of them."""
 
-from __future__ import annotations
-
 import ast
 from importlib import import_module
 from importlib.util import find_spec

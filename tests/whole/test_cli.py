@@ -1,12 +1,8 @@
 """The command line as a person uses it: exit codes, messages, and nothing lost."""
 
-from __future__ import annotations
-
-import json
 import os
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -36,30 +32,6 @@ def test_all_lists_the_stand_in_and_what_it_wrote(project: Path, capsys: pytest.
     assert f"10 artifacts in outputs/rosorin, {written}" in shown.out
     assert "note[stand-in]: " in shown.err
     assert "chassis height map" in shown.err
-
-
-@pytest.mark.usefixtures("project")
-def test_second_run_is_unchanged_and_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:
-    capsys.readouterr()
-    assert main(["all", "--notes"]) == 0
-    shown = capsys.readouterr()
-    assert shown.out == "rosorin: 10 artifacts in outputs/rosorin, unchanged\n"
-    assert "note[stand-in]: " in shown.err
-
-
-# MuJoCo, which all loads to check what it writes, imports numpy.
-SPARED = {"trimesh", "scipy"} | ({"numpy"} if find_spec("mujoco") is None else set())
-
-
-@pytest.mark.parametrize("words", [["all"], ["print", "urdf"]])
-def test_a_run_imports_nothing_that_it_can_do_without(project: Path, words: list[str]) -> None:
-    program = (
-        f"import sys; before = set(sys.modules); from rosorin_compile.cli.main import main; code = main({words});"
-        f"print(sorted({SPARED} & (set(sys.modules) - before)), file=sys.stderr); sys.exit(code)"
-    )
-    edit(project, "arm.yaml", "0.08513]", "0.08613]")
-    ran = subprocess.run([sys.executable, "-c", program], cwd=project, capture_output=True, text=True, check=True)
-    assert ran.stderr.splitlines()[-1] == "[]"
 
 
 def test_an_edited_artifact_is_found_and_written_again(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -113,48 +85,12 @@ def test_errors_are_reported_together_and_nothing_is_written(project: Path, caps
     assert {path.name: path.read_bytes() for path in (project / "outputs" / "rosorin").iterdir()} == before
 
 
-@pytest.mark.usefixtures("project")
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["all", "rosorn"], 'did you mean "rosorin"?'),
-        (["all", "-a", "base"], "is not NAME=VALUE"),
-        (["all", "-a", "bse=free"], 'did you mean "base"?'),
-        (["all", "-a", "base=loose"], "allowed: fixed, free"),
-    ],
-)
-def test_wrong_usage_has_a_way_out(capsys: pytest.CaptureFixture[str], arguments: list[str], words: str) -> None:
-    assert main(arguments) in (1, 2)
-    assert words in capsys.readouterr().err
-
-
-def test_usage_exit_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["all"]) == 2
-    assert "there is no descriptions/*/robot.yaml here" in capsys.readouterr().err
-    assert main(["al"]) == 2
-
-
 def test_dry_run_writes_nothing(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     edit(project, "arm.yaml", "0.08513]", "0.08613]")
     before = (project / "outputs" / "rosorin" / "rosorin.urdf").read_bytes()
     assert main(["all", "--dry-run"]) == 1
     assert "link3 moved" in capsys.readouterr().out
     assert (project / "outputs" / "rosorin" / "rosorin.urdf").read_bytes() == before
-
-
-@pytest.mark.parametrize("form", ["json", "sarif", "github"])
-def test_forms_for_programs(project: Path, capsys: pytest.CaptureFixture[str], form: str) -> None:
-    edit(project, "arm.yaml", "xyz: [0.04662,", "xzy: [0.04662,")
-    capsys.readouterr()
-    assert main(["check", "--format", form]) == 1
-    out = capsys.readouterr().out
-    if form == "github":
-        assert "::error file=descriptions/rosorin/arm.yaml,line=62,col=5,title=unknown-key::" in out
-        return
-    found = json.loads(out)
-    results = found["diagnostics"] if form == "json" else found["runs"][0]["results"]
-    assert any(entry.get("rule", entry.get("ruleId")) == "unknown-key" for entry in results)
 
 
 def test_an_artifact_of_ones_own_needs_a_template_and_one_line(project: Path) -> None:

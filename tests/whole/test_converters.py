@@ -1,7 +1,5 @@
 """The comparison with other converters: what the page shows is what the benchmark measures."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The same description gives the same bytes, whatever the machine, the folder and the order of keys."""
 
-from __future__ import annotations
-
 import json
 import os
 import random
@@ -51,7 +49,6 @@ def test_no_artifact_names_a_path_of_this_machine() -> None:
 
 @pytest.fixture(scope="module")
 def ordered() -> dict[str, str]:
-    """The artifacts of the description as it is written."""
     return texts(compiled())
 
 

@@ -1,7 +1,5 @@
 """The examples in the documentation of functions say what the functions return."""
 
-from __future__ import annotations
-
 import doctest
 import importlib
 

@@ -18,7 +18,7 @@ import pytest
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.formats.urdf.masses import has_inertials
+from rosorin_compile.formats.urdf.content import has_inertials
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.mujoco.mjcf.mjx import refused
 from rosorin_compile.mujoco.rest_pose import home_of, stands_at
@@ -74,7 +74,6 @@ def written(name: str, folder: Path) -> Robots:
 
 
 def jobs(robots: Robots) -> dict[str, list[dict[str, Any]]]:
-    """Return what each engine is asked."""
     robot = robots.robot
     home = home_of(robot)
     places = robot.poses_in_root(dict(home.positions))
@@ -92,7 +91,6 @@ def jobs(robots: Robots) -> dict[str, list[dict[str, Any]]]:
 
 
 def top(file: Path) -> str:
-    """Return the link of a URDF or an SDF that no joint holds."""
     root = ElementTree.parse(file).getroot()
     joints = list(root.iter("joint"))
     below = {child.get("link") or child.text for joint in joints for child in joint.iter("child")}
@@ -100,7 +98,6 @@ def top(file: Path) -> str:
 
 
 def stepped(robots: Robots, *only: str) -> dict[str, dict[str, Any]]:
-    """Return what each engine that is installed made of each file."""
     found: dict[str, dict[str, Any]] = {}
     for engine, asked in jobs(robots).items():
         python = PYTHONS[engine]
@@ -113,7 +110,6 @@ def stepped(robots: Robots, *only: str) -> dict[str, dict[str, Any]]:
 
 
 def answers(python: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return what a Python that has an engine says to some jobs."""
     words = [python, stepping_child.__file__]
     ran = subprocess.run(words, input=json.dumps(asked), capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr[-2000:]
@@ -142,7 +138,6 @@ def test_every_robot_settles_alike_everywhere(name: str, tmp_path: Path) -> None
 
 
 def in_mjx(file: Path) -> dict[str, Any]:
-    """Return what MJX says of an MJCF on a floor."""
     if not PYTHONS["pybullet"]:
         pytest.skip("ENGINES names no Python that has MJX")
     scene = file.with_name("on_a_floor.xml")

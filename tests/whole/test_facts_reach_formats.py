@@ -1,7 +1,5 @@
 """A fact of a description reaches each format that has a word for it; engines judge the result."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -10,6 +8,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from support import sdformat
+from support.paths import data_text
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -96,16 +95,7 @@ def test_a_contact_sensor_responds_to_each_shape_of_its_link(tmp_path: Path, sha
     assert data.sensor("bump").data[0] == pytest.approx(9.81, rel=0.02)
 
 
-PART = """robot: r
-parts:
-  wing:
-    links: {w: {collision: [{height_map: {origin: [0, 0.1], cell: 0.1, heights: [[0.1, 0.2], [0.3, 0.4]]}}],
-                lights: {lamp: {dir: [0, 1, -1]}}}}
-    joints: {h: {type: fixed, parent: mount, child: w, xyz: [0, 0.5, 0]}}
-links: {base_link: {}}
-use: {left: {part: wing, parent: base_link}, right: {part: wing, parent: base_link, mirror: y}}
-outputs: {mjcf: {file: r.xml}}
-"""
+PART = data_text("robots/facts_reach_formats_part.yaml")
 
 
 def test_a_mirror_turns_height_maps_and_lights(tmp_path: Path) -> None:

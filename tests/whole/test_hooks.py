@@ -38,7 +38,6 @@ HOOKS = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text("utf-8"))
 
 @pytest.fixture
 def user(home: Path, capsys: Shown) -> Path:
-    """A repository with two projects, compiled."""
     write_files(home, FILES)
     assert main(["all", "ws/src/arm/descriptions/arm", "ws/src/arm/descriptions/cell", "dog/descriptions/dog"]) == 0
     capsys.readouterr()
@@ -105,8 +104,6 @@ def test_hooks_say_what_pre_commit_knows() -> None:
 
 
 class Ran(NamedTuple):
-    """What pre-commit did."""
-
     code: int
     printed: str
 
@@ -124,7 +121,6 @@ def pre_commit(*words: str | Path) -> Ran:
 
 @pytest.fixture
 def ours(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """This project as a repository, with a store of pre-commit's beside it."""
     pytest.importorskip("pre_commit")
     network()
     folder = tmp_path_factory.mktemp("project")
@@ -136,7 +132,6 @@ def ours(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPat
 
 @pytest.fixture
 def run(user: Path, ours: Path) -> Callable[..., Ran]:
-    """What runs one of the hooks of this project in the user's repository."""
     config = {
         "repo": str(ours),
         "rev": git(ours, "rev-parse", "HEAD").strip(),

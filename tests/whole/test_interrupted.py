@@ -1,7 +1,5 @@
 """Ctrl-C at any moment, also while the program is still being imported: no traceback, and the shell's exit code."""
 
-from __future__ import annotations
-
 import re
 import signal
 import subprocess

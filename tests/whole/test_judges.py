@@ -78,7 +78,6 @@ def by_mjcf_doctor(path: Path) -> Iterator[Remark]:
 
 @cache
 def remarks(folder: Path, robots: tuple[Path, ...]) -> list[Remark]:
-    """Return what both judges say of some robots, whose artifacts are written into a folder."""
     files: dict[Path, str] = {}
     for number, description in enumerate(robots):
         artifacts = compiled(description).artifacts

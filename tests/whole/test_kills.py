@@ -19,23 +19,9 @@ from rosorin_compile.ros.package.checking import unfinished_runs
 from rosorin_compile.source.ros_packages import files_below
 from support import kills
 from support.commands import write_files
+from support.paths import data_text
 
-MAST = """\
-robot: NAME
-args: {height: {type: length, default: 1 m}}
-links:
-  base_link: {collision: [{box: {size: [1, 1, 1]}}]}
-  mast: {collision: [{sphere: {radius: 0.1}}]}
-  top: {}
-joints:
-  j: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, "${height}"]}
-  k:
-    {type: fixed, parent: mast, child: top, xyz: [0, 0, "${height}"], publisher: {static_transform_publisher: tf_top}}
-outputs:
-  urdf: {file: NAME.urdf}
-  static_tf_json: {file: NAME_tf.json}
-  static_tf: {file: NAME.launch.py}
-"""
+MAST = data_text("robots/kills_mast.yaml")
 PROJECT = {
     "descriptions/a/robot.yaml": MAST.replace("NAME", "a"),
     "descriptions/b/robot.yaml": MAST.replace("NAME", "b"),
@@ -110,7 +96,6 @@ def seen(home: Path) -> dict[str, bytes]:
 
 
 def shown(files: dict[str, bytes], depth: int) -> dict[str, dict[str, bytes]]:
-    """Return the files that are no hidden ones, apart where they do not belong together."""
     groups: dict[str, dict[str, bytes]] = {}
     for name, data in files.items():
         if "/." not in f"/{name}":
@@ -120,8 +105,6 @@ def shown(files: dict[str, bytes], depth: int) -> dict[str, dict[str, bytes]]:
 
 
 class Scene:
-    """A folder in which a command is run again and again."""
-
     def __init__(self, folder: Path, case: Case) -> None:
         self.home, self.origin, self.case = folder / "home", folder / "origin", case
         self.kills = self.mixed = self.edits = 0
@@ -146,7 +129,6 @@ class Scene:
         return found
 
     def again(self) -> None:
-        """Put everything back, each file the same one."""
         for path in self.home.iterdir():
             shutil.rmtree(path) if path.is_dir() else path.unlink()
         subprocess.run(["cp", "-a", f"{self.origin}/.", self.home], check=True)
@@ -209,6 +191,7 @@ def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, only: str = ""
 # Of commands whose kills are alike one at a landing, the other with all of them.
 SOME = [
     ("deploy", "rename"),
+    ("import, again", "rename"),
     pytest.param("sweep --prune", "rename", marks=pytest.mark.tier("builds")),
     ("print -o", ""),
 ]

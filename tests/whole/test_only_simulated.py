@@ -1,31 +1,16 @@
 """What only simulations have is no frame: ``publisher: {simulation: WHY}``, and what hangs there unpublished."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
-from rosorin_compile.rules.publishing import in_words, publishing
-from support.commands import Shown
+from support.paths import data_text
 from support.robots import compiled_text, sound, texts
 
-LINKS = """robot: r
-links:
-  base_link: {}
-  hub: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 0.1}}]}
-  roller: {inertial: {mass: 0.1, of: collision}, collision: [{sphere: {radius: 0.02}}]}
-  tip: {inertial: {mass: 0.2, of: [{sphere: {radius: 0.01}}]}}
-joints:
-  axle: {type: continuous, parent: base_link, child: hub, axis: [0, 1, 0]}
-  spin:
-    {type: continuous, parent: hub, child: roller, xyz: [0.2, 0, 0], axis: [0, 0, 1], publisher: {KIND: it rolls | so}}
-  end: {type: fixed, parent: roller, child: tip, xyz: [0.1, 0, 0], publisher: {none: nobody asks}}
-"""
+LINKS = data_text("robots/only_simulated_links.yaml")
 OUTPUTS = """outputs:
   urdf: {file: r.urdf}
   sim: {backend: urdf, file: sim.urdf, frames: bodies}
@@ -50,21 +35,6 @@ def test_the_model_knows_what_it_is_and_why(tmp_path: Path) -> None:
     assert made(tmp_path, UNPUBLISHED)[0].simulated_frames == {}
 
 
-def test_lists_of_frames_say_it_in_a_sentence_alone(tmp_path: Path) -> None:
-    robot, files, _ = made(tmp_path, SIMULATED)
-    page = files["frames.md"]
-    assert "\nOnly simulations have roller, tip (it rolls \\| so).\n" in page
-    assert "| roller " not in page
-    assert "Checked: one frame has one parent" in page
-    assert "roller" not in in_words(publishing(robot))
-    assert "roller" not in files["frames.svg"]
-    assert ">tip<" not in files["frames.svg"]
-    without = made(tmp_path, UNPUBLISHED)[1]
-    assert "Only simulations" not in without["frames.md"]
-    assert "| roller " in without["frames.md"]
-    assert "roller" in without["frames.svg"]
-
-
 def test_simulators_have_it_and_drivers_do_not(tmp_path: Path) -> None:
     _, files, _ = made(tmp_path, SIMULATED)
     for file, there in (("r.urdf", False), ("sim.urdf", True), ("r.xml", True), ("model.json", False)):
@@ -73,37 +43,6 @@ def test_simulators_have_it_and_drivers_do_not(tmp_path: Path) -> None:
     asked = SIMULATED.replace("{file: model.json}", "{file: model.json, joints: [spin]}")
     assert list(json.loads(made(tmp_path, asked)[1]["model.json"])["joints"]) == ["spin"]
     assert list(json.loads(made(tmp_path, UNPUBLISHED)[1]["model.json"])["joints"]) == ["axle", "spin", "end"]
-
-
-def test_the_urdf_misses_only_what_is_a_frame(tmp_path: Path) -> None:
-    def missed(text: str) -> str:
-        said = [one.message for one in made(tmp_path, text)[2].diagnostics if one.rule == "urdf-cannot-say"]
-        return "\n".join(said)
-
-    assert "roller (collision)" in missed(UNPUBLISHED)
-    assert "roller (collision)" not in missed(SIMULATED)
-    assert "mass" in missed(SIMULATED)  # which rides along at zero
-
-
-def test_frames_answers_for_the_robot(home: Path, capsys: Shown) -> None:
-    (home / "r.yaml").write_text(SIMULATED)
-    assert main(["frames", "r.yaml"]) == 0
-    assert "roller" not in capsys.readouterr().out
-    assert main(["frames", "r.yaml", "--format", "json"]) == 0
-    assert "roller" not in capsys.readouterr().out
-    assert main(["frames", "r.yaml", "--frame", "roller"]) == 2
-    assert 'there is no frame "roller"' in capsys.readouterr().err
-    assert main(["tf", "r.yaml", "base_link", "tip"]) == 0  # geometry is known of every link
-    assert "0.3" in capsys.readouterr().out
-
-
-def test_explain_and_diff_say_it(home: Path, capsys: Shown) -> None:
-    (home / "a.yaml").write_text(SIMULATED)
-    (home / "b.yaml").write_text(UNPUBLISHED)
-    assert main(["explain", "a.yaml", "roller"]) == 0
-    assert "hub -> roller: spin, continuous, of simulations alone: it rolls | so" in capsys.readouterr().out
-    assert main(["diff", "a.yaml", "b.yaml"]) == 1
-    assert 'roller: published by simulations -> "nobody: it rolls | so"' in capsys.readouterr().out
 
 
 def test_a_sensor_of_a_simulation_stamps_no_message(tmp_path: Path) -> None:

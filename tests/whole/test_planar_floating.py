@@ -1,7 +1,5 @@
 """Planar and floating joints: every artifact means the same motion, at states that are not zero."""
 
-from __future__ import annotations
-
 import math
 import random
 from pathlib import Path
@@ -10,8 +8,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from rosorin_compile.cli.main import main
-from rosorin_compile.model import Joint, Pose, Transform
+from rosorin_compile.model import Joint, Transform
 from rosorin_compile.model.geometry import plane_axes
 from support.paths import DATA
 from support.reading import leaves_of
@@ -40,7 +37,6 @@ def states(seed: int):
 
 
 def placed(robot, free, sliding, turn) -> dict[str, Transform]:
-    """Return each link in the root, by the model alone."""
     at = {"free": free, "sliding": sliding, "ns/turn": turn, "follow": 2 * turn + 0.5}
     found = {}
     for link in robot.link:
@@ -173,47 +169,6 @@ def test_names_of_others_are_not_taken(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("kind", "publisher", "who", "motion", "topic"),
-    [
-        ("floating", "", "nobody: robot_state_publisher publishes no floating joint", "moving", "none"),
-        ("floating", "publisher: tracker", "tracker", "moving", "/tf"),
-        ("floating", "publisher: {none: nobody asks}", "nobody: nobody asks", "moving", "none"),
-        ("planar", "", "robot_state_publisher", "static", "/tf_static"),
-        ("planar", "publisher: tracker", "tracker", "moving", "/tf"),
-    ],
-)
-def test_frames_say_who_publishes_them(tmp_path, kind, publisher, who, motion, topic):
-    text = f"""
-robot: mobile
-publishers: {{tracker: {{}}}}
-links: {{world_frame: {{}}, base: {{}}}}
-joints:
-  free:
-    type: {kind}
-    parent: world_frame
-    child: base
-    {publisher}
-outputs: {{urdf: {{file: a.urdf}}, frames: {{file: a.md}}}}
-"""
-    _, artifacts, _ = sound(compiled_text(tmp_path, text))
-    row = next(line for line in artifacts["frames"].splitlines() if line.startswith("| world_frame"))
-    cells = [cell.strip().replace("\\", "") for cell in row.split(" | ")]
-    assert cells[2:5] == [who, motion, topic]
-    assert f'type="{kind}"' in artifacts["urdf"]
-
-
-def test_coordinates():
-    assert Joint("a", "floating", "x", "y").coordinates == ("x", "y", "z", "qx", "qy", "qz", "qw")
-    assert Joint("a", "ball", "x", "y").coordinates == ("qx", "qy", "qz", "qw")
-    assert Joint("a", "planar", "x", "y").coordinates == ("x", "y", "angle")
-    assert Joint("a", "revolute", "x", "y").coordinates == ("position",)
-    assert Joint("a", "fixed", "x", "y").coordinates == ()
-    origin = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
-    for kind in ("floating", "ball", "planar", "fixed", "prismatic"):
-        assert Joint("a", kind, "x", "y", origin, (0.0, 0.0, 1.0)).transform() == origin.transform()
-
-
-@pytest.mark.parametrize(
     ("kind", "numbers"),
     [("planar", (1.0,)), ("floating", (1.0,) * 6), ("ball", (1.0,) * 3), ("planar", 1.0), ("revolute", (1.0,))],
 )
@@ -230,11 +185,3 @@ def test_plane_axes_are_a_right_handed_frame(seed):
     rows = np.array([x, y, np.array(normal) / np.linalg.norm(normal)])
     assert np.allclose(rows @ rows.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(rows) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize(("name", "told"), [("sliding", "axis x"), ("free", "floating"), ("tool 1", "ns/turn")])
-def test_explain_knows_them(tmp_path, monkeypatch, capsys, name, told):
-    robot_with(tmp_path, (0.0, 0.0, 1.0))
-    monkeypatch.chdir(tmp_path)
-    assert main(["explain", "robot.yaml", name, "--pose", "home"]) == 0
-    assert told in capsys.readouterr().out

@@ -5,8 +5,6 @@ that is not here is skipped, and named. Then it tries the oldest packages that t
 distributions bring along: Ubuntu 22.04's on Python 3.10, and this machine's own where it is Debian or Ubuntu.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -48,7 +46,6 @@ SYSTEM = (
 
 
 def interpreter(version: str) -> str | None:
-    """Return the newest Python of a version that is here."""
     root = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"))
     found = sorted(root.glob(f"versions/{version}.*/bin/python"), key=lambda path: len(path.parts[-3]))
     for one in [*map(str, reversed(found)), shutil.which(f"python{version}")]:
@@ -59,7 +56,6 @@ def interpreter(version: str) -> str | None:
 
 
 def bounds(extra: str) -> list[str]:
-    """Return the oldest packages that an extra takes, as pip is asked for them."""
     (line,) = re.findall(rf"^{extra} = \[(.*)\]$", (ROOT / "pyproject.toml").read_text("utf-8"), re.MULTILINE)
     return re.findall(r'"([^"]+)"', line.replace(">=", "=="))
 
@@ -72,7 +68,6 @@ def test_interpreters_and_bounds_are_found() -> None:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of all files below a folder by relative POSIX name."""
     found = sorted(path for path in folder.rglob("*") if path.is_file())
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
 
@@ -160,7 +155,6 @@ def test_the_oldest_packages_import(wheel: Path, tmp_path: Path) -> None:
 
 
 def of_every_day(tool: Path, place: Path) -> None:
-    """Run what needs no extra, and hold the bytes of its artifacts against those that are committed."""
     for words in EVERY_DAY:
         code, said = ran(tool, place, words)
         assert code == 0, f"{words}: exit code {code}\n{said[-2000:]}"

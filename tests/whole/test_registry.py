@@ -1,43 +1,11 @@
 """The registry of rules, the command rule, and rules in SARIF."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
-
-import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.rules.check import is_id
 from rosorin_compile.source import report
-from rosorin_compile.source import rule_registry as registry
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.report import FORMATS
-from rosorin_compile.source.rule_registry import NUMBERS, Rule, every_rule, rule
-
-
-def test_an_id_that_is_declared_twice_overrides_nothing(monkeypatch: pytest.MonkeyPatch):
-    twice = [(Path(name), b'RULES = (Rule("axis-zero", "What.", "Help."),)') for name in ("one.py", "other.py")]
-    monkeypatch.setattr(registry, "_declaring", lambda: iter(twice))
-    with pytest.raises(ValueError, match=r"the rule axis-zero is declared twice, the second time in other\.py"):
-        every_rule()
-
-
-@pytest.mark.parametrize("text", ["", "Axis", "axis_zero", "axis--zero", "-axis", "axis zero", "größe"])
-def test_what_is_no_id(text: str):
-    assert not is_id(text)
-
-
-def test_decorators_of_one_check_add_up():
-    @rule("one", "One.", "Do.", NUMBERS)
-    @rule("two", "Two.", accept="link", imported="always")
-    def look(case):
-        return iter((case,))
-
-    assert [one.id for one in look.rules] == ["one", "two"]
-    assert look.rules[0] == Rule("one", "One.", "Do.", "Numbers")
-    assert look.rules[1].accept == "link"
-    assert list(look("here")) == ["here"]
 
 
 def test_rule_says_where_a_link_leads(capsys):

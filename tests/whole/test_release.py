@@ -3,10 +3,9 @@
 ``.ci/archives`` makes sdist and wheel twice and compares the bytes; ``.ci/run`` asks the wheel what installs an extra.
 """
 
-from __future__ import annotations
-
 import json
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -19,29 +18,12 @@ import pytest
 from rosorin_compile import __version__
 from rosorin_compile.source.report import HOME
 from support.paths import ROOT
-from support.snapshot import of_clone
+from support.snapshot import network, of_clone, snapshot
 
 CHANGELOG = ROOT / "CHANGELOG.md"
 VERSION = re.compile(r"^## \[(\d+\.\d+\.\d+)\] - \d{4}-\d\d-\d\d$", re.MULTILINE)
 # What builds make, and what sdist adds.
 MADE = re.compile(r"^(PKG-INFO|setup\.cfg|compiler/rosorin_compile\.egg-info/.*)$")
-SAID = (
-    "compiler",
-    "templates",
-    "docs",
-    "cmake",
-    "ament",
-    "bazel",
-    "schemas",
-    "examples",
-    "parts",
-    "viewer/src",
-    ".github",
-)
-BARE_NAME = re.compile(r"pip install (?:-\S+ )*[`'\"]*rosorin[-_]compile(?![\w.-]*\.whl|-\d)")
-
-# Where the history of the project begins: a shallow clone, or one that was made anew, does not have it.
-FIRST_COMMIT = "6abe65265abf0e1a4c985ce4fc1b581b4781b3c3"
 
 
 def test_the_version_is_the_same_everywhere() -> None:
@@ -63,7 +45,6 @@ def test_the_version_is_the_same_everywhere() -> None:
 
 
 def sections() -> list[str]:
-    """Return the sections of CHANGELOG.md, Unreleased first, without their marks of a heading."""
     return re.split("^## ", CHANGELOG.read_text("utf-8"), flags=re.MULTILINE)[1:]
 
 
@@ -78,37 +59,8 @@ def test_changelog_has_versions_with_short_notes() -> None:
         ]
 
 
-@pytest.mark.parametrize("section", sections()[1:], ids=lambda one: one[: one.index("]") + 1])
-def test_a_commit_that_changelog_names_is_that_release(section: str) -> None:
-    """The commit of a release cannot name itself: the next one does, until then there is a line in its place."""
-    version, (line,) = section[1 : section.index("]")], re.findall("^Commit: (.+)$", section, re.MULTILINE)
-    if line == "not yet named":
-        assert version == __version__
-        return
-    assert re.fullmatch("[0-9a-f]{40}", line)
-    if FIRST_COMMIT not in of_clone("rev-list", "--max-parents=0", "HEAD").split():
-        pytest.skip("a clone without the history of the project")
-    of_clone("merge-base", "--is-ancestor", line, "HEAD")
-    assert f'\nversion = "{version}"\n' in of_clone("show", f"{line}:pyproject.toml")
-
-
-def test_nobody_is_told_to_install_a_name_or_sent_to_an_address_that_nobody_serves() -> None:
-    texts = [path for folder in SAID for path in sorted((ROOT / folder).rglob("*")) if path.is_file()]
-    texts += [*ROOT.glob("*.md"), ROOT / "action.yml"]
-    texts.remove(ROOT / "RELEASING.md")  # says what may be said one day
-    found = []
-    for path in texts:
-        if path.suffix in (".pyc", ".png", ".stl") or "node_modules" in path.parts:
-            continue
-        for number, line in enumerate(path.read_text("utf-8", "replace").splitlines(), 1):
-            if BARE_NAME.search(line) or "rosorin-compile.invalid" in line:
-                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()}")
-    assert not found
-
-
 @pytest.fixture(scope="module")
 def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sdist of what is under version control here, as it is now."""
     folder = tmp_path_factory.mktemp("sdist")
     for name in of_clone("ls-files", "-z").split("\0")[:-1]:
         if (ROOT / name).is_file():
@@ -152,3 +104,54 @@ def test_the_page_of_an_index_names_no_file_of_the_repository(sdist: Path) -> No
     assert [line for line in text.splitlines() if line.startswith("## ")] == [
         line for line in readme.splitlines() if line.startswith("## ")
     ]
+
+
+# The Dockerfile, without Docker: its files and extras exist, and what it copies is enough to build the wheel.
+
+
+DOCKERFILE = (ROOT / "Dockerfile").read_text("utf-8")
+PYPROJECT = (ROOT / "pyproject.toml").read_text("utf-8")
+
+
+def copies() -> list[tuple[list[str], str]]:
+    """Return the COPY instructions that read the repository: sources and destination."""
+    words = [shlex.split(line)[1:] for line in DOCKERFILE.splitlines() if line.startswith("COPY ")]
+    return [(sources, destination) for *sources, destination in words if not sources[0].startswith("--from=")]
+
+
+def test_copied_files_exist_and_are_not_ignored() -> None:
+    lines = (ROOT / ".dockerignore").read_text("utf-8").splitlines()
+    included = {line[1:] for line in lines if line.startswith("!")}
+    assert "*" in lines
+    assert all((ROOT / name).exists() for name in included)
+    assert included == {source for sources, _ in copies() for source in sources}
+
+
+def test_the_extras_and_the_python_are_supported() -> None:
+    (extras,) = re.findall("^ARG EXTRAS=(.+)$", DOCKERFILE, re.MULTILINE)
+    for extra in extras.split(","):
+        assert re.search(rf"^{extra} = \[", PYPROJECT, re.MULTILINE), extra
+    versions = set(re.findall(r"^FROM python:(\d\.\d+)-slim", DOCKERFILE, re.MULTILINE))
+    assert len(versions) == 1
+    assert f'"Programming Language :: Python :: {versions.pop()}"' in PYPROJECT
+
+
+@pytest.mark.tier("pythons")
+@pytest.mark.slow
+def test_the_copied_files_build_the_wheel_of_the_repository(tmp_path: Path) -> None:
+    network()
+    whole = snapshot(tmp_path / "whole")
+    for sources, destination in copies():
+        for source in sources:
+            target = tmp_path / "image" / destination / (source if destination == "./" else "")
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if (whole / source).is_dir():
+                shutil.copytree(whole / source, target)
+            else:
+                shutil.copy2(whole / source, target)
+    (command,) = re.findall("^RUN pip (wheel .+) --wheel-dir /wheels .$", DOCKERFILE, re.MULTILINE)
+    for folder in (whole, tmp_path / "image"):
+        words = [*command.split(), "--quiet", "--wheel-dir", tmp_path / f"{folder.name}-wheels", folder]
+        subprocess.run([sys.executable, "-m", "pip", *words], check=True)
+    (wheel,) = (tmp_path / "image-wheels").iterdir()
+    assert wheel.read_bytes() == (tmp_path / "whole-wheels" / wheel.name).read_bytes()

@@ -3,8 +3,6 @@
 ``.ci/full robots`` takes all of the packages of PyPI that MuJoCo loads; those of this repository are in every run.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -52,7 +50,6 @@ NUMBERS = {
 
 
 def named(model: Any, kind: str, count: int) -> list[str]:
-    """Return the names of all objects of a kind."""
     import mujoco
 
     of = getattr(mujoco.mjtObj, f"mjOBJ_{kind}")
@@ -86,7 +83,6 @@ def shapes(model: Any) -> dict[str, int]:
 
 
 def differences(source: Any, ours: Any) -> Iterator[str]:
-    """Yield how two models differ, in counts and numbers, then in forces and motion."""
     for count in COUNTS:
         if getattr(source, count) != getattr(ours, count):
             yield f"{count}: {getattr(source, count)} in the source, {getattr(ours, count)} in ours"
@@ -186,7 +182,6 @@ def put(model: Any, data: Any, turn: Any, speed: Any, asked: Any) -> None:
 
 
 def judge(path: Path, capsys: Shown) -> None:
-    """Bring an MJCF into the project, and hold what became of it against the source."""
     pytest.importorskip("mujoco")
     source = compiled(path)
     if source is None:

@@ -3,8 +3,6 @@
 ``.ci/full robots`` takes all that the packages of PyPI have; a small one is in every run.
 """
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from collections import Counter
@@ -15,6 +13,7 @@ import numpy as np
 import pytest
 
 from support.commands import Shown, write_files
+from support.paths import data_text
 from support.public_robots import Brought, bring, file_of, meshes, names, short, skip_without_judges, text_of
 from support.round_trip import differences, pinocchio, yourdfpy
 
@@ -34,30 +33,7 @@ WITHOUT_MJCF = (
 )
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-SMALL = """\
-<robot name="small">
-  <link name="base">
-    <inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
-    <visual><geometry><mesh filename="package://small_description/meshes/base.obj"/></geometry></visual>
-    <collision><geometry><mesh filename="../meshes/base.obj" scale="2 2 2"/></geometry></collision>
-  </link>
-  <link name="arm">
-    <inertial>
-      <origin xyz="0.1 0 0" rpy="0 0.2 0"/>
-      <mass value="0.5"/>
-      <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0.001" ixz="0" iyz="0"/>
-    </inertial>
-    <visual><geometry><mesh filename="model://small_description/meshes/arm.obj"/></geometry></visual>
-  </link>
-  <joint name="turn" type="revolute">
-    <parent link="base"/>
-    <child link="arm"/>
-    <origin xyz="0 0.1 0.2" rpy="0.1 0.2 0.3"/>
-    <axis xyz="0 0.6 0.8"/>
-    <limit lower="-1" upper="2" effort="5" velocity="1"/>
-  </joint>
-</robot>
-"""
+SMALL = data_text("robots/robots_urdf_small.urdf")
 
 
 def judged(source: Path, brought: Brought) -> list[str]:
@@ -77,7 +53,6 @@ def judged(source: Path, brought: Brought) -> list[str]:
 
 
 def _other_meshes(plain: bytes, source: Path, made: Path) -> list[str]:
-    """Return the meshes of a URDF that the artifact does not have, or that are other files there."""
     theirs, ours, found = meshes(plain, source), meshes(made.read_bytes(), made), []
     if theirs.keys() != ours.keys():
         found.append(f"meshes of {sorted(theirs.keys() ^ ours.keys())}")

@@ -1,7 +1,6 @@
 """The reference robot: what was recorded on the real one comes out of every artifact, and all engines agree."""
 
-from __future__ import annotations
-
+import json
 import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -9,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.model.shape import GROUNDED
-from support.engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy
-from support.paths import DATA
+from rosorin_compile.cli.main import main
+from support.engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy, pose
+from support.paths import DATA, OUTPUTS, data_text
 from support.robots import RECORDED, compiled, copy_of_rosorin, texts
 from support.unrounded import compile_unrounded
 
@@ -128,20 +127,73 @@ def _elements(node: ElementTree.Element) -> tuple:
     return node.tag, attributes, [_elements(child) for child in node]
 
 
-def test_counts_are_those_that_were_recorded() -> None:
-    root = ElementTree.fromstring(texts(compiled())["rosorin.urdf"])
-    counts = {link.get("name"): len(link.findall("collision")) for link in root.findall("link")}
-    assert len(counts) == RECORDED["urdf"]["links"]
-    assert {name: count for name, count in counts.items() if count} == RECORDED["urdf"]["collision_boxes"]
-    assert "base_footprint" not in counts
-    (height_map,) = [shape.geometry for shape in compiled().robot.link["base_footprint"].collision]
-    assert len(height_map.boxes(GROUNDED)) == RECORDED["urdf"]["chassis_boxes"]
-    heights = [height for row in height_map.heights for height in row if height]
-    assert [len(height_map.heights), len(height_map.heights[0])] == RECORDED["heightmap"]["shape"]
-    assert (min(heights), max(heights)) == (RECORDED["heightmap"]["z_min"], RECORDED["heightmap"]["z_max"])
-
-
 def test_every_entry_says_where_it_comes_from() -> None:
     robot = compiled().robot
     entries = [*robot.links, *robot.joints, *robot.sensors, *robot.servos, *robot.poses]
     assert [entry.name for entry in entries if not entry.source.status] == []
+
+
+# A sensor added through YAML only reaches every artifact that its publisher says.
+
+
+REAR = data_text("robots/rosorin_rear.yaml")
+CAMERA = data_text("robots/rosorin_camera.yaml")
+OPTICAL = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # REP 103: x right, y down, z forward
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    copy_of_rosorin(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert main(["all"]) == 0
+    return tmp_path
+
+
+def add(folder: Path, sensor: str) -> dict[str, str]:
+    description = folder / "descriptions" / "rosorin"
+    (description / "rear.yaml").write_text(sensor, "utf-8")
+    root = description / "robot.yaml"
+    text = root.read_text("utf-8").replace("  - simulation.yaml", "  - simulation.yaml\n  - rear.yaml")
+    root.write_text(text, "utf-8")
+    return texts(compiled(root))
+
+
+def test_range_finder_reaches_static_tf_mjcf_and_frames(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = add(folder, REAR)
+    expected = pose([-0.14, 0, 0.03], [0, 0, np.pi])
+    for reader in (
+        StaticTf.from_launch(files["static_tf.launch.py"]),
+        StaticTf.from_json(files["static_tf.json"]),
+        MuJoCo(files["rosorin.xml"], "site"),
+        MuJoCo(files["rosorin.xml"], "body"),
+    ):
+        assert np.abs(reader.frames({})["rear_range"] - expected).max() < 1e-8
+    assert "tf_base_rear_range" in files["frames.md"]
+    before = {path.name: path.read_text("utf-8") for path in OUTPUTS.iterdir()}
+    assert {name for name in files if files[name] != before[name]} == {
+        "static_tf.launch.py",
+        "static_tf.json",
+        "rosorin.xml",
+        "frames.md",
+        "frames_amcl.svg",
+        "frames_slam.svg",
+    }
+    assert main(["check"]) == 1
+    shown = capsys.readouterr().out
+    assert "rear_range" in shown
+    assert main(["all"]) == 0
+    assert main(["check"]) == 0
+
+
+def test_second_camera_with_its_optical_frame_reaches_urdf_and_mjcf(folder: Path) -> None:
+    files = add(folder, CAMERA)
+    mount = pose([-0.12, 0, 0.2], [0, np.radians(10), np.pi])
+    optical = mount.copy()
+    optical[:3, :3] = mount[:3, :3] @ OPTICAL
+    for reader in (Pinocchio(files["rosorin.urdf"]), MuJoCo(files["rosorin.xml"])):
+        frames = reader.frames({})
+        assert np.abs(frames["rear_camera"] - mount).max() < 2e-6
+        assert np.abs(frames["rear_camera_optical_frame"] - optical).max() < 2e-6
+    assert "rear_camera_optical_frame" in files["frames.md"]
+    assert "rear_camera" not in files["static_tf.launch.py"]
+    assert "rear_camera" not in json.loads(files["robot_model.json"])["joints"]

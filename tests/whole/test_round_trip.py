@@ -4,8 +4,6 @@ Every file of ``round_trip/`` covers a corner of the specification. Two engines 
 states; a comparer of its own reads both texts and holds masses, limits, shapes, materials and kept elements together.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -48,7 +46,6 @@ def test_corner_of_the_specification(case: Path) -> None:
 
 
 def encoded(text: str) -> Iterator[tuple[str, bytes]]:
-    """Yield a text in encodings and with line ends that files have."""
     body = re.sub(r"\A<\?xml[^>]*\?>\s*", "", text)
     yield "mark", b"\xef\xbb\xbf" + body.encode()
     yield "dos", body.replace("\n", "\r\n").encode()
@@ -136,14 +133,6 @@ def test_long_numbers_take_no_time(capsys: pytest.CaptureFixture[str]) -> None:
     Path("robot.urdf").write_text(text, "utf-8")
     assert main(["import", "robot.urdf", "-o", "made"]) == 1
     assert "is not a number" in capsys.readouterr().err
-
-
-def test_twice_is_the_same() -> None:
-    made = []
-    for folder in ("one", "two"):
-        assert main(["import", str(FOLDER / "extensions.urdf"), "-o", folder]) == 0
-        made.append({path.name: path.read_bytes() for path in Path(folder).iterdir()})
-    assert made[0] == made[1]
 
 
 def test_the_comparer_sees_differences() -> None:

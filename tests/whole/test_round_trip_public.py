@@ -3,8 +3,6 @@
 All of them are taken, but of its 1,000 random objects one in 25. pybullet itself is not imported.
 """
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -34,13 +32,11 @@ XACRO = ("husky/husky.urdf",)  # a xacro in spite of its name: engines do not re
 
 
 def data() -> Path | None:
-    """Return the folder of pybullet's data, if it is installed."""
     found = find_spec("pybullet_data")
     return None if found is None or found.origin is None else Path(found.origin).parent
 
 
 def files() -> list[str]:
-    """Return the files to try, by their paths in that folder."""
     folder = data()
     if folder is None:
         return []

@@ -1,7 +1,5 @@
 """check --staged: what Git has staged for the next commit is checked, not the files on disk."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -29,7 +27,6 @@ DESCRIPTION = Path("descriptions/mast/robot.yaml")
 
 @pytest.fixture
 def repository(home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A repository with one robot, compiled and committed."""
     for name in [name for name in os.environ if name.startswith("GIT_")]:
         monkeypatch.delenv(name)
     write_files(home, FILES)
@@ -62,15 +59,6 @@ def test_inputs_have_to_be_staged(capsys: Shown) -> None:
     shown = capsys.readouterr()
     assert "descriptions/mast/robot.yaml:2:23: error[file-unreadable]" in shown.err
     assert str(Path.cwd()) not in shown.err
-
-
-def test_from_a_folder_and_with_a_page(repository: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(repository / "descriptions/mast")
-    assert main(["check", "--staged", "--html", "page.html"]) == 0
-    assert Path("page.html").is_file()
-    assert Path.cwd() == repository / "descriptions/mast"
-    assert main(["check", "--staged", str(repository / DESCRIPTION)]) == 2
-    assert "--staged takes paths from this folder" in capsys.readouterr().err
 
 
 def test_without_a_repository(home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,8 +42,6 @@ STATES = 5
 
 
 class Run(NamedTuple):
-    """A robot, the joint states that were published, and what the nodes said."""
-
     path: Path
     robot: Robot
     artifacts: Mapping[str, str]
@@ -76,7 +74,6 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 
 
 def _states(robot: Robot) -> list[dict[str, float]]:
-    """Return joint states inside the limits, none of them zero."""
     chance = random.Random(5)  # noqa: S311 - the same states every time
     moving = [joint for joint in robot.joints if joint.moves and joint.mimic is None]
     states = []

@@ -1,7 +1,5 @@
 """Nothing that a file, a name or another program says steers the terminal of whoever runs a command."""
 
-from __future__ import annotations
-
 import io
 import os
 import sys
@@ -21,7 +19,6 @@ ROBOT = "robot: plain\nlinks: {base_link: {}}\noutputs: {urdf: {file: plain.urdf
 
 
 def said(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """Return what a command prints on both streams, after a look that none of it steers."""
     with suppress(SystemExit):
         main(words)
     out = "".join(capsys.readouterr())
@@ -106,8 +103,6 @@ def test_what_another_program_says(home: Path, capsys: pytest.CaptureFixture[str
 
 
 class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
     def isatty(self) -> bool:
         return True
 

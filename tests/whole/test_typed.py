@@ -1,7 +1,5 @@
 """A script that uses the public names is sound for mypy in its strict mode and for pyright; a fault is found."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -22,7 +20,6 @@ FAULTS = {
 
 
 def scripts(folder: Path) -> tuple[list[str], list[str]]:
-    """Return scripts that are right, and the same ones that are wrong."""
     made: tuple[list[str], list[str]] = [], []
     for name, (right, wrong, _) in FAULTS.items():
         text = (SCRIPTS / f"{name}.py").read_text("utf-8")

@@ -3,8 +3,6 @@
 Typos are drawn with a fixed seed: a few of each robot here, more of them in the tier ``fuzz``.
 """
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 

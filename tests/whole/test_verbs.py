@@ -1,8 +1,5 @@
 """The verbs check, write, explain and schema: the same as the commands, and nothing that is wrong is an exception."""
 
-from __future__ import annotations
-
-import dataclasses
 import json
 from pathlib import Path
 
@@ -104,13 +101,3 @@ def test_schemas_are_those_of_the_command(capsys: pytest.CaptureFixture[str]) ->
     assert json.loads(capsys.readouterr().out) == rosorin_compile.schema("description")
     with pytest.raises(KeyError, match='did you mean "description"'):
         rosorin_compile.schema("descripton")
-
-
-RESULTS = ["Artifact", "Checked", "Compiled", "Difference", "Explained", "Reading", "Robot", "Variant", "Written"]
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_results_are_frozen_dataclasses(name: str) -> None:
-    result = getattr(rosorin_compile, name)
-    assert dataclasses.is_dataclass(result)
-    assert result.__dataclass_params__.frozen  # type: ignore[attr-defined]

@@ -1,7 +1,5 @@
 """Owners, locks, limits, forks and signals are taken away: the same artifacts come out, or a sentence."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -45,7 +43,6 @@ OFTEN = [
 
 
 def run(home: Path, without: str, commands: list[list[str]]) -> tuple[list[int], str]:
-    """Return the exit codes of commands that one process runs, and what it says."""
     write_files(home, PROJECT)
     (home / "run.py").write_text(RUN)
     folder = str(TESTS / "support" / "without_posix")

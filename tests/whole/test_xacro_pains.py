@@ -4,12 +4,8 @@
 9 those who read plain URDF ask for the expanded file.
 """
 
-from __future__ import annotations
-
-import re
 import subprocess
 import sys
-import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,8 +15,7 @@ import pytest
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.report import text as report
-from support.paths import XACRO
-from support.xacro_table import read, ready
+from support.paths import data_text
 
 HEAD = "rosorin_compile: 1\nrobot: r\noutputs: {urdf: {file: r.urdf, number_format: exact}}\n"
 
@@ -29,7 +24,6 @@ Make = Callable[..., Compiled]
 
 @pytest.fixture
 def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Make:
-    """Compile a description from the texts of its files, the head of the first is there already."""
     monkeypatch.chdir(tmp_path)
 
     def make_robot(robot: str, arguments: dict[str, str] | None = None, **files: str) -> Compiled:
@@ -86,66 +80,10 @@ parts:
     ]
 
 
-def test_place_of_an_error_of_meaning_in_a_part(make: Make) -> None:
-    made = make(
-        """parts:
-  wheel:
-    params: {axis: {type: list}}
-    links: {wheel: {}}
-    joints: {axle: {type: continuous, parent: mount, child: wheel, axis: "${axis}"}}
-use:
-  left: {part: wheel, parent: base, with: {axis: [0, 2, 0]}}
-links: {base: {}}
-"""
-    )
-    axis, used = "robot.yaml:10:50: ", "robot.yaml:8:74: used here"
-    said = report(made.diagnostics)
-    assert f"{axis}error[axis-not-unit]: " in said
-    assert used in said
-
-
 # 2. Typos are errors.
 
 
 # 3. Values have types, from the command line too (ros/xacro#22, #128, #176, #321).
-
-
-ARGUMENTS = """args:
-  legs: {type: integer, default: 4}
-  reach: {type: length, default: 0.5 m}
-  lidar: {type: boolean, default: true}
-  name: {type: text, default: a7}
-let: {half: "${reach / 2}"}
-links:
-  "${name}_${legs * 2}": {visual: [{sphere: {radius: "${half}"}}], if: "${lidar}"}
-  other: {if: "${not lidar}"}
-"""
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ({}, '<link name="a7_8"> 0.25'),
-        ({"legs": "6", "reach": "30 cm", "name": "007"}, '<link name="007_12"> 0.15'),
-        ({"reach": "1e-1"}, '<link name="a7_8"> 0.05'),
-        ({"lidar": "false"}, '<link name="other"/>'),
-        ({"legs": "four"}, "bad-argument"),
-        ({"legs": "4.5"}, "bad-argument"),
-        ({"reach": "2 kg"}, "bad-argument"),
-        ({"lidar": "yes"}, "bad-argument"),
-        ({"legz": "4"}, "unknown-argument"),
-    ],
-)
-def test_argument_has_its_type(make: Make, arguments: dict[str, str], said: str) -> None:
-    made = make(ARGUMENTS, arguments)
-    if made.artifacts:
-        root = ET.fromstring(urdf(made))
-        radius = root.find(".//sphere")
-        name = root.find("link").get("name")  # type: ignore[union-attr]
-        size = f"> {radius.get('radius')}" if radius is not None else "/>"
-        assert said == f'<link name="{name}"{size}'
-    else:
-        assert said == errors(made)[0].rule
 
 
 # 4. Time grows with the robot, no faster (ros/xacro#57, #292); the benchmarks have the seconds.
@@ -153,19 +91,7 @@ def test_argument_has_its_type(make: Make, arguments: dict[str, str], said: str)
 
 @pytest.mark.slow
 def test_work_grows_with_the_number_of_uses(make: Make) -> None:
-    robot = """parts:
-  peg:
-    params: {x: {type: length}, r: {type: length, default: 10 mm}}
-    let: {mass: "${1000*kg/m**3 * pi * r**2 * 0.1*m}"}
-    links:
-      peg:
-        inertial: {mass: "${mass}", inertia: {ixx: "${mass * r**2}", iyy: "${mass * r**2}", izz: "${mass * r**2}"}}
-        collision: [{cylinder: {radius: "${r}", length: 0.1}}]
-    joints: {foot: {type: fixed, parent: mount, child: peg, xyz: ["${x}", 0, 0]}}
-use:
-  "p${i}": {for: {i: "${range(COUNT)}"}, part: peg, parent: board, with: {x: "${i * 20*mm}"}}
-links: {board: {}}
-"""
+    robot = data_text("robots/xacro_pains_peg.yaml")
     calls = {count: _calls(lambda count=count: make(robot.replace("COUNT", str(count)))) for count in (100, 200, 400)}
     first, second = calls[200] - calls[100], calls[400] - calls[200]
     assert second < 2.2 * first, f"twice the uses take {second / first:.2f} times the calls"
@@ -173,7 +99,6 @@ links: {board: {}}
 
 
 def _calls(work: Callable[[], Compiled]) -> int:
-    """Return how many Python functions a compilation calls."""
     count = 0
 
     def watch(_frame: Any, event: str, _argument: Any) -> None:
@@ -273,13 +198,3 @@ def test_other_version_is_refused(make: Make, version: str) -> None:
 
 
 # 9. Plain URDF comes out, the same every time (pollen-robotics/reachy2_core#104, gkjohnson/xacro-parser#75).
-
-GOLDEN = XACRO / "46-macro"
-
-
-def test_plain_urdf_comes_out() -> None:
-    case = read(GOLDEN)
-    with ready(case):
-        first, second = (urdf(compile_robot(Path("robot.yaml"))) for _ in range(2))
-    assert first == second == (GOLDEN / "robot.urdf").read_text("utf-8")
-    assert not re.search(r"xacro|\$\{|\$\(", first)

@@ -7,25 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.language.wanted import UNKNOWN
+from rosorin_compile.language.requested_outputs import UNKNOWN
 from rosorin_compile.source.diagnostics import RequestError, has_errors
 from rosorin_compile.source.project import Description
 
+from . import command as cli
 from .answer import FINE, PROBLEMS, USAGE
-from .command import (
-    PATH,
-    Options,
-    command,
-    depfile_options,
-    dry_run_option,
-    fail_on_option,
-    flag,
-    hook_option,
-    notes_option,
-    output_folder_option,
-    robots_argument,
-    texts,
-)
 from .depfile import check_depfile, write_depfile
 from .run import Run, count, counted_files, for_each, nothing_written, refuse_stdin
 
@@ -33,17 +20,19 @@ if TYPE_CHECKING:
     from rosorin_compile.results import Written
 
 
-@command("all", exits="0 written or unchanged, 1 a robot has errors or, with --dry-run, an artifact would change")
-@robots_argument()
-@dry_run_option
-@flag("--prune", help="delete files in the output folder that are not artifacts")
-@hook_option("; exit with 1 if a file was written")
-@texts("--only", type=PATH, metavar="OUTPUT", help="write only this output and its meshes; repeatable", offers="output")
-@output_folder_option
-@depfile_options("default: the first artifact, or that of the first --only")
-@notes_option
-@fail_on_option
-def run(options: Options) -> int:
+@cli.command("all", exits="0 written or unchanged, 1 a robot has errors or, with --dry-run, an artifact would change")
+@cli.robots_argument()
+@cli.dry_run_option
+@cli.flag("--prune", help="delete files in the output folder that are not artifacts")
+@cli.hook_option("; exit with 1 if a file was written")
+@cli.texts(
+    "--only", type=cli.PATH, metavar="OUTPUT", help="write only this output and its meshes; repeatable", offers="output"
+)
+@cli.output_folder_option
+@cli.depfile_options("default: the first artifact, or that of the first --only")
+@cli.notes_option
+@cli.fail_on_option
+def run(options: cli.Options) -> int:
     """Compile each robot and write its artifacts."""
     refuse_stdin(options.words, "name a file, or print one artifact: rosorin-compile print - OUTPUT")
     if options.only and (options.prune or options.dry_run):

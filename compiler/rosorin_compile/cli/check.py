@@ -18,7 +18,7 @@ from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.language.arguments import Argument, Choice, Combination, combinations, declared
+from rosorin_compile.language.arguments import Choice, Combination, choices, combinations, declared
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
@@ -26,18 +26,8 @@ from rosorin_compile.source.project import ON_STDIN, Description
 from rosorin_compile.source.wording import counted
 from rosorin_compile.viewer.changed import Pictures
 
+from . import command as cli
 from .answer import FINE, PROBLEMS
-from .command import (
-    Options,
-    check_options,
-    command,
-    depfile_options,
-    flag,
-    full_option,
-    hook_option,
-    notes_option,
-    page_options,
-)
 from .depfile import check_depfile, write_depfile
 from .registry import commands
 from .run import Run, count, for_each, nothing_written, write_page
@@ -53,19 +43,18 @@ def _checks() -> dict[str, list[tuple[str, str]]]:
     return {"Checks (see check CHECK --help)": [(one.name, one.help) for one in commands("checks").values()]}
 
 
-@command("check", exits="0 no differences, 1 differences or errors", sections=_checks)
-@check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
-@hook_option()
-@notes_option
-@flag(
-    "--every-argument",
-    help="compile with all combinations of arguments that have a list of values; do not compare",
+@cli.command("check", exits="0 no differences, 1 differences or errors", sections=_checks)
+@cli.check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
+@cli.hook_option()
+@cli.notes_option
+@cli.flag(
+    "--every-argument", help="compile with all combinations of arguments that have a list of values; do not compare"
 )
-@flag("--staged", help="compare what Git has staged for the next commit, not the files on disk")
-@full_option
-@page_options("write a page that shows the robots, as committed and as compiled, and the changes")
-@depfile_options("required with --depfile")
-def run(options: Options) -> int:
+@cli.flag("--staged", help="compare what Git has staged for the next commit, not the files on disk")
+@cli.full_option
+@cli.page_options("write a page that shows the robots, as committed and as compiled, and the changes")
+@cli.depfile_options("required with --depfile")
+def run(options: cli.Options) -> int:
     """Compile each robot and compare with its artifacts."""
     if options.staged:
         return _check_staged(options)
@@ -109,7 +98,7 @@ def _run_git(folder: Path, *arguments: str) -> str:
     return os.fsdecode(done.stdout)
 
 
-def _check_staged(options: Options) -> int:
+def _check_staged(options: cli.Options) -> int:
     """Check the staged files in a copy of the repository, so that messages have the paths of the repository."""
     absolute = [word for word in options.words if Path(word).is_absolute()]
     if absolute:
@@ -126,7 +115,7 @@ def _check_staged(options: Options) -> int:
             os.chdir(here)
 
 
-def _check(options: Options) -> int:
+def _check(options: cli.Options) -> int:
     if options.every_argument and options.html is not None:
         raise RequestError("--html shows a comparison with what is committed; it does not go with this option")
     check_depfile(options)
@@ -178,7 +167,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     if not committed.same:
 
         def blocks() -> list[Block]:
-            from rosorin_compile.compare.text_report import blocks
+            from .check_tables import blocks
 
             return blocks(comparison.changes, comparison.texts, committed.meshes)
 
@@ -212,7 +201,7 @@ def _check_every(run: Run, description: Description) -> int:
     if has_errors(wrong):
         run.console.show(wrong)
         return PROBLEMS
-    varied = Argument.choices(arguments, values)
+    varied = choices(arguments, values)
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
     for number, combination in enumerate(tried, 1):
@@ -234,14 +223,13 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
     """Return the arguments that cause a problem, as the end of a sentence; empty if all do."""
     if len(where) == len(tried):
         return ""
-    columns = [set(column) for column in zip(*where, strict=True)]
-    used = [[value for value in values if value in column] for (_, values), column in zip(varied, columns, strict=True)]
-    causes = [
-        f"{name}={' or '.join(values)}"
-        for (name, every), values in zip(varied, used, strict=True)
-        if len(values) < len(every)
+    columns = [
+        [value for value in values if any(row[index] == value for row in where)]
+        for index, (_, values) in enumerate(varied)
     ]
-    if prod(map(len, used)) == len(where) and causes:
+    named = [(name, used) for (name, values), used in zip(varied, columns, strict=True) if len(used) < len(values)]
+    if named and prod(map(len, columns)) == len(where):
+        causes = [f"{name}={' or '.join(used)}" for name, used in named]
         return f" (with {', '.join(causes)})"
     first = ", ".join(f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True))
     more = f", and in {counted(len(where) - 1, 'other combination')}" if len(where) > 1 else ""
@@ -251,9 +239,8 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
 def _summary(varied: Sequence[Choice], tried: int, failed: int) -> str:
     """Return how many combinations were tried and how many of them have errors."""
     if not varied:
-        return "no argument with a list of values is left open; compiled once, " + ("with errors" if failed else "fine")
-    count = prod(len(values) for _, values in varied)
-    names = ", ".join(name for name, _ in varied)
+        return f"no argument with a list of values is left open; compiled once, {'with errors' if failed else 'fine'}"
+    count, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
     result = f"{failed:,} with errors" if failed else "all fine"
     if tried < count:
         return f"{tried:,} of {count:,} combinations of {names} compiled, {result}; set some of them for the others"

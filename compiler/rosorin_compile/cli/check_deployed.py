@@ -5,11 +5,11 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from rosorin_compile.compare.text_report import blocks
 from rosorin_compile.source.diagnostics import RequestError, error
 from rosorin_compile.source.project import Description
 
 from .answer import FINE, PROBLEMS
+from .check_tables import blocks
 from .command import Options, check, check_options, full_option
 from .run import Run, for_each, nothing_written
 

@@ -17,7 +17,6 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from rosorin_compile.source.cache import cache_refused
 from rosorin_compile.source.console import ENVELOPE, MARKDOWN, show_progress
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, did_you_mean
 from rosorin_compile.source.plugins import Plugin, PluginFailed, broken, failed
@@ -29,12 +28,6 @@ from .answer import FINE, PROBLEMS, Answer
 from .table import entry
 
 RULES = (
-    Rule(
-        "cache-not-private",
-        "A note: somebody else could change what is in the folder of the cache, so there is no cache.",
-        "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",
-        WRITING,
-    ),
     Rule(
         "system-lacks",
         "A note: this system has no locks, or no limits of a process, as Windows has none; the run goes on without.",
@@ -182,8 +175,6 @@ class Command(click.Command):
             raise PluginFailed(broken(self.plugin, f"gives no exit code, but {str(code)[:60]!r}"))
         if not options.quiet:
             notes = [Diagnostic("system-lacks", NOTE, message) for message in missed()]
-            if refused := cache_refused():
-                notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
             if notes:
                 answer.console().show(notes)
         fail_on = getattr(options, "fail_on", "error")
@@ -365,12 +356,7 @@ robot_options = combined(
         help="folder of a ROS package, for $(find NAME) and package://NAME; repeatable",
     ),
     flag("--trust", help="do not warn about code that a xacro file can run"),
-    option(
-        "--xacro-seconds",
-        type=int,
-        metavar="S",
-        help="time limit for a xacro file in seconds; default: 60",
-    ),
+    option("--xacro-seconds", type=int, metavar="S", help="time limit for a xacro file in seconds; default: 60"),
     texts(
         "-a",
         "--arg",

@@ -5,16 +5,7 @@ from __future__ import annotations
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError
 
 from .answer import FINE, PROBLEMS
-from .command import (
-    Options,
-    command,
-    dry_run_option,
-    full_option,
-    path_option,
-    robot_argument,
-    robot_options,
-    texts,
-)
+from .command import Options, command, dry_run_option, full_option, path_option, robot_argument, robot_options, texts
 from .run import Run, assignments, nothing_written
 
 _HOW = "rosorin-compile deploy ROBOT -o FOLDER"

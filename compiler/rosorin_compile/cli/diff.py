@@ -9,27 +9,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.language.asked import NO_ARGUMENTS
+from rosorin_compile.language.api_arguments import NO_ARGUMENTS
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.load import LoadError
 
 from .answer import FINE, PROBLEMS
-from .command import (
-    Decorator,
-    Options,
-    command,
-    flag,
-    option,
-    page_options,
-    robot_options,
-    texts,
-    words_argument,
-)
+from .command import Decorator, Options, command, flag, option, page_options, robot_options, texts, words_argument
 from .run import Run, find_robot, named, take_stdin, write_page
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.difference import Difference
+    from rosorin_compile.compare.difference import Difference, Item, Side
 
 _HOW = "rosorin-compile diff A B"
 
@@ -60,7 +50,7 @@ def _robots() -> Decorator[Any]:
 def run(options: Options) -> int:
     """Compare two robots, and print the differences."""
     from rosorin_compile import api
-    from rosorin_compile.compare.difference import as_json, lines
+    from rosorin_compile.compare.difference import lines
 
     run = Run.of(options)
     if len(run.words) != 2:
@@ -119,3 +109,29 @@ def _write_page(options: Options, requests: Sequence[Any], found: Difference) ->
     page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
     page.take_sides(requests, found, options.prefix)
     write_page(page, Console(options.format))
+
+
+def as_json(difference: Difference) -> dict[str, Any]:
+    """Return a comparison as a value of JSON. Raises ValueError if there was nothing to compare."""
+    return {
+        **{letter: _side_json(side) for letter, side in zip("ab", difference.sides, strict=True)},
+        "same": difference.same,
+        "tolerance": difference.tolerance,
+        "differences": [_item_json(item) for item in difference.items],
+        "notes": list(difference.notes),
+        "not_compared": list(difference.not_compared),
+        "summary": difference.summary(),
+    }
+
+
+def _side_json(side: Side) -> dict[str, Any]:
+    robot = side.robot
+    counts = {"links": len(robot.links), "joints": len(robot.joints)}
+    return {"source": side.label, "format": side.format.name, "robot": robot.name, **counts}
+
+
+def _item_json(item: Item) -> dict[str, Any]:
+    found: dict[str, Any] = {"kind": item.kind, "name": item.name, "quantity": item.quantity, "text": item.text}
+    found |= {"a": item.before, "b": item.after, "unit": item.unit}
+    more = {"distance": item.distance, "angle": item.angle, "when": item.when or None, "at": dict(item.at) or None}
+    return found | {key: value for key, value in more.items() if value is not None}

@@ -22,7 +22,6 @@ from .run import Run, find_robot, take_stdin
 def run(options: Options) -> int:
     """Explain frames of one robot."""
     from rosorin_compile import api
-    from rosorin_compile.language.explain.explanation import as_json
 
     run = Run.of(options)
     take_stdin(run.words)
@@ -35,7 +34,7 @@ def run(options: Options) -> int:
         run.console.show([one for one in found.diagnostics if one.severity == ERROR])
         run.console.warn(f"{description.name}: a description with errors has no meaning to explain")
         return PROBLEMS
-    return run.give([as_json(answer) for answer in found.answers], lambda: str(found))
+    return run.give(list(found.answers), lambda: str(found))
 
 
 def _requested(words: list[str]) -> tuple[Description, list[str]]:

@@ -13,71 +13,60 @@ from rosorin_compile.source.diagnostics import RequestError, has_errors
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
+from . import command as cli
 from .answer import FINE, PROBLEMS, give_result
-from .command import (
-    CommandGroup,
-    Options,
-    choice,
-    combined,
-    command,
-    flag,
-    force_option,
-    option,
-    path_option,
-    robot_options,
-    words_argument,
-)
 from .run import Run, refuse_stdin
 from .table import entry
 
 _LENGTH, _ANGLE, _NUMBER = Quantity.one("m"), Quantity.one("rad"), Quantity.one()
 _SETTINGS: dict[str, Any] = {"within": "extract", "exits": "0 written, 1 errors"}
-_section_option = option(
+_section_option = cli.option(
     "--from",
     "section",
     type=click.Choice(("auto", "collision", "visual")),
     default="auto",
     help="use meshes of these shapes; default: collision, else visual",
 )
-_scale_option = option("--scale", default="1", metavar="S", help="scale factor of mesh files, such as 0.001, or X,Y,Z")
-_grid_options = combined(
-    option("--cell", metavar="LENGTH", help="edge length of a cell; default: 10mm"),
-    option("--origin", metavar="X,Y", help="corner of the first cell; default: corner of the mesh"),
-    option("--cells", metavar="NXxNY", help="number of cells along x and y; default: cover the mesh"),
-    option("--size", metavar="X,Y", help="size of the grid, instead of --cells"),
+_scale_option = cli.option(
+    "--scale", default="1", metavar="S", help="scale factor of mesh files, such as 0.001, or X,Y,Z"
+)
+_grid_options = cli.combined(
+    cli.option("--cell", metavar="LENGTH", help="edge length of a cell; default: 10mm"),
+    cli.option("--origin", metavar="X,Y", help="corner of the first cell; default: corner of the mesh"),
+    cli.option("--cells", metavar="NXxNY", help="number of cells along x and y; default: cover the mesh"),
+    cli.option("--size", metavar="X,Y", help="size of the grid, instead of --cells"),
     # Of earlier versions, which sampled the surface; heights are exact now.
-    option("--exact", is_flag=True, hidden=True),
-    option("--spacing", hidden=True),
-    option("--below", metavar="Z", help="ignore surfaces above this height"),
-    option("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4"),
-    option("--step", metavar="LENGTH", help="round heights of boxes to multiples of this length; default: the cell"),
+    cli.option("--exact", is_flag=True, hidden=True),
+    cli.option("--spacing", hidden=True),
+    cli.option("--below", metavar="Z", help="ignore surfaces above this height"),
+    cli.option("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4"),
+    cli.option(
+        "--step", metavar="LENGTH", help="round heights of boxes to multiples of this length; default: the cell"
+    ),
 )
-_output_option = path_option("-o", "--output", metavar="FILE", help="write to a file instead of standard output")
+_output_option = cli.path_option("-o", "--output", metavar="FILE", help="write to a file instead of standard output")
 
 
-@command("boxes", help="fit boxes, oriented boxes, cylinders, capsules and stacks of boxes to meshes", **_SETTINGS)
-@words_argument(
-    "SOURCE ...",
-    "mesh files, or one robot: description, URDF, xacro, SDF or MJCF",
-    required=True,
-    offers=("file",),
+@cli.command("boxes", help="fit boxes, oriented boxes, cylinders, capsules and stacks of boxes to meshes", **_SETTINGS)
+@cli.words_argument(
+    "SOURCE ...", "mesh files, or one robot: description, URDF, xacro, SDF or MJCF", required=True, offers=("file",)
 )
-@option("--link", multiple=True, help="use only this link of the robot; repeatable")
+@cli.option("--link", multiple=True, help="use only this link of the robot; repeatable")
 @_section_option
-@choice(
+@cli.choice(
     "--shape",
     ("box", "oriented_box", "cylinder", "capsule", "stack", "smallest"),
     default="box",
     help="shape to write; default: box",
 )
-@option("--stack", type=int, default=4, metavar="N", help="number of boxes in a stack; default: 4")
-@choice("--axis", ("x", "y", "z", "auto"), default="auto", help="axis of the stack; default: auto, the best fit")
+@cli.option("--stack", type=int, default=4, metavar="N", help="number of boxes in a stack; default: 4")
+@cli.choice("--axis", ("x", "y", "z", "auto"), default="auto", help="axis of the stack; default: auto, the best fit")
 @_scale_option
-@option("--digits", type=int, default=5, metavar="N", help="decimals of lengths in metres; default: 5")
+@cli.option("--digits", type=int, default=5, metavar="N", help="decimals of lengths in metres; default: 5")
 @_output_option
-@force_option
-@robot_options
-def boxes(options: Options) -> int:
+@cli.force_option
+@cli.robot_options
+def boxes(options: cli.Options) -> int:
     """Fit boxes to meshes. Raises RequestError."""
     from rosorin_compile import api
 
@@ -92,33 +81,33 @@ def boxes(options: Options) -> int:
     return _print(run, result, result.parts)
 
 
-@command("heightmap", help="compute the top surface of a mesh as heights on a grid", **_SETTINGS)
-@words_argument("SOURCE ...", "mesh files, or one robot with --link", required=True, offers=("file",))
-@option("--link", help="link of the robot whose meshes are used")
+@cli.command("heightmap", help="compute the top surface of a mesh as heights on a grid", **_SETTINGS)
+@cli.words_argument("SOURCE ...", "mesh files, or one robot with --link", required=True, offers=("file",))
+@cli.option("--link", help="link of the robot whose meshes are used")
 @_section_option
-@option("--frame", help="link whose frame the height map uses")
+@cli.option("--frame", help="link whose frame the height map uses")
 @_grid_options
-@flag("--bottom", help="also compute the lowest point in each cell")
-@option("--xyz", default="0,0,0", metavar="X,Y,Z", help="position of the mesh in the frame, such as 0,0,25mm")
-@option(
+@cli.flag("--bottom", help="also compute the lowest point in each cell")
+@cli.option("--xyz", default="0,0,0", metavar="X,Y,Z", help="position of the mesh in the frame, such as 0,0,25mm")
+@cli.option(
     "--rpy",
     default="0,0,0",
     metavar="R,P,Y",
     help="orientation of the mesh in the frame, in radians or with a unit (90deg)",
 )
 @_scale_option
-@option("--into", metavar="FILE", help="replace the height map in a description file, with the same grid")
-@choice(
+@cli.option("--into", metavar="FILE", help="replace the height map in a description file, with the same grid")
+@cli.choice(
     "--status",
     ("calculated", "measured", "factory"),
     default="calculated",
     help="status of the source in the description; default: calculated",
 )
-@option("--note", help="note of the source in the description; default: the names of the meshes")
+@cli.option("--note", help="note of the source in the description; default: the names of the meshes")
 @_output_option
-@force_option
-@robot_options
-def heightmap(options: Options) -> int:
+@cli.force_option
+@cli.robot_options
+def heightmap(options: cli.Options) -> int:
     """Compute a height map. Raises RequestError."""
     from rosorin_compile import api
 
@@ -143,17 +132,17 @@ def heightmap(options: Options) -> int:
     return _print(run, result, result.values)
 
 
-@command("factory", help="extract joints, boxes and a height map from a ROS description package", **_SETTINGS)
-@words_argument("PACKAGE", "folder of a ROS description package", required=True, offers=("file",))
-@path_option("-o", "--output", required=True, metavar="FOLDER", help="folder to write")
-@option("--robot", metavar="FILE", help="robot file in the package; default: the only one")
-@option("--heightmap-link", metavar="LINK", help="link whose meshes are used for the height map")
-@option("--frame", metavar="LINK", help="link whose frame the height map uses; default: that of --heightmap-link")
-@flag("--lenient", help="accept violations of the specification where possible")
+@cli.command("factory", help="extract joints, boxes and a height map from a ROS description package", **_SETTINGS)
+@cli.words_argument("PACKAGE", "folder of a ROS description package", required=True, offers=("file",))
+@cli.path_option("-o", "--output", required=True, metavar="FOLDER", help="folder to write")
+@cli.option("--robot", metavar="FILE", help="robot file in the package; default: the only one")
+@cli.option("--heightmap-link", metavar="LINK", help="link whose meshes are used for the height map")
+@cli.option("--frame", metavar="LINK", help="link whose frame the height map uses; default: that of --heightmap-link")
+@cli.flag("--lenient", help="accept violations of the specification where possible")
 @_section_option
 @_grid_options
-@robot_options
-def factory(options: Options) -> int:
+@cli.robot_options
+def factory(options: cli.Options) -> int:
     """Extract the numbers of a ROS description package. Raises RequestError."""
     from rosorin_compile import api
 
@@ -175,14 +164,12 @@ def factory(options: Options) -> int:
 
 
 _ABOUT = entry("extract")
-run = CommandGroup(
-    "extract",
-    commands={"boxes": boxes, "heightmap": heightmap, "factory": factory},
-    help=_ABOUT.help if _ABOUT else "",
+run = cli.CommandGroup(
+    "extract", commands={"boxes": boxes, "heightmap": heightmap, "factory": factory}, help=_ABOUT.help if _ABOUT else ""
 )
 
 
-def _run(options: Options) -> Run:
+def _run(options: cli.Options) -> Run:
     run = Run.of(options)
     refuse_stdin(run.words, "name a file")
     return run
@@ -204,7 +191,7 @@ def _print(run: Run, result: Any, value: object) -> int:
     return FINE
 
 
-def _grid(options: Options) -> dict[str, Any]:
+def _grid(options: cli.Options) -> dict[str, Any]:
     """Return the grid of a height map, lengths in metres. Raises RequestError."""
     grid: dict[str, Any] = {"map_digits": options.map_digits, "cells": None}
     for name, count in (("cell", 1), ("step", 1), ("below", 1), ("origin", 2), ("size", 2)):

@@ -10,19 +10,9 @@ from typing import TYPE_CHECKING
 from rosorin_compile.source.console import paint
 from rosorin_compile.source.diagnostics import RequestError
 
+from . import command as cli
 from . import complete
 from .answer import PROBLEMS, give_result
-from .command import (
-    Options,
-    command,
-    flag,
-    force_option,
-    mode_option,
-    option,
-    path_option,
-    robot_argument,
-    robot_options,
-)
 from .run import Run, mode_states
 
 if TYPE_CHECKING:
@@ -30,26 +20,18 @@ if TYPE_CHECKING:
     from rosorin_compile.viewer.frames import Frames
 
 
-@command("frames", exits="0 shown or written, 1 the robot has errors")
-@robot_argument
-@option(
-    "--frame",
-    metavar="FRAME",
-    help="show only the path from the root to a frame",
-    shell_complete=complete.of("frame"),
+@cli.command("frames", exits="0 shown or written, 1 the robot has errors")
+@cli.robot_argument
+@cli.option(
+    "--frame", metavar="FRAME", help="show only the path from the root to a frame", shell_complete=complete.of("frame")
 )
-@option("--publisher", metavar="NODE", help='show only the edges of a publisher; "nobody": edges without one')
-@mode_option("one tree each for on and off")
-@path_option(
-    "-o",
-    "--output",
-    metavar="FILE.svg",
-    help="write a drawing: FILE.svg; FOLDER/: one file per tree",
-)
-@force_option
-@flag("--ascii", help="draw the tree with ASCII characters")
-@robot_options
-def run(options: Options) -> int:
+@cli.option("--publisher", metavar="NODE", help='show only the edges of a publisher; "nobody": edges without one')
+@cli.mode_option("one tree each for on and off")
+@cli.path_option("-o", "--output", metavar="FILE.svg", help="write a drawing: FILE.svg; FOLDER/: one file per tree")
+@cli.force_option
+@cli.flag("--ascii", help="draw the tree with ASCII characters")
+@cli.robot_options
+def run(options: cli.Options) -> int:
     """Show the tree of frames of one robot."""
     from rosorin_compile import api
 
@@ -58,9 +40,7 @@ def run(options: Options) -> int:
         raise RequestError(f"--{chosen[0]} and --{chosen[1]} do not go together")
     run, description = Run.alone(options, "one robot at a time", "rosorin-compile frames ROBOT")
     found = api.frames(
-        run.request(description),
-        **options.pick("frame publisher output force"),
-        modes=mode_states(options.modes),
+        run.request(description), **options.pick("frame publisher output force"), modes=mode_states(options.modes)
     )
     failed, robot = run.show(found), found.robot
     if robot is None:
@@ -74,7 +54,7 @@ def run(options: Options) -> int:
     )
 
 
-def _text(robot: Robot, found: Frames, options: Options) -> str:
+def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
     """Return the trees as text, as wide as the terminal."""
     from rosorin_compile.model.frame_tree import lines, publishers, rows, way
     from rosorin_compile.viewer.frames_text import Look, heading, table, tree

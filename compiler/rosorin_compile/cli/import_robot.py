@@ -9,17 +9,7 @@ from rosorin_compile.source.diagnostics import ERROR, RequestError, counted
 from rosorin_compile.source.project import Description
 
 from .answer import FINE, PROBLEMS
-from .command import (
-    Decorator,
-    Options,
-    combined,
-    command,
-    flag,
-    option,
-    path_option,
-    robot_options,
-    words_argument,
-)
+from .command import Decorator, Options, combined, command, flag, option, path_option, robot_options, words_argument
 from .run import Run, take_stdin
 
 

@@ -159,14 +159,15 @@ def _run(words: list[str]) -> int:
         sys.stdout.flush()
     except KeyboardInterrupt:
         return INTERRUPTED
-    except BrokenPipeError:
-        _close_stdout()
-        return PROBLEMS
     except OSError as problem:
-        if problem.filename is not None or problem.errno not in _STREAM_ERRORS:
+        is_closed = isinstance(problem, BrokenPipeError)
+        if not is_closed and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
             raise
-        _close_stdout()
-        sys.stderr.write(f"{PROGRAM}: cannot write to standard output: {problem.strerror}\n")
+        # Let standard output lead nowhere, so that Python does not try to write the rest at the end.
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
+        if not is_closed:
+            sys.stderr.write(f"{PROGRAM}: cannot write to standard output: {problem.strerror}\n")
         return PROBLEMS
     finally:
         Progress.hide()
@@ -242,13 +243,6 @@ def _usage_message(problem: click.UsageError, where: str) -> str:
 
 def _is_folder_gone() -> bool:
     try:
-        Path.cwd()
+        return not Path.cwd()
     except OSError:
         return True
-    return False
-
-
-def _close_stdout() -> None:
-    """Let standard output lead nowhere, so that Python does not try to write the rest at the end."""
-    with Path(os.devnull).open("wb") as nowhere:
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())

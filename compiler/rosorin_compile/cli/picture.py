@@ -6,32 +6,19 @@ import re
 
 from rosorin_compile.source.diagnostics import RequestError
 
+from . import command as cli
 from .answer import PROBLEMS
-from .command import (
-    Options,
-    choice,
-    command,
-    flag,
-    force_option,
-    mode_option,
-    option,
-    path_option,
-    position_options,
-    robot_argument,
-    robot_options,
-    texts,
-)
 from .run import Run, joint_options
 
 _APPEARANCE = "Appearance"
 
 
-@command("picture", exits="0 drawn, 1 errors or a missing extra")
-@robot_argument
-@path_option("-o", "--output", required=True, metavar="FILE", help="picture to write: FILE.png")
-@force_option
-@position_options()
-@option(
+@cli.command("picture", exits="0 drawn, 1 errors or a missing extra")
+@cli.robot_argument
+@cli.path_option("-o", "--output", required=True, metavar="FILE", help="picture to write: FILE.png")
+@cli.force_option
+@cli.position_options()
+@cli.option(
     "--from",
     "view",
     default="iso",
@@ -39,21 +26,23 @@ _APPEARANCE = "Appearance"
     help="camera: iso, front, side, top or AZIMUTH,ELEVATION (30deg,20deg); default: iso",
     section=_APPEARANCE,
 )
-@option("--size", default="1280x800", metavar="WxH", help="size in pixels; default: 1280x800", section=_APPEARANCE)
-@flag("--collision", help="show collision shapes of all links; default: of links without visuals", section=_APPEARANCE)
-@flag("--frames", help="show published frames with their names", section=_APPEARANCE)
-@texts("--frame", "chosen", metavar="FRAME", help="show a frame; repeatable", section=_APPEARANCE, offers="frame")
-@mode_option("on", section=_APPEARANCE)
-@choice(
+@cli.option("--size", default="1280x800", metavar="WxH", help="size in pixels; default: 1280x800", section=_APPEARANCE)
+@cli.flag(
+    "--collision", help="show collision shapes of all links; default: of links without visuals", section=_APPEARANCE
+)
+@cli.flag("--frames", help="show published frames with their names", section=_APPEARANCE)
+@cli.texts("--frame", "chosen", metavar="FRAME", help="show a frame; repeatable", section=_APPEARANCE, offers="frame")
+@cli.mode_option("on", section=_APPEARANCE)
+@cli.choice(
     "--theme",
     ("light", "dark"),
     default="light",
     help="colours of background and floor; default: light",
     section=_APPEARANCE,
 )
-@flag("--transparent", help="draw only the robot and its shadow, on a transparent background", section=_APPEARANCE)
-@robot_options
-def run(options: Options) -> int:
+@cli.flag("--transparent", help="draw only the robot and its shadow, on a transparent background", section=_APPEARANCE)
+@cli.robot_options
+def run(options: cli.Options) -> int:
     """Write a picture of a robot."""
     from rosorin_compile import api
     from rosorin_compile.model.servos import NoPulse

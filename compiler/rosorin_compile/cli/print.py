@@ -6,10 +6,11 @@ is written beside the file that ``-o`` names.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from rosorin_compile.language.wanted import UNKNOWN
+from rosorin_compile.language.requested_outputs import UNKNOWN
 from rosorin_compile.source.console import give
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
@@ -111,16 +112,12 @@ def _missing_output(robot: str) -> str:
 
 
 def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
-    """Write an artifact; one without a line that marks it is replaced if it was written before. Raises OutputError."""
+    """Write an artifact. Raises OutputError."""
     from rosorin_compile.formats import FORMATS
-    from rosorin_compile.output import is_generated, may_replace, write_file
-    from rosorin_compile.source.cache import remember, remembered
+    from rosorin_compile.output import may_replace, write_file
 
     robot_of = FORMATS[backend].robot_of
-    is_known = remembered(path) is not None
-    write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
-    if not is_generated(data):
-        remember(path)
+    write_file(path, data, inputs, lambda old: may_replace(old) or bool(robot_of and robot_of(old)))
 
 
 def _list(run: Run) -> int:
@@ -149,11 +146,9 @@ def _outputs_here(run: Run) -> str:
     """Return the outputs of the only robot here, as the end of a sentence."""
     from rosorin_compile import api
 
-    try:
+    with suppress(RequestError):
         description = find_robot("", "")
-    except RequestError:
-        return "; --list ROBOT shows what there is"
-    outputs = api.outputs(replace(run.request(description), warn=None)).outputs
-    if not outputs:
-        return "; --list ROBOT shows what there is"
-    return f"; the outputs of {description.name}: {first_of([output.name for output in outputs], _MAX_NAMES)}"
+        outputs = api.outputs(replace(run.request(description), warn=None)).outputs
+        if outputs:
+            return f"; the outputs of {description.name}: {first_of([one.name for one in outputs], _MAX_NAMES)}"
+    return "; --list ROBOT shows what there is"

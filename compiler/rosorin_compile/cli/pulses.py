@@ -94,7 +94,7 @@ def _pulses(joints: Sequence[JointPulse]) -> list[str]:
 def _calibration(robot: Robot) -> list[str]:
     """Return the servo groups: the formula of each, and the valid pulses of each joint."""
     from rosorin_compile.model.servos import travel, within
-    from rosorin_compile.rules.pulses import servos
+    from rosorin_compile.rules.joint_states import servos
 
     lines, rows = [], [_SERVO_HEADS]
     for group in servos(robot):

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rosorin_compile.source.diagnostics import nearest
 from rosorin_compile.source.plugins import PluginFailed, broken, clash, installed, load
 from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription, all_here
 
@@ -132,14 +133,11 @@ def _words(words: Sequence[str], with_value: set[str]) -> list[int]:
 
 def _report_mistake(name: str, later: Sequence[str]) -> None:
     """Report a check that is named after the robot, or a misspelt one."""
-    from rosorin_compile.source.diagnostics import nearest
-
-    for word in later:
-        if entry(word, "checks") and _robot(word) is None and not Path(word).exists():
-            _report(f'"{word}" is a check; write it before the robot: {CHECK} {word} ROBOT')
-            return
+    named = next((one for one in later if entry(one, "checks") and not _robot(one) and not Path(one).exists()), None)
     close = nearest(name, names("checks"))
-    if close is not None and close != name and _robot(name) is None:
+    if named:
+        _report(f'"{named}" is a check; write it before the robot: {CHECK} {named} ROBOT')
+    elif close not in (None, name) and _robot(name) is None:
         _report(f'"{name}" is no check; did you mean "{close}"?')
 
 

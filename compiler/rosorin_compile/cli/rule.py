@@ -6,7 +6,7 @@ import re
 import textwrap
 from collections.abc import Iterable
 
-from rosorin_compile.language.accepting import STAYS
+from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.rule_registry import PLUGINS, Rule
 
@@ -20,9 +20,7 @@ _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import
 
 @command("rule", exits="0 printed, 1 a plug-in is broken")
 @words_argument(
-    "[ID ...]",
-    "id in the brackets of a message, such as axis-zero; default: list all rules",
-    offers=("rule",),
+    "[ID ...]", "id in the brackets of a message, such as axis-zero; default: list all rules", offers=("rule",)
 )
 def run(options: Options) -> int:
     """Print the entries of rules."""

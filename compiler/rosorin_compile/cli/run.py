@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
@@ -37,7 +38,6 @@ from rosorin_compile.source.wording import counted, listed
 from .answer import FINE, PROBLEMS, answer_of, give_result
 
 if TYPE_CHECKING:
-    from rosorin_compile.rules.case import Case
     from rosorin_compile.viewer.changed import Pictures
 
     from .command import Options
@@ -125,14 +125,6 @@ class Run:
             raise RequestError(problem.diagnostic.message) from None
         arguments, packages = reading.arguments, reading.packages
         return {"arguments": arguments, "packages": packages, "trust": reading.trust, "warn": self.console.ahead}
-
-    def understood(self, description: Description) -> Case | None:
-        """Return a robot in any format with its positions in files; None, after printing its errors, with errors."""
-        found = self.request(description).understand()
-        if found.case is None:
-            self.console.show([one for one in found.diagnostics if one.severity == ERROR])
-            self.no_robot(description)
-        return found.case
 
     def no_robot(self, description: Description) -> int:
         """Print that a robot has errors, after its errors; return the exit code."""
@@ -244,10 +236,9 @@ def placed(options: Options, names: list[str]) -> list[Description]:
 
 def is_robot(word: str) -> bool:
     """Return True if a word is the name or the path of a robot, or the one on standard input."""
-    try:
+    with suppress(NoDescription):
         return word == STDIN or bool(first_file(word))
-    except NoDescription:
-        return False
+    return False
 
 
 def take_stdin(names: Sequence[str]) -> None:
@@ -313,15 +304,15 @@ def mode_states(texts: Iterable[str]) -> dict[str, bool]:
     """Return the modes that --mode sets: slam, "not slam", slam=on, slam=off. Raises RequestError."""
     found: dict[str, bool] = {}
     for text in texts:
-        name, equals, state = text.partition("=")
-        words = name.split()
-        negated = len(words) == 2 and words[0] == "not"
-        name = words[-1] if negated else name.strip()
-        if (equals and state not in ("on", "off")) or (equals and negated):
-            raise RequestError(f'"{text}" is not a mode: write {name}, "not {name}", {name}=on or {name}=off')
-        on = state == "on" if equals else not negated
-        if found.setdefault(name, on) != on:
-            raise RequestError(f'the mode "{name}" cannot be on and off')
+        match = re.fullmatch(r"\s*(not\s+)?([^\s=]+)\s*(?:=(on|off))?", text)
+        if match is None or (match[1] and match[3]):
+            name = text.partition("=")[0].split()[-1:] or ["NAME"]
+            raise RequestError(
+                f'"{text}" is not a mode: write {name[0]}, "not {name[0]}", {name[0]}=on or {name[0]}=off'
+            )
+        is_on = match[3] == "on" if match[3] else not match[1]
+        if found.setdefault(match[2], is_on) != is_on:
+            raise RequestError(f'the mode "{match[2]}" cannot be on and off')
     return found
 
 
@@ -382,14 +373,13 @@ def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
     return listed([counted(len(artifacts), "artifact"), *counted_files(meshes)])
 
 
+def counted_files(names: Collection[str]) -> list[str]:
+    """Return the numbers of meshes and of textures in words, without those that are zero."""
+    textures = sum(name.lower().endswith(".png") for name in names)
+    return [counted(n, word) for word, n in (("mesh file", len(names) - textures), ("texture", textures)) if n]
+
+
 def severities(diagnostics: Sequence[Diagnostic]) -> str:
     """Return the number of diagnostics of each severity in words."""
     counts = Counter(one.severity for one in diagnostics)
     return listed(counted(counts[one], one) for one in ("error", "warning", "note") if counts[one]) or "nothing to say"
-
-
-def counted_files(names: Collection[str]) -> list[str]:
-    """Return the numbers of meshes and of textures in words, without those that are zero."""
-    textures = sum(name.lower().endswith(".png") for name in names)
-    counts = {"mesh file": len(names) - textures, "texture": textures}
-    return [counted(number, word) for word, number in counts.items() if number]

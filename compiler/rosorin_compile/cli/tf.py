@@ -6,19 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import RequestError
 
+from . import command as cli
 from .answer import PROBLEMS
-from .command import (
-    POSITIONS,
-    Options,
-    choice,
-    command,
-    flag,
-    mode_option,
-    option,
-    position_options,
-    robot_options,
-    words_argument,
-)
 from .run import Run, assignments, find_robot, joint_options
 
 if TYPE_CHECKING:
@@ -32,30 +21,26 @@ _HOW = "rosorin-compile tf ROBOT SOURCE TARGET"
 _MAX_DIGITS = 17
 
 
-@command("tf", exits="0 printed, 1 errors, no transform or, with --strict, a position beyond a limit")
-@words_argument(
+@cli.command("tf", exits="0 printed, 1 errors, no transform or, with --strict, a position beyond a limit")
+@cli.words_argument(
     "[ROBOT] SOURCE TARGET",
     "the robot, required if there are several, and the frames: prints the pose of TARGET in SOURCE",
     offers=("robot", "frame"),
 )
-@position_options(sweep=True)
-@flag("--strict", help="treat positions beyond a limit as errors", section=POSITIONS)
-@mode_option("off; without --mode all are on")
-@flag(
-    "--table",
-    help="print one line per state: x y z in m, roll pitch yaw in degrees",
-    excludes=("format", "csv"),
-)
-@flag("--csv", help="print one line per state: all digits, in m and rad", excludes=("format",))
-@choice(
+@cli.position_options(sweep=True)
+@cli.flag("--strict", help="treat positions beyond a limit as errors", section=cli.POSITIONS)
+@cli.mode_option("off; without --mode all are on")
+@cli.flag("--table", help="print one line per state: x y z in m, roll pitch yaw in degrees", excludes=("format", "csv"))
+@cli.flag("--csv", help="print one line per state: all digits, in m and rad", excludes=("format",))
+@cli.choice(
     "--distro",
     ("humble", "jazzy"),
     default="humble",
     help="ROS distribution whose tf2_echo format is used; default: humble",
 )
-@option("--digits", type=int, default=DIGITS, metavar="N", help="decimals; default: 3")
-@robot_options
-def run(options: Options) -> int:
+@cli.option("--digits", type=int, default=DIGITS, metavar="N", help="decimals; default: 3")
+@cli.robot_options
+def run(options: cli.Options) -> int:
     """Print the pose of a frame in another."""
     from rosorin_compile import api
     from rosorin_compile.model.servos import NoPulse
@@ -86,7 +71,7 @@ def run(options: Options) -> int:
     return run.give(found.transforms if found.swept else found.transforms[0], lambda: _text(found, options))
 
 
-def _text(found: Transforms, options: Options) -> str:
+def _text(found: Transforms, options: cli.Options) -> str:
     """Return the transforms in the requested form."""
     if options.csv:
         return _csv(found)

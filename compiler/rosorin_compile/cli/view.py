@@ -58,13 +58,10 @@ def run(options: Options) -> int:
     try:
         robot.bind(host, port)
     except (OSError, UnicodeError) as problem:
-        number = getattr(problem, "errno", None)
-        if number == errno.EADDRINUSE:
+        if getattr(problem, "errno", None) == errno.EADDRINUSE:
             raise RequestError(f"port {port} is taken; without --port a free one is found") from None
-        if number in (errno.EACCES, errno.EPERM):
-            raise RequestError(f"port {port} is not for everybody; take one above 1023, or leave --port out") from None
         reason = getattr(problem, "strerror", None)
-        raise RequestError(f"{host} is no address of this machine{f' ({reason})' if reason else ''}") from None
+        raise RequestError(f"cannot serve at {host}, port {port}{f': {reason}' if reason else ''}") from None
     robot.serve(open_browser=not options.no_open)
     return FINE
 

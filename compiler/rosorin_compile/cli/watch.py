@@ -7,10 +7,9 @@ import sys
 import time
 from pathlib import Path
 
-from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats.compiled import Compiled
-from rosorin_compile.formats.templating import Templates
 from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.output.committed import compare
 from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.progress import Progress
@@ -120,8 +119,7 @@ class WatchedRobot:
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
         try:
             before = read_set(folder)
-            path = self.description.path
-            comparison = compare(compiled.robot, compiled.artifacts, before, Templates(path.parent, first=path))
+            comparison = compare(compiled.robot, compiled.artifacts, before)
             done = write_artifacts(folder, {**compiled.mesh_files, **files})
         except OutputError as problem:
             self.console.show([problem.diagnostic])

@@ -13,12 +13,10 @@ from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import WRITING, Rule
 
-from .change import Describer
+from .describe import Describer
 from .pairs import output_of
-from .precision import NOISE, POSE_NOISE, Precision, exact, printed, rounded
-from .shape_sentences import shapes_change
-from .solids import delta
-from .walk import Difference, Leaves, Shapes, compare_leaves, leaves
+from .precision import NOISE, POSE_NOISE, exact, printed, rounded
+from .walk import Shapes, compare_leaves, leaves
 
 RULES = (
     Rule(
@@ -65,10 +63,8 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
     precisions = (exact, exact) if is_exact else (rounded(*format.rounding), printed(artifact.text))
     sides = meant, found
     differences = compare_leaves(*sides, precisions, POSE_NOISE if format.partial else NOISE)
-    for one in differences:
-        yield from (
-            f"{artifact.file} is not as it is meant to be: {text}" for text in _describe(robot, one, sides, precisions)
-        )
+    for _, text in Describer(robot, sides, precisions).describe(differences):
+        yield f"{artifact.file} is not as it is meant to be: {text}"
 
 
 def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
@@ -78,16 +74,3 @@ def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, Shapes):
             part[quantity] = Shapes(tuple(Shape(shape.geometry, shape.pose) for shape in value.shapes))
     return part
-
-
-def _describe(
-    robot: Robot, one: Difference, sides: tuple[Leaves, Leaves], precisions: tuple[Precision, Precision]
-) -> Iterator[str]:
-    if isinstance(one.old, Shapes) or isinstance(one.new, Shapes):
-        pairs = zip((one.old, one.new), precisions, strict=True)
-        old, new = (side.solids(precision) if isinstance(side, Shapes) else [] for side, precision in pairs)
-        _, link, purpose = one.address
-        changed = shapes_change(link, purpose, (len(old), len(new)), delta(old, new))
-        yield from map(str, [*changed.numbers, *changed.words])
-    else:
-        yield str(Describer(robot, sides, precisions).sentence(one))

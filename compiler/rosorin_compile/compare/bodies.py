@@ -1,41 +1,44 @@
-"""Bodies: the links of a robot that are fixed to each other, and where each link sits in its body.
+"""Bodies: the links of a robot that are fixed to each other, where each link is in its body, and how bodies move.
 
-A body is named after its topmost link. What moves against what is a matter of bodies; which link of a body hangs on
-which other one is a matter of writing.
-
-Then, the states of the joints at which two robots are compared: the same ones in every run.
+A body is named after its topmost link. Which link of a body is attached to which is a matter of how a file is written.
 """
 
 from __future__ import annotations
 
 import math
-import random
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Robot
-from rosorin_compile.model.geometry import norm
-from rosorin_compile.model.joint import motion
+from rosorin_compile.model import Joint, Robot, Vector
+from rosorin_compile.model.geometry import angle_between, dot, minus, norm, unit
 
-from .precision import HERE, ROOT_THREE, TURNS, Placed, Printing, joined
+from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, joined
 
-Positions = Mapping[str, float]
+
+class Line(NamedTuple):
+    """The axis of a joint: its direction and a point of it (m), and how well both are known."""
+
+    direction: Vector
+    point: Vector
+    angle: float
+    length: float
 
 
 class Bodies:
-    """The bodies of a robot; ``split`` are fixed joints that separate bodies all the same, because they move in B."""
+    """The bodies of a robot; ``split`` are fixed joints that separate bodies, because they move in another robot."""
 
-    def __init__(self, robot: Robot, printing: Printing, split: frozenset[str] = frozenset()) -> None:
+    def __init__(self, robot: Robot, precision: Precision, split: frozenset[str] = frozenset()) -> None:
         self.robot = robot
-        self.printing = printing
+        self.precision = precision
         self.top: dict[str, str] = {}
-        self._known: dict[tuple[str, str], Placed] = {}
         self.members: dict[str, list[str]] = {}
+        self._places: dict[tuple[str, str], Placed] = {}
         for link in robot.walk():
             joint = robot.joint_to.get(link.name)
-            moves = joint is None or not joint.is_fixed or joint.name in split
-            self.top[link.name] = link.name if joint is None or moves else self.top[joint.parent]
+            is_top = joint is None or not joint.is_fixed or joint.name in split
+            self.top[link.name] = link.name if joint is None or is_top else self.top[joint.parent]
             self.members.setdefault(self.top[link.name], []).append(link.name)
 
     @cached_property
@@ -43,75 +46,70 @@ class Bodies:
         """The place of each link in the tree, parents first."""
         return {link.name: index for index, link in enumerate(self.robot.walk())}
 
-    def edge(self, joint: Joint, position: float) -> Placed:
-        """Return the child of a joint in its parent at a position (rad or m)."""
-        tolerance = self.printing.tolerance
-        origin = Placed(
-            joint.origin.transform(),
-            ROOT_THREE * tolerance("xyz", *joint.origin.xyz),
-            TURNS * tolerance("rpy", *joint.origin.rpy),
-        )
-        if not position or not joint.moves:
-            return origin
-        tilt = ROOT_THREE * tolerance("axis", *joint.axis) / (norm(joint.axis) or 1.0)
-        slides = joint.type == "prismatic"
-        way = motion(joint.type, joint.axis, position)
-        return origin.then(Placed(way, tilt * abs(position) if slides else 0.0, 0.0 if slides else 2 * tilt))
+    @cached_property
+    def without_followers(self) -> Robot:
+        """The robot with every joint free to move on its own."""
+        return replace(self.robot, joints=tuple(replace(joint, mimic=None) for joint in self.robot.joints))
 
-    def entering(self, top: str) -> Joint | None:
-        """Return the joint that moves a body; None for the root's."""
-        return self.robot.joint_to.get(top)
+    def edge(self, joint: Joint) -> Placed:
+        """Return the child of a joint in its parent, the joint at zero."""
+        length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)
+        return Placed(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
 
     def above(self, top: str) -> str | None:
         """Return the body that a body moves against."""
-        joint = self.entering(top)
+        joint = self.robot.joint_to.get(top)
         return self.top[joint.parent] if joint else None
 
     def joints_between(self, upper: str, lower: str) -> list[Joint] | None:
         """Return the joints from a body down to another one; None if that is not below it."""
         found: list[Joint] = []
-        top: str | None = lower
-        while top != upper:
-            joint = self.entering(top) if top is not None else None
+        while lower != upper:
+            joint = self.robot.joint_to.get(lower)
             if joint is None:
                 return None
             found.append(joint)
-            top = self.top[joint.parent]
+            lower = self.top[joint.parent]
         return found[::-1]
 
-    def relative(self, source: str, target: str, positions: Positions) -> Placed:
-        """Return where a link sits in another one of the same body, or of one above."""
-        joints = self.joints_between(self.top[source], self.top[target]) or []
+    def relative(self, source: str, target: str) -> Placed:
+        """Return the pose of a link in another one of the same body, or of one above; all joints at zero."""
         here, found = source, HERE
-        for joint in joints:
+        for joint in self.joints_between(self.top[source], self.top[target]) or []:
             found = found.then(self._within(here, joint.parent))
-            found = found.then(self.edge(joint, positions.get(joint.name, 0.0)))
+            found = found.then(self.edge(joint))
             here = joint.child
         return found.then(self._within(here, target))
 
     def _within(self, source: str, target: str) -> Placed:
-        """Return where a link sits in another one of the same body, by way of the last link that both hang on."""
-        known = self._known.get((source, target))
-        if known is None:
+        """Return the pose of a link in one of the same body, by way of the last link that both are attached to."""
+        found = self._places.get((source, target))
+        if found is None:
             up, down = self._way(source), self._way(target)
             while up and down and up[-1] is down[-1]:
                 up.pop()
                 down.pop()
-            known = HERE
+            found = HERE
             for joint in up:
-                known = known.then(self.edge(joint, 0.0).inverse())
+                found = found.then(self.edge(joint).inverse())
             for joint in reversed(down):
-                known = known.then(self.edge(joint, 0.0))
-            self._known[source, target] = known
-        return known
+                found = found.then(self.edge(joint))
+            self._places[source, target] = found
+        return found
 
     def _way(self, link: str) -> list[Joint]:
-        """Return the joints from a link up to the top of its body."""
         found = []
         while link != self.top[link]:
             found.append(self.robot.joint_to[link])
             link = found[-1].parent
         return found
+
+    def line(self, joint: Joint, target: str) -> Line:
+        """Return the axis of a joint in the frame of a link that it moves."""
+        place = self.relative(joint.child, target).inverse()
+        axis = place.transform.rotate(unit(joint.axis))
+        tilt = 2 * ROOT_THREE * self.precision("axis", *joint.axis) / norm(joint.axis)
+        return Line(axis, place.transform.xyz, place.angle + tilt, place.length)
 
 
 class Gap(NamedTuple):
@@ -138,65 +136,66 @@ def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
     )
 
 
-_SEED = 5
-_RANDOM = 48
+def has_axis(joint: Joint) -> bool:
+    """Return True if a joint turns or slides along an axis."""
+    return joint.moves and bool(norm(joint.axis))
+
+
+def turned(old: Line, new: Line, tolerance: float) -> float:
+    """Return by how much an axis turned (rad); 0 if by no more than the axes are known."""
+    angle = angle_between(old.direction, new.direction)
+    return angle if angle > tolerance + joined(old.angle, new.angle) else 0.0
+
+
+def shifted(old: Line, new: Line, tolerance: float) -> float:
+    """Return how far an axis moved sideways (m); 0 if by no more than the axes are known."""
+    way = minus(new.point, old.point)
+    along = dot(way, old.direction)
+    x, y, z = old.direction
+    distance = norm(minus(way, (x * along, y * along, z * along)))
+    return distance if distance > tolerance + joined(old.length, new.length) else 0.0
+
+
+def motion_of(joint: Joint) -> str:
+    """Return how a joint moves; a joint that turns does so with limits and without."""
+    return "turns" if joint.type in ("revolute", "continuous") else joint.type
+
+
+def same_motion(
+    a: Bodies, b: Bodies, source: str, target: str, tolerance: float, flipped: Collection[str] = ()
+) -> bool:
+    """Return True if a link has the same place in another one above it in two robots, wherever the joints are.
+
+    A product of exponentials (R. Brockett): the place with all joints at zero and the axes of the joints between, seen
+    from the link, say all. ``flipped`` are joints that count the other way round.
+    """
+    ways = [side.joints_between(side.top[source], side.top[target]) for side in (a, b)]
+    if ways[0] is None or ways[1] is None or list(map(motion_of, ways[0])) != list(map(motion_of, ways[1])):
+        return False
+    if not gap(a.relative(source, target), b.relative(source, target), tolerance).closed:
+        return False
+    for joint, twin in zip(*ways, strict=True):
+        if has_axis(joint) and has_axis(twin):
+            old, new = a.line(joint, target), b.line(twin, target)
+            if twin.name in flipped:
+                x, y, z = new.direction
+                new = new._replace(direction=(-x, -y, -z))
+            if turned(old, new, tolerance) or (joint.type != "prismatic" and shifted(old, new, tolerance)):
+                return False
+    return True
+
+
 _STEPS = 16
-# Of more joints than these each one alone is too much.
-_FEW = 40
-# How far joints without limits are moved (rad, m).
-_TURN, _SLIDE = math.pi, 0.5
+_TURN, _SLIDE = math.pi, 0.5  # how far joints without limits are moved (rad, m)
 
 
-def span_of(*joints: Joint | None) -> tuple[float, float]:
-    """Return between which positions (rad or m) a joint is moved; the first of the joints with limits says."""
-    reach = _SLIDE if any(joint is not None and joint.type == "prismatic" for joint in joints) else _TURN
-    for joint in joints:
-        limit = joint.limit if joint is not None and joint.type != "continuous" else None
+def positions_of(*joints: Joint) -> list[float]:
+    """Return positions (rad or m) of a joint, zero first, then from one limit to the other; of the first with some."""
+    reach = _SLIDE if joints[0].type == "prismatic" else _TURN
+    lower, upper = -reach, reach
+    for joint in reversed(joints):
+        limit = joint.limit if joint.type != "continuous" else None
         if limit is not None and limit.lower is not None and limit.upper is not None and limit.lower < limit.upper:
-            return max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
-    return -reach, reach
-
-
-def positions_of(*joints: Joint | None) -> list[float]:
-    """Return positions (rad or m) of a joint, zero first, then from one limit to the other."""
-    lower, upper = span_of(*joints)
+            lower, upper = max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
     steps = [lower + (upper - lower) * index / _STEPS for index in range(_STEPS + 1)]
     return [0.0, *(position for position in steps if abs(position) > 1e-6)]
-
-
-def states_of(joints: Sequence[tuple[Joint, Joint | None]]) -> list[dict[str, float]]:
-    """Return states of a few joints: zero, each at its limits alone, and some of all together."""
-    found: list[dict[str, float]] = [{}]
-    for joint, twin in joints:
-        found += [{joint.name: position} for position in span_of(joint, twin) if position]
-    return found + random_states(_spans(joints), 6 if len(joints) > 1 else 1, _SEED)
-
-
-def random_states(joints: Iterable[tuple[Joint, float, float]], count: int, seed: int) -> list[dict[str, Any]]:
-    """Return states of joints, the same for a seed: each number (rad or m) between the two beside its joint.
-
-    A joint has as many numbers as it has ``coordinates``; those of an orientation are not normalised.
-    """
-    chance = random.Random(seed)  # noqa: S311 - the same states in every run
-    drawn = list(joints)
-    return [
-        {joint.name: _random_position(joint, low, high, chance) for joint, low, high in drawn} for _ in range(count)
-    ]
-
-
-def _random_position(joint: Joint, low: float, high: float, chance: random.Random) -> float | Sequence[float]:
-    numbers = [chance.uniform(low, high) for _ in joint.coordinates]
-    return numbers if len(numbers) > 1 else sum(numbers)
-
-
-def _spans(joints: Sequence[tuple[Joint, Joint | None]]) -> list[tuple[Joint, float, float]]:
-    return [(joint, *span_of(joint, twin)) for joint, twin in joints]
-
-
-def whole_states(robot: Robot, twin: Robot) -> list[dict[str, float]]:
-    """Return states of a whole robot: zero, its poses, random ones, and of few joints each at its limits alone."""
-    free = [joint for joint in robot.joints if joint.moves and joint.mimic is None]
-    pairs = [(joint, twin.joint.get(joint.name)) for joint in free]
-    found = states_of(pairs) if len(pairs) <= _FEW else [{}]
-    found += [{name: value for name, value in pose.positions.items() if value} for pose in robot.poses]
-    return found + random_states(_spans(pairs), _RANDOM, _SEED)

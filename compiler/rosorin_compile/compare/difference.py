@@ -5,28 +5,22 @@ It is lines for people, and JSON for programs (``schemas/robot_diff.schema.json`
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile.formats import Format
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import ENDINGS
-from rosorin_compile.source.wording import counted, printable
+from rosorin_compile.source.wording import counted, plural, printable
 
-from .precision import EXACT, POSE_NOISE, Printing
-from .sentences import brief
+from .precision import POSE_NOISE, Precision, exact
 
 # A description has a word for everything, and is no artifact.
-YAML = Format(
-    name="yaml",
-    word="description",
-    article="a",
-    endings=ENDINGS,
-    takes_arguments=True,
-)
+YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
 DEFAULT_TOLERANCE = POSE_NOISE
 
 
@@ -36,21 +30,13 @@ class Side(NamedTuple):
     label: str
     format: Format
     robot: Robot
-    printing: Printing = EXACT
+    printing: Precision = exact
     folder: Path | None = None
 
 
 # Kinds of differences, the most important ones first: what moves and where, then what it may do, weighs, looks like.
-FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER = (
-    "frame",
-    "joint",
-    "limit",
-    "mass",
-    "shape",
-    "visual",
-    "name",
-    "other",
-)
+FRAME, JOINT, LIMIT, MASS = "frame", "joint", "limit", "mass"
+SHAPE, VISUAL, NAME, OTHER = "shape", "visual", "name", "other"
 KINDS = (FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER)
 
 Scalar = float | str | None
@@ -75,6 +61,14 @@ class Item:
     angle: float | None = None
     when: str = ""
     at: Mapping[str, float] = field(default_factory=dict)
+
+
+class Report(NamedTuple):
+    """What a comparison collects: differences, notes on what means the same, and what cannot be compared."""
+
+    items: list[Item]
+    notes: list[str]
+    not_compared: list[str]
 
 
 @dataclass(frozen=True)
@@ -104,10 +98,6 @@ class Difference:
         """Whether both could be read, and nothing that was compared differs."""
         return not self.items and self.a is not None and self.b is not None
 
-    def brief(self) -> str:
-        """Return what differs, each once and without its numbers; of many the first ones. Empty if nothing does."""
-        return brief(item.text for item in self.items)
-
     def summary(self) -> str:
         """Return how much differs, in one line."""
         return summary(self)
@@ -121,16 +111,7 @@ class Difference:
         return f"<Difference: {summary(self)}>"
 
 
-_COUNTED = {
-    FRAME: ("frame", "frames"),
-    JOINT: ("joint", "joints"),
-    LIMIT: ("limit", "limits"),
-    MASS: ("mass", "masses"),
-    SHAPE: ("set of collision shapes", "sets of collision shapes"),
-    VISUAL: ("visual", "visuals"),
-    NAME: ("name", "names"),
-    OTHER: ("other thing", "other things"),
-}
+_WORDS = {SHAPE: ("set of collision shapes", "sets of collision shapes"), OTHER: ("other thing", "other things")}
 # More than a person reads; a program gets all.
 _MOST = 200
 
@@ -139,13 +120,13 @@ def lines(difference: Difference, full: bool = False) -> list[str]:
     """Return a comparison as lines of plain text, the most important differences first, a summary last."""
     if difference.a is None or difference.b is None:
         return [*(str(diagnostic) for diagnostic in difference.diagnostics), summary(difference)]
-    said = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
-    said += [item.text for item in difference.items]
+    shown = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
+    shown += [item.text for item in difference.items]
     if not full and len(difference.items) > _MOST:
-        said[2 + _MOST :] = [f"... {counted(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
-    said += [f"note: {note}" for note in difference.notes]
-    said += [f"not compared: {line}" for line in difference.not_compared]
-    return [printable(line, keep="\t") for line in [*said, summary(difference)]]
+        shown[2 + _MOST :] = [f"... {counted(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
+    shown += [f"note: {note}" for note in difference.notes]
+    shown += [f"not compared: {line}" for line in difference.not_compared]
+    return [printable(line, keep="\t") for line in [*shown, summary(difference)]]
 
 
 def _side(side: Side) -> str:
@@ -161,41 +142,8 @@ def summary(difference: Difference) -> str:
         return "not compared"
     if difference.same:
         return "the same robot, as far as it was compared"
-    counts = {kind: sum(item.kind == kind for item in difference.items) for kind in KINDS}
-    said = [f"{count} {_COUNTED[kind][count > 1]}" for kind, count in counts.items() if count]
-    return f"different: {', '.join(said)}"
-
-
-def as_json(difference: Difference) -> dict[str, Any]:
-    """Return a comparison as a value of JSON. Raises ValueError if there was nothing to compare."""
-    a, b = difference.sides
-    return {
-        "a": _side_json(a),
-        "b": _side_json(b),
-        "same": difference.same,
-        "tolerance": difference.tolerance,
-        "differences": [_item_json(item) for item in difference.items],
-        "notes": list(difference.notes),
-        "not_compared": list(difference.not_compared),
-        "summary": summary(difference),
-    }
-
-
-def _side_json(side: Side) -> dict[str, Any]:
-    robot = side.robot
-    counts = {"links": len(robot.links), "joints": len(robot.joints)}
-    return {"source": side.label, "format": side.format.name, "robot": robot.name, **counts}
-
-
-def _item_json(item: Item) -> dict[str, Any]:
-    found: dict[str, Any] = {"kind": item.kind, "name": item.name, "quantity": item.quantity, "text": item.text}
-    found |= {"a": item.before, "b": item.after, "unit": item.unit}
-    if item.distance is not None:
-        found["distance"] = item.distance
-    if item.angle is not None:
-        found["angle"] = item.angle
-    if item.when:
-        found["when"] = item.when
-    if item.at:
-        found["at"] = dict(item.at)
-    return found
+    counts = Counter(item.kind for item in difference.items)
+    words = {kind: _WORDS.get(kind, (kind, plural(kind, 2))) for kind in KINDS}
+    return (
+        f"different: {', '.join(f'{counts[kind]} {words[kind][counts[kind] > 1]}' for kind in KINDS if counts[kind])}"
+    )

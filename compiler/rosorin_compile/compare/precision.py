@@ -1,21 +1,19 @@
 """How precisely numbers are known: from the digits of a source, and through calculations with several of them.
 
-A program that prints six digits leaves half of the sixth open. The numbers of a file show that it was printed so: none
-has more digits. Numbers of a description are exact.
+Numbers of a description are exact, those of a file as its digits say (``source.printing``).
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from typing import NamedTuple
 
 from rosorin_compile.model import Transform
 from rosorin_compile.model.geometry import norm
-from rosorin_compile.source.diagnostics import Span
-from rosorin_compile.source.numbers import Style, off_by_short, off_by_six, six
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.numbers import six
+from rosorin_compile.source.printing import off_by_short, off_by_six
 
 # How far the values of a key ("xyz", "rpy", "ixx") may be from what was meant: the worst of them.
 Precision = Callable[..., float]
@@ -28,14 +26,11 @@ POSE_NOISE = 1e-9
 ROOT_THREE, TURNS = 3**0.5, 3.0
 # Fewer digits than these are taken for a choice, not for rounding: 0.1 is 0.1.
 _FEWEST = 6
-# What has more digits than these is exact as far as a double can tell.
-_MOST = 14
 # By how much less a number is known that was calculated from printed ones.
 _CALCULATED = 4.0
 # No angle or entry of a quaternion is larger.
 _LARGEST_ANGLE = 4.0
 
-_NUMBER = re.compile(r"[+-]?(?P<whole>[0-9]*)\.?(?P<part>[0-9]*)(?:[eE](?P<power>[+-]?[0-9]+))?")
 _IN_TEXT = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
 
@@ -67,77 +62,6 @@ def _is_six(text: str) -> bool:
     """Return True if ``six``, which prints six digits, would shorten none of the numbers of a text."""
     long = {token for token in _IN_TEXT.findall(text) if len(token) > _FEWEST}
     return all(float(six(float(token))) == float(token) for token in long if math.isfinite(float(token)))
-
-
-class Printing(NamedTuple):
-    """How a source prints its numbers, by their key; without a style numbers are exact.
-
-    ``general`` is the style of all numbers: that of what was calculated from others, as angles from a quaternion.
-    """
-
-    styles: Mapping[str, Style | None]
-    general: Style | None = None
-
-    def tolerance(self, key: str, *values: float) -> float:
-        """Return how well the values of a key are known, the worst of them."""
-        if key in self.styles:
-            style, share = self.styles[key], 1.0
-        else:
-            style, share = self.general, _CALCULATED
-        return share * max(map(style.tolerance, values), default=0.0) if style else 0.0
-
-
-EXACT = Printing({})
-
-
-def printing_of(tree: Map) -> Printing:
-    """Return how the numbers of a tree were printed whose spans cover the digits of its numbers."""
-    digits: dict[str, list[tuple[int, int]]] = {}
-    for key, span in _numbers(tree):
-        counted = count_digits(span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length])
-        if counted:
-            digits.setdefault(key, []).append(counted)
-    styles = {key: _style(found) for key, found in sorted(digits.items())}
-    return Printing(styles, _style([counted for found in digits.values() for counted in found]))
-
-
-def _numbers(root: Map) -> Iterator[tuple[str, Span]]:
-    """Yield the key and the place of each number; items of a list have the key of the list."""
-    waiting: list[tuple[Map | Seq, str]] = [(root, "")]
-    while waiting:
-        node, key = waiting.pop()
-        pairs = list(node.items()) if isinstance(node, Map) else list(enumerate(node))
-        for step, value in pairs:
-            name = step if isinstance(step, str) else key
-            if isinstance(value, (Map, Seq)):
-                waiting.append((value, name))
-            elif isinstance(value, (int, float)) and not isinstance(value, bool):
-                yield name, node.value_spans[step]  # type: ignore[index]
-
-
-def count_digits(text: str) -> tuple[int, int] | None:
-    """Return how many digits a number has, from the first one that is not zero, and how many after the point.
-
-    >>> count_digits("-1.5708"), count_digits("0.0120"), count_digits("7.5437e-05"), count_digits("abc")
-    ((5, 4), (2, 3), (5, 9), None)
-    """
-    found = _NUMBER.fullmatch(text.strip())
-    if not found or not (found["whole"] or found["part"]):
-        return None
-    part = found["part"].rstrip("0")
-    power = int((found["power"] or "0")[:6])
-    whole = found["whole"] if part else found["whole"].rstrip("0")
-    return len((whole + part).lstrip("0")), max(0, len(part) - power)
-
-
-def _style(found: list[tuple[int, int]]) -> Style | None:
-    """Return the style with the fewest digits that explains all numbers; None for exact ones, and for none at all."""
-    if not found:
-        return None
-    for digits in range(_FEWEST, _MOST + 1):
-        if all(significant <= digits or decimals <= digits for significant, decimals in found):
-            return Style(digits, all(one <= digits for one, _ in found), all(other <= digits for _, other in found))
-    return None
 
 
 def joined(first: float, second: float) -> float:

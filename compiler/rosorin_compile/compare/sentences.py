@@ -1,15 +1,13 @@
-"""Put differences into sentences, in ``check``, ``diff`` and wherever else two robots are compared.
+"""Put differences into sentences, wherever two robots are compared: what changed, then the values before and after.
 
-Each kind of difference has one sentence: what it is about, what happened, and the numbers before and after, short but
-sufficient. Small steps are in mm, deg and g.
+Numbers are short, with the digits that tell them apart. Small steps are in mm, deg and g.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.model import Pose, Vector
 from rosorin_compile.model.geometry import angle_between, norm
@@ -27,46 +25,10 @@ _MAX_PAIRS = 3
 _MOST = 3
 # No length (m) and no angle (rad): a step that rounding made.
 _LEAST = 1e-12
-# The step of one coordinate beside a much larger one of another is told, down to what calculating leaves of it.
+# A step of one coordinate is printed if it is at least this part of the whole way.
 _SHARE = 1e-9
-
-
-class Row(NamedTuple):
-    """What became of something, in the columns of a table; a column that has nothing to say is empty.
-
-    ``where`` is the frame that it is seen in, ``by`` how much it is, or what happened where there are no two values.
-    """
-
-    what: str
-    quantity: str = ""
-    before: str = ""
-    after: str = ""
-    by: str = ""
-    where: str = ""
-
-
-class Sentence(NamedTuple):
-    """A difference in words, how much it is where that is no part of the words, and the same as a row of a table."""
-
-    text: str
-    remark: str
-    row: Row
-
-    def __str__(self) -> str:
-        """Return both."""
-        return f"{self.text} ({self.remark})" if self.remark else self.text
-
-
-class About(NamedTuple):
-    """What a sentence is about: a thing and a quantity of it, and what is between them."""
-
-    name: str
-    quantity: str
-    between: str = " "
-
-    def __str__(self) -> str:
-        """Return both as they are in a sentence."""
-        return f"{self.name}{self.between}{self.quantity}"
+# How far a frame moved (m) and turned (rad), or how well both are known.
+Apart = tuple[float, float]
 
 
 def number(value: float, other: float | None = None) -> str:
@@ -93,16 +55,6 @@ def row(values: Iterable[float]) -> str:
     return " ".join(number(value) for value in values)
 
 
-def row_pair(old: Sequence[float], new: Sequence[float]) -> tuple[str, str]:
-    """Return two rows of as many numbers, each number with the digits that tell it from the other one.
-
-    >>> row_pair((0.5, 1), (0.5, 1.0000111))
-    ('0.5 1', '0.5 1.000011')
-    """
-    before, after = zip(*((number(a, b), number(b, a)) for a, b in zip(old, new, strict=True)), strict=True)
-    return " ".join(before), " ".join(after)
-
-
 def several(names: Sequence[str]) -> str:
     """Return the first names of a list and the number of the others."""
     return first_of(names, _MOST)
@@ -127,41 +79,26 @@ def far(distance: float, angle: float, verbs: bool = False) -> str:
     return " and ".join(parts) or "0 mm"
 
 
-_NUMBERS = r"(?: [-+]?[0-9.]+(?:e[-+]?[0-9]+)?)*"
-# Where a sentence begins to say how much: values, a remark, or the steps of a pose.
-_VALUES = re.compile(rf"{_NUMBERS} \S+ -> | \(|: (?=origin |roll |pitch |yaw )|: (?:new|removed), ")
+def with_remark(text: str, remark: str) -> str:
+    """Return a sentence with a remark in parentheses, behind one that is there."""
+    if not remark:
+        return text
+    return f"{text[:-1]}; {remark})" if text.endswith(")") else f"{text} ({remark})"
 
 
-def brief(texts: Iterable[str]) -> str:
-    """Return what several sentences are about, each once and without its numbers; of many the first ones.
-
-    >>> brief(["arm mass 1 -> 2 kg (+1.0 kg)", "lid moved 20.0 mm in arm: origin x 0 -> 0.02 m"])
-    'arm mass, lid moved 20.0 mm in arm'
-    """
-    heads = (_VALUES.split(text, maxsplit=1)[0].rstrip(":") for text in texts)
-    return several(list(dict.fromkeys(heads)))
-
-
-def value_change(about: About, old: Any, new: Any, unit: str = "") -> Sentence:
+def value_change(about: str, old: Any, new: Any, unit: str = "") -> str:
     """Return what became of a value: a number in a unit, or anything else; None where it is not given."""
-    row = Row(about.name, about.quantity)
     if old is None or new is None:
-        what, value = (NEW, text_of(new)) if old is None else (REMOVED, text_of(old))
-        value = f"{value} {unit}".rstrip()
-        given = Row(about.name, about.quantity, *(("", value) if what == NEW else (value, "")), what)
-        return Sentence(f"{about}: {what}, {'' if what == NEW else 'was '}{value}", "", given)
-    if not _is_number(old) or not _is_number(new):
-        before, after = _text_pair(old, new)
-        return Sentence(f"{about} {before} -> {after}", "", row._replace(before=before, after=after))
-    before, after = number_pair(old, new)
+        what, value = (NEW, text_of(new)) if old is None else (f"{REMOVED}, was", text_of(old))
+        return f"{about}: {what}{',' if what == NEW else ''} {value} {unit}".rstrip()
+    if not is_number(old) or not is_number(new):
+        return f"{about} {' -> '.join(_text_pair(old, new))}"
     end = f" {unit}" if unit else ""
-    by = step(new - old, old, unit)
-    return Sentence(
-        f"{about} {before} -> {after}{end}", by, row._replace(before=before + end, after=after + end, by=by)
-    )
+    return with_remark(f"{about} {' -> '.join(number_pair(old, new))}{end}", step(new - old, old, unit))
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Return True for a number that is no truth value."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
@@ -181,8 +118,8 @@ def text_of(value: Any, other: Any = None) -> str:
     if isinstance(value, (tuple, list)):
         twins = other if isinstance(other, (tuple, list)) and len(other) == len(value) else value
         return " ".join(text_of(one, twin) for one, twin in zip(value, twins, strict=True)) or "nothing"
-    if _is_number(value):
-        return number(float(value), float(other) if _is_number(other) else None)
+    if is_number(value):
+        return number(float(value), float(other) if is_number(other) else None)
     return str(value)
 
 
@@ -204,65 +141,41 @@ def _quoted(text: str, first: int) -> str:
     return f'"{shown}"' if not shown or " " in shown else shown
 
 
+def coordinates(old: Pose, new: Pose, apart: Apart, least: Apart = (_LEAST, _LEAST)) -> str:
+    """Return the coordinates that changed, each before and after; steps of ``least`` (m, rad) and below are none."""
+    parts = []
+    for names, numbers, unit, whole, smallest in (
+        (AXES, (old.xyz, new.xyz), "m", apart[0], least[0]),
+        (ANGLES, (old.rpy, new.rpy), "rad", apart[1], least[1]),
+    ):
+        allowed = max(smallest, _SHARE * whole)
+        steps = [
+            f"{name} {' -> '.join(number_pair(a, b))} {unit}"
+            for name, a, b in zip(names, *numbers, strict=True)
+            if whole and abs(b - a) > allowed
+        ]
+        parts += [f"origin {', '.join(steps)}"] if steps and unit == "m" else steps
+    return ", ".join(parts)
+
+
 def placed(
     frame: str,
     parents: tuple[str, str],
     poses: tuple[Pose, Pose],
-    apart: tuple[float, float],
+    apart: Apart,
     others: Sequence[str] = (),
-    least: tuple[float, float] = (_LEAST, _LEAST),
-) -> Sentence:
-    """Return what became of where a frame is, before and after.
+    least: Apart = (_LEAST, _LEAST),
+) -> str:
+    """Return what became of the place of a frame, before and after.
 
-    ``apart`` is how far it moved (m) and turned (rad), ``others`` are frames that went with it. In another parent the
-    numbers alone are given: what happened is told of the parent. Steps of ``least`` (m, rad) and below are none.
+    ``apart`` is how far it moved and turned, ``others`` are frames that went with it. In another parent the numbers
+    alone are given: what happened is reported of the parent. Steps of ``least`` and below are none.
     """
     with_it = f", and with it {several(others)}" if others else ""
-    steps = coordinates(*poses, *apart, least)
-    row = steps_row(f"{frame}{with_it}", steps)
+    steps = coordinates(*poses, apart, least)
     if parents[0] != parents[1]:
-        return Sentence(f"{frame} {origin_text(steps)}{with_it}", "", row)
-    text = f"{frame} {far(*apart, verbs=True)} in {parents[1]}{with_it}: {origin_text(steps)}"
-    return Sentence(text, "", row._replace(by=far(*apart), where=parents[1]))
-
-
-class Step(NamedTuple):
-    """A coordinate that changed: its name, before, after, and the unit."""
-
-    name: str
-    before: str
-    after: str
-    unit: str
-
-    def __str__(self) -> str:
-        return f"{self.name} {self.before} -> {self.after} {self.unit}"
-
-
-def coordinates(
-    old: Pose, new: Pose, distance: float, angle: float, least: tuple[float, float] = (_LEAST, _LEAST)
-) -> list[Step]:
-    """Return which coordinates changed, of which something did; steps of ``least`` (m, rad) and below are none."""
-    length, turn = max(least[0], _SHARE * distance), max(least[1], _SHARE * angle)
-    named = [*zip(AXES, old.xyz, new.xyz, strict=True)] if distance else []
-    turned = [*zip(ANGLES, old.rpy, new.rpy, strict=True)] if angle else []
-    found = [Step(axis, *number_pair(a, b), "m") for axis, a, b in named if abs(b - a) > length]
-    return found + [Step(name, *number_pair(a, b), "rad") for name, a, b in turned if abs(b - a) > turn]
-
-
-def origin_text(steps: Sequence[Step]) -> str:
-    """Return steps of a pose in words."""
-    moved = ", ".join(str(one) for one in steps if one.unit == "m")
-    return ", ".join([f"origin {moved}"] * bool(moved) + [str(one) for one in steps if one.unit != "m"])
-
-
-def steps_row(what: str, steps: Sequence[Step], quantity: str = "origin") -> Row:
-    """Return steps of a pose as a row; a single one is named before its numbers."""
-    if len(steps) == 1:
-        (only,) = steps
-        name = f"{quantity} {only.name}" if only.unit == "m" else only.name
-        return Row(what, name, f"{only.before} {only.unit}", f"{only.after} {only.unit}")
-    before, after = (", ".join(f"{s.name} {getattr(s, side)} {s.unit}" for s in steps) for side in ("before", "after"))
-    return Row(what, quantity, before, after)
+        return f"{frame} {steps}{with_it}"
+    return f"{frame} {far(*apart, verbs=True)} in {parents[1]}{with_it}: {steps}"
 
 
 def near_angles(old: Vector, new: Vector) -> Vector:
@@ -281,96 +194,73 @@ def _wrapped(angle: float) -> float:
     return half - (half - angle) % math.tau
 
 
-def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None) -> Sentence:
+def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None) -> str:
     """Return what became of the axis of a joint; ``angle`` (rad) is by how much it turned, if the axes do not say."""
     if angle is None:
         angle = angle_between(old, new) if norm(old) and norm(new) else 0.0
     if angle > math.pi - _LEAST:
-        text = f"{joint} counts the other way round: axis {row(old)} -> {row(new)}"
-        return Sentence(text, "", Row(joint, "axis", row(old), row(new), "the other way round"))
-    # Of the same direction, what changed is the length.
-    turned = amount(angle, "rad") if angle > NOISE else ""
-    before, after = row_pair(old, new)
-    remark = f"turned {turned}" if turned else ""
-    return Sentence(f"{joint} axis {before} -> {after}", remark, Row(joint, "axis", before, after, turned))
+        return f"{joint} counts the other way round: axis {row(old)} -> {row(new)}"
+    before, after = text_of(old, new), text_of(new, old)
+    return with_remark(f"{joint} axis {before} -> {after}", f"turned {amount(angle, 'rad')}" if angle > NOISE else "")
 
 
-def mimic_text(leader: str, multiplier: float = 1.0, offset: float = 0.0) -> str:
-    """Return what a joint follows; nothing without a leader."""
-    return f"{leader} * {number(multiplier)} + {number(offset)}" if leader else "nothing"
-
-
-def centre_change(link: str, old: Vector, new: Vector, least: float = 0.0) -> Sentence:
+def centre_change(link: str, old: Vector, new: Vector, least: float = 0.0) -> str:
     """Return what became of a centre of mass (m) in the frame of its link; ``least`` as in ``coordinates``."""
     distance = math.dist(old, new)
-    steps = coordinates(Pose(old), Pose(new), distance, 0.0, (least, 0.0))
-    moved = amount(distance, "m")
-    text = f"{link} centre of mass moved {moved}: {', '.join(map(str, steps))}"
-    return Sentence(text, "", steps_row(link, steps, "centre of mass")._replace(by=moved))
+    steps = coordinates(Pose(old), Pose(new), (distance, 0.0), (least, 0.0)).removeprefix("origin ")
+    return f"{link} centre of mass moved {amount(distance, 'm')}: {steps}"
 
 
-def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least: float = 0.0) -> Sentence:
+def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least: float = 0.0) -> str:
     """Return what became of an inertia (kg*m^2; xx yy zz xy xz yz); entries that changed by ``least`` did not."""
     entries = [(name, a, b) for name, a, b in zip(INERTIA, old, new, strict=True) if abs(b - a) > least]
-    steps = [Step(f"i{name}", *number_pair(a, b), "kg*m^2") for name, a, b in entries]
-    parts = [f"{one.name} {one.before} -> {one.after}" for one in steps]
+    parts = [f"i{name} {' -> '.join(number_pair(a, b))}" for name, a, b in entries]
     share = max(abs(b - a) for a, b in zip(old, new, strict=True)) / max(map(abs, (*old, *new)))
     percent = f"{share * 100:.2g}" if share < 0.995 else f"{share * 100:.0f}"
-    by = f"{percent} % of the largest moment"
-    row = steps_row(link, steps, "inertia")
-    if len(steps) == 1:
-        row = row._replace(quantity=f"inertia {steps[0].name}")
-    return Sentence(f"{link} inertia {', '.join(parts)} kg*m^2", f"by {by}", row._replace(by=by))
+    return f"{link} inertia {', '.join(parts)} kg*m^2 (by {percent} % of the largest moment)"
 
 
-def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: Sequence[str] = ()) -> Sentence:
+def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: Sequence[str] = ()) -> str:
     """Return that something is new or removed, ``how`` it is attached, and ``others`` that are attached to it."""
-    remark = ", ".join(filter(None, how))
-    row = Row(name, what, "" if word == NEW else remark, remark if word == NEW else "", word)
-    sentence = Sentence(f"{word}: {what} {name}".rstrip(), remark, row)
-    if not others:
-        return sentence
-    with_it = f", and with it {several(others)}"
-    return Sentence(f"{sentence}{with_it}", "", row._replace(what=f"{name}{with_it}"))
+    sentence = with_remark(f"{word}: {what} {name}".rstrip(), ", ".join(filter(None, how)))
+    return f"{sentence}, and with it {several(others)}" if others else sentence
 
 
-def renamed(what: str, old: str, new: str) -> Sentence:
+def renamed(what: str, old: str, new: str) -> str:
     """Return that a link or a joint has another name."""
-    return Sentence(f"{what} {old} renamed to {new}", "", Row(new, f"name of the {what}", old, new, "renamed"))
+    return f"{what} {old} renamed to {new}"
 
 
-def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> Sentence:
+def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> str:
     """Return which members of a set are new, or removed."""
     before, after = frozenset(old), frozenset(new)
-    shown = {}
+    parts = []
     for members, what in ((after - before, NEW), (before - after, REMOVED)):
         rest = f", {len(members) - _MAX_PAIRS} more" if len(members) > _MAX_PAIRS else ""
-        shown[what] = f"{', '.join(sorted(members)[:_MAX_PAIRS])}{rest}"
-    counts = {NEW: len(after - before), REMOVED: len(before - after)}
-    text = ", ".join(f"{count} {what} ({shown[what]})" for what, count in counts.items() if count)
-    by = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
-    return Sentence(f"{title}: {text}", "", Row(title, "", shown[REMOVED], shown[NEW], by))
+        shown = f"{', '.join(sorted(members)[:_MAX_PAIRS])}{rest}"
+        parts += [f"{len(members)} {what} ({shown})"] if members else []
+    return f"{title}: {', '.join(parts)}"
 
 
-def colour_change(about: About, old: Sequence[float] | None, new: Sequence[float] | None) -> Sentence:
+def colour_change(about: str, old: Sequence[float] | None, new: Sequence[float] | None) -> str:
     """Return what became of a colour."""
-    colours = row_pair(old, new) if old and new else tuple(row(one) if one else "none" for one in (old, new))
-    text = f"{about} colour {' -> '.join(colours)}"
-    return Sentence(text, "", Row(about.name, f"{about.quantity} colour".strip(), *colours))
+    before, after = (text_of(one, other) if one else "none" for one, other in ((old, new), (new, old)))
+    return f"{about} colour {before} -> {after}"
 
 
-def cells_change(link: str, old: Sequence[Sequence[float]], new: Sequence[Sequence[float]]) -> Sentence:
-    """Return what became of the heights (m) of a height map."""
-    sizes = [f"{len(grid)} x {len(grid[0]) if grid else 0}" for grid in (old, new)]
-    made = Row(link, "height map")
-    pairs = (pair for lines in zip(old, new, strict=False) for pair in zip(*lines, strict=False))
-    steps = [abs(b - a) for a, b in pairs if abs(b - a) > NOISE]
-    parts = []
-    if sizes[0] != sizes[1]:
-        made = made._replace(before=f"{sizes[0]} cells", after=f"{sizes[1]} cells")
-        parts.append(f"{sizes[0]} -> {sizes[1]} cells")
+def size_of(grid: Sequence[Sequence[float]]) -> str:
+    """Return the size of a height map in cells."""
+    return f"{len(grid)} x {len(grid[0]) if grid else 0}"
+
+
+def cells_change(link: str, old: Sequence[Sequence[float]], new: Sequence[Sequence[float]], least: float) -> str:
+    """Return what became of the heights (m) of a height map; steps of ``least`` and below are none."""
+    sizes = size_of(old), size_of(new)
+    steps = [
+        abs(b - a) for lines in zip(old, new, strict=False) for a, b in zip(*lines, strict=False) if abs(b - a) > least
+    ]
+    parts = [f"{sizes[0]} -> {sizes[1]} cells"] if sizes[0] != sizes[1] else []
     if steps:
-        by = f"{'by up to' if len(steps) > 1 else 'by'} {amount(max(steps), 'm')}"
-        made = made._replace(by=f"{counted(len(steps), 'cell')}, {by}")
+        by = f"by {'up to ' if len(steps) > 1 else ''}{amount(max(steps), 'm')}"
         parts.append(f"{counted(len(steps), 'cell')} changed, {by}")
-    return Sentence(f"{link} height map: {', '.join(parts)}", "", made)
+    return f"{link} height map: {', '.join(parts)}"

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import product
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere, Transform, Vector
-from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plus, pose_of, rotation_of_rpy
+from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plus, rotation_of_rpy
 from rosorin_compile.model.shape import ROWS, Rgba
 
 from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Precision, exact, joined
+from .sentences import text_of
 
 # The names of the sizes of a solid: full extents and full lengths in metres, as in URDF; of a mesh a bare factor.
 SIZES = {
@@ -27,8 +29,7 @@ SIZES = {
 }
 ROUND = ("cylinder", "capsule")
 _UPRIGHT = Transform().rows
-_MOST_COLUMNS = 200_000
-_MANY = 500
+_MOST_CELLS = 500_000
 
 
 class Solid(NamedTuple):
@@ -86,28 +87,28 @@ def solids_of(shapes: Iterable[Shape], precision: Precision = exact, form: str =
     return [solid_of(piece, precision) for shape in shapes for piece in shape.solids(form)]
 
 
-def solid_of(shape: Shape, precision: Precision = exact) -> Solid:
-    """Return a shape other than a height map as a solid."""
+def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:
+    """Return a shape other than a height map as a solid; a size is made of ``share`` printed numbers."""
     placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
     geometry, origin = placed.geometry, placed.origin()
-    sizes: tuple[float, ...] = ()
-    key = "size"
-    if isinstance(geometry, Box):
-        sizes = geometry.size
-    elif isinstance(geometry, (Cylinder, Capsule)):
-        sizes, key = (geometry.radius, geometry.length), "length"
-    elif isinstance(geometry, Sphere):
-        sizes, key = (geometry.radius,), "radius"
-    elif isinstance(geometry, Ellipsoid):
-        sizes = tuple(2 * radius for radius in geometry.radii)
-    elif isinstance(geometry, Mesh):
-        sizes, key = geometry.scale, "scale"
-    length = max(ROOT_THREE * precision("xyz", *shape.pose.xyz), 2 * precision(key, *sizes))
+    key, sizes_of = _SIZED[type(geometry)]
+    sizes = sizes_of(geometry)
+    length = max(ROOT_THREE * precision("xyz", *shape.pose.xyz), share * precision(key, *sizes))
     turn = POSE_NOISE + TURNS * precision("rpy", *shape.pose.rpy)
-    rgba = shape.rgba
-    tint = precision("rgba", *rgba) if rgba else 0.0
-    kind = type(geometry).__name__.lower()
-    return Solid(kind, sizes, origin.xyz, rotation_of_rpy(origin.rpy), _words(shape), rgba, length, turn, tint)
+    tint = precision("rgba", *shape.rgba) if shape.rgba else 0.0
+    kind, rows = type(geometry).__name__.lower(), rotation_of_rpy(origin.rpy)
+    return Solid(kind, sizes, origin.xyz, rows, _words(shape), shape.rgba, length, turn, tint)
+
+
+# The key whose digits tell how well the sizes of a geometry are known, and the sizes.
+_SIZED: Mapping[type, tuple[str, Callable[[Any], tuple[float, ...]]]] = {
+    Box: ("size", lambda box: box.size),
+    Cylinder: ("length", lambda tube: (tube.radius, tube.length)),
+    Capsule: ("length", lambda tube: (tube.radius, tube.length)),
+    Sphere: ("radius", lambda sphere: (sphere.radius,)),
+    Ellipsoid: ("size", lambda ellipsoid: tuple(2 * radius for radius in ellipsoid.radii)),
+    Mesh: ("scale", lambda mesh: mesh.scale),
+}
 
 
 def _words(shape: Shape) -> tuple[str, ...]:
@@ -118,30 +119,8 @@ def _words(shape: Shape) -> tuple[str, ...]:
     contact = shape.contact
     if contact is not None:
         words += [f"{word} {' '.join(value)}" for word in ("layers", "touches") if (value := getattr(contact, word))]
-        words += [f"{word} {_text(value)}" for word, value in contact.values.items()]
-    return tuple(sorted([*words, *(f"{word} {_text(value)}" for word, value in shape.mjcf.items())]))
-
-
-def _text(value: object) -> str:
-    return " ".join(map(str, value)) if isinstance(value, (tuple, list)) else str(value)
-
-
-def shape_of(solid: Solid) -> Shape:
-    """Return a solid as a shape of the model."""
-    place = pose_of(Transform(solid.rows, solid.centre))
-    half = tuple(size / 2 for size in solid.sizes)
-    file = next((word.removeprefix("file ") for word in solid.words if word.startswith("file ")), "")
-    geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh
-    if solid.kind == "box":
-        geometry = Box(tuple(-x for x in half), half)  # type: ignore[arg-type]
-    elif solid.kind == "mesh":
-        geometry = Mesh(file, solid.sizes)  # type: ignore[arg-type]
-    elif solid.kind == "ellipsoid":
-        geometry = Ellipsoid(half)  # type: ignore[arg-type]
-    else:
-        geometry = {"cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}[solid.kind](*solid.sizes)
-    said = dict(word.split(" ", 1) for word in solid.words if word.split(" ", 1)[0] in ("name", "material", "texture"))
-    return Shape(geometry, place, rgba=solid.rgba, **said)  # type: ignore[arg-type]
+        words += [f"{word} {text_of(value)}" for word, value in contact.values.items()]
+    return tuple(sorted([*words, *(f"{word} {text_of(value)}" for word, value in shape.mjcf.items())]))
 
 
 class Matched(NamedTuple):
@@ -150,13 +129,6 @@ class Matched(NamedTuple):
     pairs: list[tuple[int, int]]
     old: list[int]
     new: list[int]
-
-
-class Delta(NamedTuple):
-    """How a set of solids differs from another: those that are only in the old one, and those only in the new one."""
-
-    removed: tuple[Solid, ...]
-    added: tuple[Solid, ...]
 
 
 def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Matched:
@@ -186,78 +158,59 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
     return Matched(sorted(pairs), left, sorted(index for index in order if index not in taken))
 
 
-def delta(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Delta:
-    """Return how two sets of solids differ."""
-    rest = match(old, new, noise)
-    return Delta(tuple(old[index] for index in rest.old), tuple(new[index] for index in rest.new))
-
-
 def same_set(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE_NOISE) -> bool:
     """Return True if two sets have the same solids."""
-    return len(one) == len(other) and delta(one, other, noise) == Delta((), ())
+    return len(one) == len(other) and not match(one, other, noise).old
 
 
 def same(one: Solid, other: Solid, noise: float) -> bool:
     """Return True if two solids, seen from the same frame, look alike and fill the same space, as far as is known."""
     if one[:6] == other[:6]:
         return True
-    if one.kind != other.kind or one.words != other.words or not _same_colour(one, other, noise):
+    tint = noise + joined(one.colour_tolerance, other.colour_tolerance)
+    if one.kind != other.kind or one.words != other.words or not same_colour(one.rgba, other.rgba, tint):
         return False
     length = noise + joined(one.tolerance, other.tolerance)
-    if one.centre != other.centre and norm(minus(one.centre, other.centre)) > length:
-        return False
     turn = noise + joined(one.turn_tolerance, other.turn_tolerance)
-    if one.kind == "box":
-        return _same_box(one, other, length, turn)
-    if any(abs(a - b) > length for a, b in zip(one.sizes, other.sizes, strict=True)):
+    if math.dist(one.centre, other.centre) > length:
         return False
-    if one.kind in ROUND:
-        angle = angle_between(_axis(one), _axis(other))
-        return min(angle, math.pi - angle) <= turn
-    return one.kind == "sphere" or _same_rows(one, other, turn)
+    rows = [entry for solid in (one, other) for row in solid.rows for entry in row]
+    is_turned = any(abs(a - b) > turn for a, b in zip(rows[:9], rows[9:], strict=True))
+    same_sizes = all(abs(a - b) <= length for a, b in zip(one.sizes, other.sizes, strict=True))
+    if one.kind == "sphere" or not is_turned:
+        return same_sizes
+    if one.kind == "box":  # it may be on its side
+        turn = length + turn * norm((one.sizes[0], one.sizes[1], one.sizes[2]))
+    elif one.kind not in ROUND or not same_sizes:
+        return False
+    points = _points(other)
+    return all(any(math.dist(point, near) <= turn for near in points) for point in _points(one))
 
 
-def _same_colour(one: Solid, other: Solid, noise: float) -> bool:
-    if one.rgba is None or other.rgba is None:
-        return one.rgba is other.rgba
-    known = noise + joined(one.colour_tolerance, other.colour_tolerance)
-    return all(abs(a - b) <= known for a, b in zip(one.rgba, other.rgba, strict=True))
+def same_colour(one: Rgba | None, other: Rgba | None, least: float) -> bool:
+    """Return True if two colours differ by no more than ``least`` in each part, or if neither is given."""
+    if one is None or other is None:
+        return one is other
+    return all(abs(a - b) <= least for a, b in zip(one, other, strict=True))
 
 
-def _axis(solid: Solid) -> Vector:
-    """Return the axis of a solid that is round about it: z of its own frame."""
-    return (solid.rows[0][2], solid.rows[1][2], solid.rows[2][2])
+def _points(solid: Solid) -> list[Vector]:
+    """Return points about the middle by which a solid is turned: the corners of a box, or the ends of an axis."""
+    turn = Transform(solid.rows)
+    if solid.kind == "box":
+        a, b, c = (size / 2 for size in solid.sizes)
+        return [turn.rotate((x, y, z)) for x in (-a, a) for y in (-b, b) for z in (-c, c)]
+    return [turn.rotate((0.0, 0.0, end)) for end in (-1.0, 1.0)]
 
 
 def turned_by(one: Solid, other: Solid) -> float:
-    """Return how far a solid is turned against another one (rad); what is round about its axis has no angle there."""
+    """Return how far a solid is turned from another one (rad); what is round about its axis has no angle there."""
     if one.kind == other.kind == "sphere":
         return 0.0
     if one.kind == other.kind and one.kind in ROUND:
-        angle = angle_between(_axis(one), _axis(other))
+        angle = angle_between(_points(one)[1], _points(other)[1])
         return min(angle, math.pi - angle)
     return Transform(one.rows).angle_to(Transform(other.rows))
-
-
-def _same_rows(one: Solid, other: Solid, turn: float) -> bool:
-    if one.rows == other.rows:
-        return True
-    return all(abs(a - b) <= turn for r, s in zip(one.rows, other.rows, strict=True) for a, b in zip(r, s, strict=True))
-
-
-def _same_box(one: Solid, other: Solid, length: float, turn: float) -> bool:
-    """Return True if two boxes about the same middle have the same corners."""
-    if _same_rows(one, other, turn):
-        return all(abs(a - b) <= length for a, b in zip(one.sizes, other.sizes, strict=True))
-    reach = 2 * (length + turn * norm((one.sizes[0], one.sizes[1], one.sizes[2])))
-    corners = _corners(other)
-    return all(any(norm(minus(corner, near)) <= reach for near in corners) for corner in _corners(one))
-
-
-def _corners(solid: Solid) -> list[Vector]:
-    a, b, c = (size / 2 for size in solid.sizes)
-    turn = Transform(solid.rows)
-    return [turn.rotate((x, y, z)) for x in (-a, a) for y in (-b, b) for z in (-c, c)]
 
 
 def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE_NOISE) -> bool:
@@ -266,18 +219,9 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
     if not first or not second or len(first) != len(one) or len(second) != len(other):
         return False
     near = noise + POSE_NOISE + joined(*(max(solid.tolerance for solid in solids) for solids in (one, other)))
-    every = [*first, *second]
-    xs, ys = (_marks((corner[axis] for box in every for corner in (box.lower, box.upper)), near) for axis in (0, 1))
-    if len(xs) * len(ys) > _MOST_COLUMNS:
-        return False
-    columns, others = (_columns(boxes, xs, ys, near) for boxes in (first, second))
-    return columns.keys() == others.keys() and all(
-        len(columns[at]) == len(others[at])
-        and all(
-            abs(a - b) <= near for pair in zip(columns[at], others[at], strict=True) for a, b in zip(*pair, strict=True)
-        )
-        for at in columns
-    )
+    corners = [corner for box in (*first, *second) for corner in (box.lower, box.upper)]
+    marks = [_marks((corner[axis] for corner in corners), near) for axis in range(3)]
+    return math.prod(map(len, marks)) <= _MOST_CELLS and _filled(first, marks, near) == _filled(second, marks, near)
 
 
 def _marks(numbers: Iterable[float], near: float) -> list[float]:
@@ -289,47 +233,28 @@ def _marks(numbers: Iterable[float], near: float) -> list[float]:
     return marks
 
 
-def _columns(
-    boxes: Sequence[Box], xs: Sequence[float], ys: Sequence[float], near: float
-) -> dict[tuple[int, int], list[tuple[float, float]]]:
-    """Return, for each column between the marks along x and y, the ranges of z that boxes fill."""
-    filled: dict[tuple[int, int], list[tuple[float, float]]] = {}
-    for box in sorted(boxes, key=lambda box: box.lower[2]):
-        (a, b, low), (c, d, high) = box.lower, box.upper
-        across = range(bisect_right(ys, b + near) - 1, bisect_right(ys, d + near) - 1)
-        for i in range(bisect_right(xs, a + near) - 1, bisect_right(xs, c + near) - 1):
-            for j in across:
-                column = filled.setdefault((i, j), [])
-                if column and low - column[-1][1] <= near:
-                    column[-1] = (column[-1][0], max(column[-1][1], high))
-                else:
-                    column.append((low, high))
+def _filled(boxes: Sequence[Box], marks: Sequence[Sequence[float]], near: float) -> set[tuple[int, ...]]:
+    filled: set[tuple[int, ...]] = set()
+    for box in boxes:
+        ends = zip(marks, box.lower, box.upper, strict=True)
+        filled.update(product(*(range(bisect_right(m, a + near), bisect_right(m, b + near)) for m, a, b in ends)))
     return filled
 
 
-def largest_step(difference: Delta) -> float | None:
-    """Return by how much solids changed at most (m), each new one held against the nearest old one.
+def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:
+    """Return by how much solids changed at most (m): faces of boxes, middles and sizes of others.
 
     None if a solid became another kind of solid, or only turned, which no length says.
     """
-    old, largest = list(difference.removed), 0.0
-    many = len(old) > _MANY  # then each is held against the one in its place
-    for solid in difference.added[: len(old)]:
-        steps = [_step(solid, other) for other in (old[:1] if many else old)]
-        nearest = min(range(len(steps)), key=lambda index: steps[index])
-        if steps[nearest] in (0.0, float("inf")):
+    largest = 0.0
+    for one, other in pairs:
+        if one.kind != other.kind:
             return None
-        largest = max(largest, steps[nearest])
-        old.pop(nearest)
+        share = {"box": 0.5, "mesh": 0.0}.get(one.kind, 1.0)
+        sizes = [share * abs(a - b) for a, b in zip(one.sizes, other.sizes, strict=True)]
+        centre = [abs(a - b) for a, b in zip(one.centre, other.centre, strict=True)]
+        steps = [a + b for a, b in zip(sizes, centre, strict=True)] if one.kind == "box" else [*sizes, *centre]
+        if not max(steps):
+            return None
+        largest = max(largest, *steps)
     return largest or None
-
-
-def _step(one: Solid, other: Solid) -> float:
-    """Return how far a face of a box moved at most (m); of other solids how far middle and size changed."""
-    if one.kind != other.kind:
-        return float("inf")
-    sizes = [0.0 if one.kind == "mesh" else abs(a - b) / 2 for a, b in zip(one.sizes, other.sizes, strict=True)]
-    centre = [abs(a - b) for a, b in zip(one.centre, other.centre, strict=True)]
-    if one.kind == "box":
-        return max(a + b for a, b in zip(sizes, centre, strict=True))
-    return max([2 * size for size in sizes] + centre)

@@ -7,7 +7,7 @@ or a small dataclass of a format, whose fields are named after the kind of thing
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -15,11 +15,13 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Edge, HeightMap, Inertial, Joint, Link, Pose, Robot, Shape, Vector
 from rosorin_compile.model.geometry import IDENTITY, rotation_of_rpy
 from rosorin_compile.model.joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
+from rosorin_compile.model.link import limited_fields
 from rosorin_compile.model.mass import along_link
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.source.xml.elements import values_of
 
 from .precision import NOISE, TURNS, Precision, exact, joined
+from .sentences import is_number
 from .solids import Solid, match, solids_of
 
 
@@ -94,12 +96,11 @@ def compare_leaves(
     return found
 
 
-class _Comparison:
+class _Comparison(NamedTuple):
     """The comparison of two leaves, within how well both are known."""
 
-    def __init__(self, precisions: tuple[Precision, Precision], tolerance: float) -> None:
-        self.precisions = precisions
-        self.tolerance = tolerance
+    precisions: tuple[Precision, Precision]
+    tolerance: float
 
     def same(self, kind: str, quantity: str, old: Any, new: Any) -> bool:
         if old is new or (type(old) is type(new) and old == new):
@@ -112,8 +113,8 @@ class _Comparison:
             first, second = (shapes.solids(p) for shapes, p in zip((old, new), self.precisions, strict=True))
             rest = match(first, second, self.tolerance)
             return not rest.old and not rest.new
-        key = "position" if kind == "pose" else quantity.rpartition(" ")[2]
-        if _is_number(old) and _is_number(new):
+        key = "position" if kind == "pose" else "xyz" if quantity == "centre of mass" else quantity.rpartition(" ")[2]
+        if is_number(old) and is_number(new):
             return self._near(key, (old,), (new,))
         if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
             if quantity == "inertia":
@@ -123,7 +124,7 @@ class _Comparison:
         return bool(old == new)
 
     def _same_items(self, kind: str, key: str, old: Sequence[Any], new: Sequence[Any]) -> bool:
-        if all(map(_is_number, (*old, *new))):
+        if all(map(is_number, (*old, *new))):
             return self._near(key, old, new)
         return all(self.same(kind, key, *both) for both in zip(old, new, strict=True))
 
@@ -155,17 +156,10 @@ def known_inertia(
 ) -> float:
     """Return how far entries of two inertias (kg*m^2) may be apart that mean the same, turned axes included."""
     largest = max(map(abs, (*old, *new)), default=0.0)
-    numbers, turns = (
-        joined(*values)
-        for values in zip(
-            *((p("ixx", *six), p("rpy", 1.0)) for p, six in zip(precisions, (old, new), strict=True)), strict=True
-        )
-    )
+    one, other = precisions
+    numbers = joined(one("ixx", *old), other("ixx", *new))
+    turns = TURNS * joined(one("rpy", 1.0), other("rpy", 1.0))
     return TURNS * numbers + largest * (turns + tolerance)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 class Shapes(NamedTuple):
@@ -204,7 +198,6 @@ def leaves(value: Any) -> Leaves:
 
 
 def _robot(robot: Robot, found: Leaves) -> None:
-    """Add the leaves of a robot."""
     _own = found.setdefault(("robot", "robot"), {})
     if robot.name:
         _own["name"] = robot.name
@@ -223,7 +216,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
         found["contacts", "disabled contacts"] = {"": pairs}
     if robot.modes:
         _own["modes"] = robot.modes
-    for name, word in _sections().items():
+    for name, word in section_words().items():
         section = getattr(robot, name, None) if name not in robot.sections.said else robot.sections.said[name]
         if isinstance(section, Mapping) and _is_by_name(name):
             for key, entry in section.items():
@@ -235,7 +228,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
 
 
 @cache
-def _sections() -> Mapping[str, str]:
+def section_words() -> Mapping[str, str]:
     """Return the sections of a robot that are compared entry by entry, and what an entry of each is called."""
     from rosorin_compile.language.schema import sections
 
@@ -271,8 +264,7 @@ def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
 
 def _link(link: Link, found: Leaves) -> None:
     entry = found.setdefault(("link", link.name), {})
-    if link.inertial is not None:
-        _inertial(link.inertial, entry)
+    entry |= inertial_leaves(link.inertial)
     for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
         solid = tuple(shape for shape in shapes if not isinstance(shape.geometry, HeightMap))
         if solid:
@@ -287,16 +279,20 @@ def _link(link: Link, found: Leaves) -> None:
     _elements(link.urdf_elements, entry)
     for mark in link.marked:
         _flatten(mark, "", found.setdefault((mark.tag, mark.name), {"link": link.name}))
-    _flatten({"gravity compensation": link.gravity_compensation or None, **link.mjcf}, "", entry)
+    limited = {name.replace("_", " "): getattr(link, name) or None for name in limited_fields(Link)}
+    _flatten({**limited, **link.mjcf}, "", entry)
     _elements(link.mjcf_elements, entry, "mjcf element")
 
 
-def _inertial(inertial: Inertial, entry: dict[str, Any]) -> None:
+def inertial_leaves(inertial: Inertial | None) -> dict[str, Any]:
+    """Return the leaves of a mass, along the axes of its link; none for one of zeros."""
+    if inertial is None:
+        return {}
     six = tuple(getattr(inertial, name) for name in _INERTIA)
-    if any((inertial.mass, *six)):
-        entry["mass"] = inertial.mass
-        entry["centre of mass"] = inertial.pose.xyz
-        entry["inertia"] = along_link(six, inertial.pose.transform())
+    if not any((inertial.mass, *six)):
+        return {}
+    inertia = along_link(six, inertial.pose.transform())
+    return {"mass": inertial.mass, "centre of mass": inertial.pose.xyz, "inertia": inertia}
 
 
 def _joint(joint: Joint, found: Leaves) -> None:
@@ -371,14 +367,17 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
             inner = getattr(value, name)
             # A number that is not zero by default is named beside the number that it becomes.
             has_numbers = is_dataclass(default) and not isinstance(default, Pose)
-            if inner != default or has_numbers or (_is_number(default) and default):
+            if inner != default or has_numbers or (is_number(default) and default):
                 whole = name in ("values", "mjcf")  # they hold words by name
                 _flatten(inner, path if whole else _below(path, name.replace("_", " ")), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
-            _flatten(inner, _below(path, getattr(inner, "name", "") or number), entry)
+            count, place = len(entry), _below(path, getattr(inner, "name", "") or number)
+            _flatten(inner, place, entry)
+            if len(entry) == count:  # it has nothing but a name
+                entry[place] = True
     else:
-        entry[path] = float(value) if _is_number(value) else value
+        entry[path] = float(value) if is_number(value) else value
 
 
 @cache
@@ -388,8 +387,3 @@ def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
 
 def _below(path: str, key: object) -> str:
     return f"{path} {key}".strip()
-
-
-def frames_of(found: Leaves) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the frames of a value, each with its leaves."""
-    return ((name, entry) for (kind, name), entry in found.items() if kind == "frame")

@@ -1,6 +1,6 @@
-"""Formats: what a robot is written to and read from.
+"""Formats that a robot is written to and read from.
 
-``FORMATS`` has their records (``format.Format``) by name: those of the tool, then those of plug-ins.
+``FORMATS`` has their records (``format.Format``) by name: those of this program, then those of plug-ins.
 """
 
 from __future__ import annotations
@@ -20,16 +20,7 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.source.diagnostics import Diagnostic
 
-    from .plugged import Plugged
-
-__all__ = [
-    "FORMATS",
-    "Artifact",
-    "Format",
-    "Formats",
-    "Opened",
-    "plugged_diagnostics",
-]
+__all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics"]
 
 # The module of each format; its record is ``FORMAT`` there. It is imported when the format is first used.
 _MODULES = {
@@ -56,10 +47,10 @@ class Formats(Mapping[str, Format]):
     """The formats by name, in the order of lists."""
 
     def __getitem__(self, name: str) -> Format:
-        return _built_in(name) or _of_others()[name]
+        return _built_in(name) or _plugged()[0][name]
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and (_built_in(name) is not None or name in _of_others())
+        return isinstance(name, str) and (name in _MODULES or name in _plugged()[0])
 
     def __iter__(self) -> Iterator[str]:
         return iter(_names())
@@ -68,8 +59,8 @@ class Formats(Mapping[str, Format]):
         return len(_names())
 
     def is_own(self, name: str) -> bool:
-        """Say whether a format is one of the tool, and not of a plug-in."""
-        return _built_in(name) is not None
+        """Return True if a format is one of this program, and not of a plug-in."""
+        return name in _MODULES
 
     def feeding(self, robot: Robot, publisher: str) -> list[Output]:
         """Return the outputs of a robot that publishers of a kind read, by their format."""
@@ -86,7 +77,7 @@ class Formats(Mapping[str, Format]):
         return any(one.meshes and artifact.file.endswith(one.endings) for one in self.values())
 
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
-        """Return how names of files end that hold a robot; with ``include`` of those that a description may include."""
+        """Return the endings of files that hold a robot; with ``include``, of those that a description may include."""
         readable = [one for one in self.values() if one.load is not None and (one.include or not include)]
         return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
 
@@ -100,29 +91,20 @@ FORMATS = Formats()
 
 @cache
 def _names() -> tuple[str, ...]:
-    groups = (filter(None, map(_built_in, _MODULES)), _of_others().values())
+    groups = (filter(None, map(_built_in, _MODULES)), _plugged()[0].values())
     return tuple(one.name for group in groups for one in sorted(group, key=lambda one: (one.rank, one.name)))
 
 
 @cache
 def _built_in(name: str) -> Format | None:
-    """Return the tool's own format of that name; None if there is none."""
-    if name not in _MODULES:
-        return None
-    format: Format = import_module(_MODULES[name]).FORMAT
+    format: Format | None = import_module(_MODULES[name]).FORMAT if name in _MODULES else None
     return format
 
 
-def _of_others() -> Mapping[str, Format]:
-    """Return the formats of other packages."""
-    others = _plugged()
-    return others.formats if others else {}
-
-
-def _plugged() -> Plugged | None:
-    """Return what plug-ins add; None where there is none, as on most machines."""
+def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
+    """Return the formats of plug-ins by name, and diagnostics; without plug-ins, nothing is imported."""
     if not are_installed("formats"):
-        return None
+        return {}, ()
     from .plugged import plugged
 
     return plugged(frozenset(_MODULES), _known_files)
@@ -130,12 +112,11 @@ def _plugged() -> Plugged | None:
 
 @cache
 def _known_files() -> frozenset[str]:
-    """Return by what files are known that hold a robot in a format of the tool: endings, and <root> elements."""
+    """Return what identifies files of robots in built-in formats: endings, and <root> elements."""
     readable = [one for one in filter(None, map(_built_in, _MODULES)) if one.load is not None]
     return frozenset(mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots)))
 
 
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:
-    """Return what is wrong with the formats of other packages."""
-    others = _plugged()
-    return others.diagnostics if others else ()
+    """Return the diagnostics about formats of other packages."""
+    return _plugged()[1]

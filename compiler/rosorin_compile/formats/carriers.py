@@ -43,30 +43,23 @@ def shapes_at(robot: Robot, link: str, carried: Set[str], purpose: str, form: st
     first: those mounted on the link, then those of the links that it is mounted on.
     """
     moved: list[Shape] = []
-    visited = {link}
-    waiting = [(link, Transform())]
-    own: list[Shape] = []
+    visited, waiting, own = {link}, [(link, Transform())], list[Shape]()
     while waiting:
         name, transform = waiting.pop()
         solids = [solid for shape in getattr(robot.link[name], purpose) for solid in shape.solids(form)]
         if name == link:
             own = solids
-        else:
-            moved += [_moved(robot, solid, transform) for solid in solids]
+        for solid in () if name == link else solids:
+            key = ("moved", id(solid), transform)  # several formats and their proofs use it
+            found: tuple[Shape, Shape] | None = robot.worked_out.get(key)
+            if found is None or found[1] is not solid:  # as in a copy that was pickled
+                found = robot.worked_out[key] = (solid.moved(transform), solid)
+            moved.append(found[0])
         neighbours = robot.fixed_neighbours(name)
         steps = [(n, transform.then(t)) for n, t in neighbours if n not in carried and n not in visited]
         visited.update(n for n, _ in steps)
         waiting += reversed(steps)
     return [*moved, *own]
-
-
-def _moved(robot: Robot, solid: Shape, transform: Transform) -> Shape:
-    """Return a solid of a link in the frame of another one, cached: several formats and their proofs use it."""
-    key = ("moved", id(solid), transform)
-    moved: tuple[Shape, Shape] | None = robot.worked_out.get(key)
-    if moved is None or moved[1] is not solid:  # as in a copy that was pickled
-        moved = robot.worked_out[key] = (solid.moved(transform), solid)
-    return moved[0]
 
 
 def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:

@@ -1,4 +1,4 @@
-"""Compile a robot: load it, search its meshes, and generate the texts of its artifacts. Nothing is written."""
+"""Compile a robot: load and check it, search its meshes, and generate its artifacts. Nothing is written to disk."""
 
 from __future__ import annotations
 
@@ -7,34 +7,71 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.language.accepting import settled, unused
-from rosorin_compile.model import Mesh, Output, Robot
-from rosorin_compile.rules.check import acceptable
-from rosorin_compile.source.diagnostics import Diagnostic, Span, error, has_errors
+from rosorin_compile.language.expand import Expanded, expand
+from rosorin_compile.language.expression.functions import plugged as plugged_functions
+from rosorin_compile.language.lower import Lowered, lower
+from rosorin_compile.language.requested_outputs import with_wanted
+from rosorin_compile.language.section_registry import plugged as plugged_sections
+from rosorin_compile.language.suppressions import Entry, settled, unknown, unused
+from rosorin_compile.language.validate import validate
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.rules import check as rules
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
 from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.load import unreadable
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
+from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import of_tool
 from rosorin_compile.source.tree import Map, locate
-from rosorin_compile.source.wording import and_more, counted
+from rosorin_compile.source.wording import counted
 
-from . import FORMATS, Artifact
-from .load_robot import Understood, understand
+from . import FORMATS, Artifact, plugged_diagnostics
+from .imported import Imported, ReadOptions, as_tree
+from .reading import outputs_of, read_robot
 from .templating import TemplateProblem, Templates
 from .unsupported import notes as unsupported_notes
 
 if TYPE_CHECKING:
     from rosorin_compile.language.expand.included_robots import Tell
+    from rosorin_compile.rules.case import Case
     from rosorin_compile.source.project import Resolved
 
     from .mesh_files import Searched
 
 Search = Callable[[Map, Sequence[Output]], "Searched"]
-MAX_SHOWN = 200  # diagnostics in a notebook
+
+
+class Understood(NamedTuple):
+    """A loaded robot: its tree and its model, each as far as it has no errors, and all diagnostics.
+
+    ``used`` are the entries of ``accept`` that had an effect. ``imported`` is set for a robot in another format.
+    """
+
+    expanded: Expanded
+    lowered: Lowered | None
+    diagnostics: list[Diagnostic]
+    used: frozenset[Entry] = frozenset()
+    imported: Imported | None = None
+
+    @property
+    def robot(self) -> Robot | None:
+        """The robot, or None with errors."""
+        return None if self.lowered is None or has_errors(self.diagnostics) else self.lowered.robot
+
+    @property
+    def case(self) -> Case | None:
+        """The robot with the positions of all its values, or None with errors."""
+        from rosorin_compile.rules.case import Case
+        from rosorin_compile.rules.magnitudes import collect
+
+        robot, tree, lowered = self.robot, self.expanded.tree, self.lowered
+        if robot is None or tree is None or lowered is None:
+            return None
+        return Case(robot, tree, lowered.places, collect(tree))
 
 
 @dataclass(frozen=True)
@@ -56,8 +93,8 @@ class Compiled:
 
     ``inputs`` are the files that were read or looked for and not found: a change of one of them may change the result.
     ``missing`` are those that were not found. A package.xml from which only the name of the package was read does not
-    count. ``resolved`` maps names of packages and mesh files to the paths that were found. ``meshes`` are the mesh
-    files, or None if they were not requested. ``variant`` is set by ``sweep``.
+    count. ``resolved`` maps names of packages to the paths that were found. ``meshes`` are the mesh files, or None if
+    they were not requested. ``variant`` is set by ``sweep``.
     """
 
     robot: Robot | None
@@ -93,9 +130,6 @@ class Compiled:
         """Return a summary without the texts of the artifacts."""
         return f"<Compiled {self.robot!r}, {len(self.artifacts)} artifacts, {_counted(self.diagnostics)}>"
 
-    def _repr_html_(self) -> str:
-        return _html(self.robot, self.diagnostics)
-
 
 @dataclass(frozen=True)
 class Reading:
@@ -113,8 +147,113 @@ class Reading:
         """Return a summary."""
         return f"<Reading {self.robot!r}, {_counted(self.diagnostics)}>"
 
-    def _repr_html_(self) -> str:
-        return _html(self.robot, self.diagnostics)
+
+def _counted(diagnostics: Sequence[Diagnostic]) -> str:
+    counts = Counter(diagnostic.severity for diagnostic in diagnostics)
+    return ", ".join(counted(count, severity) for severity, count in counts.items()) or "no diagnostics"
+
+
+class RobotReader:
+    """Reads the robots in other formats that descriptions include."""
+
+    def endings(self) -> tuple[str, ...]:
+        """Return the endings of the files in other formats that a description may include."""
+        return FORMATS.endings(include=True)
+
+    def read(
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
+    ) -> Imported:
+        """Read the robot of a file; ``by`` is the position of its name in the description."""
+        imported = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), by)
+        # The rules report notes that can be accepted again, for the whole robot.
+        new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
+        return imported._replace(diagnostics=new)
+
+
+def understand(
+    path: Path,
+    arguments: Mapping[str, Any] | None = None,
+    tell: Tell | None = None,
+    packages: Mapping[str, Path] | None = None,
+    requested: Sequence[str] = (),
+    cache: dict[Any, Any] | None = None,
+) -> Understood:
+    """Load the description whose main file is ``path``; no artifact is generated.
+
+    ``tell`` receives warnings before code is executed; without it they are among the diagnostics. ``packages`` are
+    folders of ROS packages by name. ``requested`` as in ``judge``; ``cache`` keeps parsed files.
+    """
+    return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
+
+
+def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
+    """Validate and lower an expanded tree, and check the rules.
+
+    ``requested`` are outputs: names under ``outputs``, or of formats, which get their default options.
+    """
+    plugged = (*plugged_functions().diagnostics, *plugged_diagnostics(), *plugged_sections().diagnostics)
+    if expanded.tree is None:
+        return Understood(expanded, None, arrange([*expanded.diagnostics, *plugged, *rules.plugged().diagnostics]))
+    tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)
+    expanded, scope = expanded._replace(tree=tree), expanded.scope
+    diagnostics = [*expanded.diagnostics, *plugged, *unknown_outputs]
+    Progress.step("validating")
+    diagnostics += validate(tree, FORMATS, scope)
+    Progress.step("building the robot")
+    lowered = None if has_errors(diagnostics) else lower(tree, scope)
+    diagnostics += [*rules.plugged().diagnostics, *unknown(tree, rules.acceptable())]
+    if lowered is None or has_errors(diagnostics):
+        return Understood(expanded, None, arrange(diagnostics))
+    diagnostics += lowered.diagnostics
+    if lowered.robot is not None:
+        try:
+            diagnostics += rules.check(lowered.robot, tree, lowered.places, FORMATS, scope, requested)
+        except PluginFailed as problem:
+            diagnostics.append(problem.diagnostic)
+    if has_errors(diagnostics):
+        from rosorin_compile.rules.typo_grouping import merge_misspelt
+
+        diagnostics = merge_misspelt(diagnostics, tree, lowered.places)
+    else:  # an argument whose use is an error would be reported as unused
+        diagnostics += expanded.unused
+    found = settled(tree, diagnostics, rules.acceptable())
+    diagnostics = found.diagnostics
+    if scope and scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
+        from rosorin_compile.language.expand.dropped_entries import explain_missing_names
+
+        diagnostics = explain_missing_names(scope, tree, diagnostics)
+    return Understood(expanded, lowered, arrange(diagnostics), found.used)
+
+
+def understand_foreign(path: Path, options: ReadOptions) -> Understood:
+    """Load a robot in another format, with its published output only; no rule is checked."""
+    imported = read_robot(path, options)
+    expanded = _with_outputs(imported, [FORMATS.published().name])
+    lowered = None if expanded.tree is None or has_errors(imported.diagnostics) else lower(expanded.tree)
+    diagnostics = arrange([*imported.diagnostics, *(lowered.diagnostics if lowered is not None else ())])
+    return Understood(expanded, lowered, diagnostics, imported=imported)
+
+
+def judge_foreign(
+    path: Path, options: ReadOptions, requested: Sequence[str] = (), optional: bool = False
+) -> Understood:
+    """Load a robot in another format as the description that ``import`` would write, and check the rules.
+
+    Its outputs are those of that description, those of ``optional`` formats, and the ``requested`` ones.
+    """
+    names = [format.name for format in FORMATS.values() if optional or not format.optional]
+    return judge(_with_outputs(read_robot(path, options), [*names, *requested]), requested)
+
+
+def _with_outputs(imported: Imported, names: Sequence[str]) -> Expanded:
+    """Return an imported robot with those outputs of its description that have one of the names."""
+    tree = imported.tree
+    if tree is not None:
+        entries = {name: entry for name, entry in outputs_of(imported).entries.items() if name in names}
+        tree = tree.copied()
+        tree.pop("outputs", None)
+        tree.put("outputs", as_tree(entries, tree.span, ["outputs"]), tree.span, tree.span)
+    return Expanded(tree, imported.diagnostics, imported.files)
 
 
 def compile_robot(
@@ -138,7 +277,13 @@ def compile_robot(
             understood = understand(path, arguments, tell, packages, requested, cache)
             if exact and understood.lowered is not None and understood.lowered.robot is not None:
                 robot = understood.lowered.robot
-                robot = replace(robot, outputs=tuple(map(_with_all_digits, robot.outputs)))
+                outputs = tuple(
+                    replace(one, options={"number_format": "exact", **one.options})
+                    if "number_format" in FORMATS[one.backend].options
+                    else one
+                    for one in robot.outputs
+                )
+                robot = replace(robot, outputs=outputs)
                 understood = understood._replace(lowered=understood.lowered._replace(robot=robot))
             if understood.expanded.scope is not None:
                 understood.expanded.scope.expansion.forget()
@@ -157,12 +302,6 @@ def compile_robot(
     return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
 
 
-def _with_all_digits(output: Output) -> Output:
-    if "number_format" not in FORMATS[output.backend].options:
-        return output
-    return replace(output, options={"number_format": "exact", **output.options})
-
-
 def emit(understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()) -> Compiled:
     """Generate the artifacts of a loaded robot; ``path`` is its main file.
 
@@ -172,86 +311,48 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
     expanded, lowered, diagnostics, used, _ = understood
     if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
-    robot, meshes, outputs = lowered.robot, None, lowered.robot.outputs
+    robot, meshes, outputs, tree = lowered.robot, None, lowered.robot.outputs, expanded.tree
+    acceptable, found = rules.acceptable(), list[Diagnostic]()
     if requested:
         named = {output.name: output for output in outputs}
         outputs = tuple(named[name] for name in dict.fromkeys(requested))
-    if search is not None and _names_files(robot):
+    if search is not None:
         # An artifact that opens or measures meshes finds the same ones if other outputs are not generated.
         formats = [FORMATS[output.backend] for output in outputs]
         opening = any(format.opens is not None or format.measures for format in formats)
-        meshes = search(expanded.tree, robot.outputs if opening else outputs)
-        robot = meshes.told_to(robot)
-    artifacts, found, templates = _texts(robot, outputs, expanded.tree, path)
-    found += unsupported_notes(expanded.tree, outputs, FORMATS)
-    may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
-    found, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *found], may)
+        meshes = search(tree, robot.outputs if opening else outputs)
+        robot, acceptable = meshes.add_to(robot), {**acceptable, **meshes.acceptable}
+        found += meshes.diagnostics
+    templates, artifacts = Templates(path.parent, first=path), list[Artifact]()
+    for number, output in enumerate(outputs):
+        Progress.step(f"making {output.file},", number, len(outputs))
+        format, place = FORMATS[output.backend], locate(tree, ("outputs", output.name), key=True)
+        try:
+            text, remarks = format.written(robot, output, templates)
+        except TemplateProblem as problem:
+            one = problem.diagnostic
+            found.append(one if one.span else error(one.rule, one.message, place.span, one.help, place.stack()))
+            continue
+        found += [d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in remarks]
+        artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
+    found, more = settled(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
     if has_errors(found):
-        artifacts = ()
+        artifacts = []
     if not requested:  # otherwise an entry of accept may be about another output
-        found += unused(expanded.tree, used | more, acceptable(), ("",) if search is None else ("", "meshes"))
-    inputs = (*expanded.files, *templates, *(meshes.inputs if meshes else ()))
+        found += unused(tree, used | more, rules.acceptable(), ("",) if search is None else ("", "meshes"))
     resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))
-    return Compiled(robot, artifacts, arrange([*diagnostics, *found]), inputs, resolved, meshes)
+    inputs = (*expanded.files, *templates.read())
+    return Compiled(robot, tuple(artifacts), arrange([*diagnostics, *found]), inputs, resolved, meshes)
 
 
 def emit_published(understood: Understood, path: Path) -> Compiled:
-    """Return the URDF of a robot that was loaded with ``understand_foreign``."""
+    """Return the URDF of a robot that was loaded with ``understand_foreign``; of a URDF, its own text."""
     expanded, robot = understood.expanded, understood.robot
     if robot is None:
         return Compiled(None, (), understood.diagnostics, expanded.files)
     format, (output,) = FORMATS.published(), robot.outputs
     text, remarks = format.written(robot, output, Templates(path.parent))
     if path.suffix.lower() in format.endings:
-        text = read_text(path, errors="replace")  # the text that robot_state_publisher gets
+        text = read_text(path, errors="replace")
     artifact = Artifact(output.file, text, format.name, output.name)
     return Compiled(robot, (artifact,), arrange([*understood.diagnostics, *remarks]), expanded.files)
-
-
-def _names_files(robot: Robot) -> bool:
-    """Return True if a robot has meshes, textures, or elements of MJCF that may name files."""
-    shapes = [shape for link in robot.links for shape in (*link.visual, *link.collision)]
-    elements = (robot.mjcf_elements, *(link.mjcf_elements for link in robot.links))
-    return (
-        any(isinstance(shape.geometry, Mesh) or shape.texture for shape in shapes)
-        or any(material.texture for material in robot.materials)
-        or any("file" in text for texts in elements for text in texts)  # begins all attributes that name one
-    )
-
-
-def _texts(
-    robot: Robot, outputs: Sequence[Output], tree: Map, path: Path
-) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
-    """Return the artifacts, the diagnostics of their formats, and the template files that were read."""
-    templates, artifacts, diagnostics = Templates(path.parent, first=path), list[Artifact](), list[Diagnostic]()
-    for number, output in enumerate(outputs):
-        Progress.step(f"making {output.file},", number, len(outputs))
-        format, place = FORMATS[output.backend], locate(tree, ("outputs", output.name), key=True)
-        try:
-            text, found = format.written(robot, output, templates)
-        except TemplateProblem as problem:
-            one = problem.diagnostic
-            diagnostics.append(one if one.span else error(one.rule, one.message, place.span, one.help, place.stack()))
-            continue
-        diagnostics += [
-            d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in found
-        ]
-        artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
-    return tuple(artifacts), diagnostics, templates.read()
-
-
-def _counted(diagnostics: Sequence[Diagnostic]) -> str:
-    counts = Counter(diagnostic.severity for diagnostic in diagnostics)
-    return ", ".join(counted(count, severity) for severity, count in counts.items()) or "no diagnostics"
-
-
-def _html(robot: Robot | None, diagnostics: Sequence[Diagnostic]) -> str:
-    """Return a robot and its diagnostics for a notebook."""
-    from html import escape
-
-    from rosorin_compile.source.report import text
-
-    remarks = f"<pre>{escape(text(diagnostics[:MAX_SHOWN]))}</pre>" if diagnostics else ""
-    if len(diagnostics) > MAX_SHOWN:
-        remarks += f"<p>{and_more(len(diagnostics) - MAX_SHOWN).strip()}</p>"
-    return remarks + (robot._repr_html_() if robot is not None else "")

@@ -16,14 +16,14 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.messages import and_here
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.proof import Proof
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.rule_registry import Rule
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document, MarkupError
 
-    from .imported import Imported, LeftOut, ReadOptions
+    from .imported import Imported, LeftOut, Proof, ReadOptions
+    from .mesh_files import Searched
     from .templating import Templates
     from .unsupported import Unsupported
 
@@ -58,14 +58,13 @@ class Refusal(NamedTuple):
     missing: str = ""
 
 
-# The key of outputs that several formats have.
+# An option that several formats have.
 NUMBER_FORMAT: Mapping[str, Any] = {
     "enum": ["short", "exact", "six"],
     "description": "short (default): the shortest decimal within 1e-12 of the number, or of the largest of its vector;"
     " exact: the shortest that reads back the same; six: whichever of %.6g and %.6f keeps more.",
 }
-
-# The forms of boxes that height maps are cut into, for an option of formats without a word for them.
+# The forms of boxes that height maps are cut into, for an option of formats that have no height maps.
 FORMS_OF_BOXES = ["rows", "merged", "grounded"]
 BOXES_OF_HEIGHT_MAPS = (
     "rows, one for each run of equal heights in a row; merged, equal heights along x and y; grounded, rows down to"
@@ -78,7 +77,7 @@ Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]
 
 
 class Placed(NamedTuple):
-    """A value of a description, and where in the file it was written."""
+    """A value of a description with its position in a file."""
 
     value: Any
     span: Span
@@ -86,9 +85,9 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True)
 class Opened:
-    """A file to be read: its path, what was said beside it, its elements if it is XML, and the place that names it.
+    """A file to be read: its path, the options, its elements if it is XML, and the position that names it.
 
-    Places are a line and a column, which count from 1, or the ``span`` of an element.
+    Positions are a line and a column, which count from 1, or the ``span`` of an element.
     """
 
     path: Path
@@ -98,30 +97,30 @@ class Opened:
 
     @property
     def text(self) -> str:
-        """The text of the file. Raises MarkupError if it has none, which the caller of a reader expects."""
+        """The text of the file. Raises MarkupError if it cannot be read, which the caller of a reader expects."""
         return self.source.text
 
     @cached_property
     def source(self) -> Source:
-        """The file as diagnostics name it. Raises MarkupError as ``text``."""
+        """The file for diagnostics. Raises MarkupError as ``text``."""
         from rosorin_compile.source.xml.files import read_source
 
         return self.document.source if self.document else read_source(self.path, self.asked)
 
     def at(self, value: Any, where: int | Span, column: int = 1, length: int = 1) -> Placed:
-        """Return a value of a description with its place, for what there may be to say about it."""
+        """Return a value of a description with its position, for diagnostics."""
         return Placed(value, self._span(where, column, length))
 
     def problem(
         self, message: str, where: int | Span = 1, column: int = 1, length: int = 1, help: str = ""
     ) -> MarkupError:
-        """Return what a reader raises where the file is not written as its format wants."""
+        """Return the exception that a reader raises for a file that its format does not allow."""
         from rosorin_compile.source.xml.markup import MarkupError
 
         return MarkupError(error("file-syntax", message, self._span(where, column, length), help))
 
     def left_out(self, what: str, where: int | Span, column: int = 1, length: int = 1, help: str = "") -> Diagnostic:
-        """Return the warning about something that a description has no word for."""
+        """Return the warning about content that a description cannot express."""
         return cannot_carry(what, self._span(where, column, length), help)
 
     def _span(self, where: int | Span, column: int, length: int) -> Span:
@@ -129,23 +128,30 @@ class Opened:
 
     @property
     def xml(self) -> Document:
-        """The elements of a file that is XML. Raises ValueError for another one."""
+        """The elements of an XML file. Raises ValueError for another one."""
         if self.document is None:
             raise ValueError(f"{self.path} is no XML")
         return self.document
 
 
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
-    """Return the warning about something that the tree does not carry; ``many`` if ``what`` is a plural.
+    """Return the warning about content that the tree does not carry; ``many`` if ``what`` is a plural.
 
-    ``others`` are the further places where it stands: one warning, the first of them and their number.
+    ``others`` are further positions of the same content.
     """
     message = f"{what} {'are' if many else 'is'} not carried over"
     return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
 
+def xml_syntax(text: str) -> object:
+    """Return the elements of an XML text, for ``syntax``. Raises ValueError."""
+    from rosorin_compile.source.xml.elements import canonical, tree_of
+
+    return canonical(tree_of(text))
+
+
 class Joined(NamedTuple):
-    """What a file says beside the robot that it belongs to: sections of a description, and what there is to say."""
+    """Sections that a companion file adds to a robot, and diagnostics."""
 
     sections: Mapping[str, Any]
     diagnostics: Sequence[Diagnostic] = ()
@@ -153,14 +159,13 @@ class Joined(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """The entry of ``outputs`` that the description of an imported robot has, and a remark on what is unusual in it."""
+    """The entry of ``outputs`` in the description of an imported robot, and a remark on what is unusual in it."""
 
     entry: Mapping[str, Any]
     remark: str = ""
 
 
-# Records are never compared or printed: such methods would be compiled at every start.
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)  # such methods would be compiled at every start
 class Format:
     """A format that is written, read, or both. Most fields are optional.
 
@@ -180,7 +185,7 @@ class Format:
     rules: tuple[Rule, ...] = ()  # the rules of its diagnostics; only of a format of another package
     file: str = ""  # the usual name of a file; {} is the name of the robot
     endings: tuple[str, ...] = ()
-    roots: tuple[str, ...] = ()  # of XML, the names of its root element
+    roots: tuple[str, ...] = ()  # the names of its root element, of XML
     recognises: Callable[[Document, Path], bool] | None = None  # whether an XML file is of the format; before ``roots``
 
     write: Writer | None = None
@@ -192,7 +197,7 @@ class Format:
     # The covered keys that an output does not carry, with the reason.
     unsupported: Mapping[str, Unsupported] | Callable[[Output], Mapping[str, Unsupported]] = field(default_factory=dict)
 
-    # Files of others, for ``import``, ``include`` and ``diff``.
+    # Foreign files, for ``import``, ``include`` and ``diff``.
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     include: bool = True  # a description may include such a file
     takes_arguments: bool = False
@@ -200,16 +205,16 @@ class Format:
     join: Callable[[Opened, Map], Joined] | None = None  # the sections that a file adds to the tree of a robot
     joins: tuple[str, ...] = ()  # the fields of the model that ``join`` sets completely
     is_other: Callable[[Document], bool] | None = None  # whether a file is only such a companion of a robot
-    # The output of the description of an imported robot, from its tree, its version and a name for files.
+    # The output in the description of an imported robot, from its tree, its version and a name for files.
     asked: Callable[[Map, str, str], Asked | None] | None = None
     optional: bool = False  # that output is left out, with a remark, where the robot cannot be written so
-    engine_reads: bool = False  # its engine reads the sources: what this passes over in XML is not an error
+    engine_reads: bool = False  # its engine reads the sources: what this ignores in XML is not an error
     # Compares an artifact in its engine with the source that it was imported from: its text, and its mesh files.
     prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
 
     # Comparing two robots or two texts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # the links that an output has
-    lacks: frozenset[str] = frozenset()  # topics that it cannot express (see ``compare.not_compared``)
+    lacks: frozenset[str] = frozenset()  # topics that it cannot express (see ``compare.sections``)
     leaves_out: Callable[[Robot, str], bool] | None = None  # whether it has no such link by nature
     why: str = ""  # the reason
     adds: Callable[[Robot, str, Robot], bool] | None = None  # whether a link of a file stands for something else
@@ -224,9 +229,10 @@ class Format:
     refusal: Callable[[str, Path], Refusal] | None = None  # why its engine does not load a text that is in a folder
 
     # Files that an artifact needs.
-    located: bool = False  # its text depends on the folders of other artifacts
+    located: bool = False  # its text depends on the folders of other artifacts: ``package`` does not copy it
     meshes: bool = False  # it names meshes as URDF does
     opens: Callable[[str], str] | None = None  # the file of a mesh as seen from the artifact; empty: not opened
+    copies: Callable[[Searched, Path], Searched] | None = None  # adds the contents of these files
     embeds: bool = False  # it contains the meshes themselves
     measures: bool = False  # its text depends on the sizes of meshes
     beside: Callable[[str], Sequence[str]] | None = None  # the names of files that it needs in its folder
@@ -236,13 +242,11 @@ class Format:
     withheld: Callable[[Output], bool] | None = None  # whether they must not read an output
     folder: str = ""  # its folder in a package; empty: by the ending of its name
     deploys: bool = False  # ``deploy`` copies it there even if there is no copy yet
-    packaged: bool = True  # ``package`` copies it
     robot_of: Callable[[Path], str] | None = None  # the robot that a file was generated for, if no comment names it
-    adapted: str = ""  # a mark in the head of a text that was changed for a package
 
     @property
     def is_xml(self) -> bool:
-        """Whether its files are known by what stands in them rather than by their names."""
+        """Whether the content of its files identifies them, rather than their names."""
         return bool(self.roots or self.recognises)
 
     @property
@@ -252,17 +256,17 @@ class Format:
 
     @property
     def listed(self) -> str:
-        """What its files are called in a list of formats."""
+        """The name of its files in a list of formats."""
         return self.files or f"{self.word}{''.join(f' (<{root}>)' for root in self.roots)}"
 
     def written(self, robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-        """Return the artifact that an output asks for. Raises ValueError for a format that is only read."""
+        """Return the artifact of an output, and diagnostics. Raises ValueError for a format that is only read."""
         if self.write is None:
             raise ValueError(f"{self.word} is not written")
         return self.write(robot, output, templates)
 
     def is_withheld(self, output: Output) -> bool:
-        """Say whether publishers that read the format are not to read an output."""
+        """Return True if publishers that read the format must not read an output."""
         return self.withheld is not None and self.withheld(output)
 
     def output(self, robot: Robot) -> Output | None:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.language.expression import ExpressionError
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.rules.publishing import in_words, publishing
+from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, vector
 from rosorin_compile.source.wording import first_of, listed
@@ -38,34 +39,15 @@ _FRAME_HEADERS = (
     "when",
 )
 _POSE_HEADERS = ("pose", "joint", "position", "in degrees", "pulse")
-# How wide columns are at least, and each of three numbers in one. The same in every table, whatever stands in the other
-# rows: a new frame is a new line, and moves no other one.
+# Minimum widths, whatever the rows contain: a new frame adds a line and changes no other one.
 _FRAME_WIDTHS = (18, 18, 22, 6, 10, 35, 35, 29, 8)
 _POSE_WIDTHS = (12, 18, 26, 10, 6)
-_NUMBER_WIDTH = {"m": 11, "rad": 11, "deg": 9}
-_DEGREE_DIGITS = 4
-# So much of what was printed last is remembered: a frame is the parent of the next one, and many have one pose.
+# Size of caches: a frame is the parent of the next one, and many have the same pose.
 _MANY = 1_000
 
-# What Markdown gives a meaning to: these marks anywhere, and an underscore that is not inside a word.
+# Characters with a meaning in Markdown; an underscore only at the start or end of a word.
 _MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
-
-# What reading looks for; compiled when a table is read.
-_ALONE = r"(?m)^The robot has one frame, .*\.$"
-_SEPARATOR = r"(?<!\\)\|"
-_ESCAPED = r"\\(.)"
-
-
-class _Frame(NamedTuple):
-    """One edge of the tree; ``pose`` is None where only the publisher knows the numbers."""
-
-    parent: str
-    child: str
-    publisher: Publisher
-    moving: bool
-    when: str
-    pose: Pose | None
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
@@ -79,7 +61,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
         "simulated": _simulated(robot),
         "stand_ins": _stand_ins(robot),
-        "proof": _wrapped(_escape(in_words(publishing(robot)))),
+        "proof": _wrapped(_escape(publishing(robot).in_words())),
         "stamps": list(_stamps(robot)),
         "poses": _table(_POSE_HEADERS, _POSE_WIDTHS, list(_pose_rows(robot, number))),
         "modes": _escape(", ".join(robot.modes)),
@@ -89,22 +71,17 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     return templates.own("core/frames.md.jinja", values), []
 
 
-def _frames(robot: Robot) -> list[_Frame]:
+def _frames(robot: Robot) -> list[Edge]:
     """Return the joints in the order of the description, then the transforms of other nodes."""
-    frames: list[_Frame] = []
+    frames: list[Edge] = []
     for joint in robot.joints_down():
         if joint.child in robot.simulated_frames:
             continue
         turns = robot.turns.get(joint.name, ())
         if joint.publisher.kind != UNPUBLISHED or not turns:
-            ends, pose = (joint.parent, joint.child), joint.origin
-            frames.append(_Frame(*ends, joint.publisher, joint.moves_on_tf, "", pose))
-        frames += map(_of_edge, turns)
-    return frames + [_of_edge(edge) for edge in robot.edges if not edge.joint]
-
-
-def _of_edge(edge: Edge) -> _Frame:
-    return _Frame(edge.parent, edge.child, edge.publisher, edge.moving, edge.when, edge.pose)
+            frames.append(Edge(joint.parent, joint.child, joint.publisher, joint.moves_on_tf, pose=joint.origin))
+        frames += turns
+    return frames + [edge for edge in robot.edges if not edge.joint]
 
 
 def _stamps(robot: Robot) -> Iterator[tuple[str, str]]:
@@ -123,32 +100,32 @@ def _simulated(robot: Robot) -> str:
     return _wrapped(_escape(f"Only simulations have {listed(told)}.")) if told else ""
 
 
-def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
+def _frame_rows(frames: list[Edge], number: NumberFormat) -> list[list[str]]:
     rows = []
     for frame in frames:
         who, topic, when = _publishing(frame)
-        when = " ".join(when.split())
-        motion = "moving" if frame.moving else "static"
         if frame.pose:
-            numbers = _placed(frame.pose.xyz, frame.pose.rpy, number)
+            numbers = _pose_cells(frame.pose.xyz, frame.pose.rpy, number)
         else:
             unknown = frame.publisher.kind == UNPUBLISHED
             numbers = ("not known" if unknown else f"known to {_escape(who)} alone", "", "")
-        rows.append([_escape(frame.parent), _escape(frame.child), _escape(who), motion, topic, *numbers, _escape(when)])
+        cells = [_escape(frame.parent), _escape(frame.child), _escape(who), "moving" if frame.moving else "static"]
+        rows.append([*cells, topic, *numbers, _escape(" ".join(when.split()))])
     return rows
 
 
 @lru_cache(maxsize=_MANY)
-def _placed(xyz: Vector, rpy: Vector, number: NumberFormat) -> tuple[str, str, str]:
+def _pose_cells(xyz: Vector, rpy: Vector, number: NumberFormat) -> tuple[str, str, str]:
     """Return a pose as three cells: position, angles in radians, angles in degrees."""
-    return (
-        _vector(xyz, number, "m"),
-        _vector(rpy, number, "rad"),
-        _vector(_degrees(rpy), _degree, "deg"),
+    roll, pitch, yaw = map(math.degrees, rpy)
+    columns = ((xyz, number, 11), (rpy, number, 11), ((roll, pitch, yaw), _degree, 9))
+    position, radians, degrees = (
+        " ".join(text.ljust(width) for text in vector(values, form).split()).rstrip() for values, form, width in columns
     )
+    return position, radians, degrees
 
 
-def _publishing(frame: _Frame) -> tuple[str, str, str]:
+def _publishing(frame: Edge) -> tuple[str, str, str]:
     """Return who publishes a frame, on which topic, and when."""
     publisher = frame.publisher
     if publisher.kind == UNPUBLISHED:
@@ -185,19 +162,8 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     return [(reason, ", ".join(dict.fromkeys(names))) for reason, names in by_reason.items()]
 
 
-def _degrees(rpy: Vector) -> Vector:
-    roll, pitch, yaw = map(math.degrees, rpy)
-    return (roll, pitch, yaw)
-
-
 def _degree(angle: float) -> str:
-    return fixed(angle, _DEGREE_DIGITS)
-
-
-def _vector(values: Vector, number: NumberFormat, unit: str) -> str:
-    """Return three numbers as text; those of other rows stand below each other unless they are long."""
-    width = _NUMBER_WIDTH[unit]
-    return " ".join(text.ljust(width) for text in vector(values, number).split()).rstrip()
+    return fixed(angle, 4)
 
 
 @lru_cache(maxsize=_MANY)
@@ -213,13 +179,8 @@ def _wrapped(text: str) -> str:
 
 def _table(headers: Sequence[str], widths: Sequence[int], rows: list[list[str]]) -> str:
     """Return a table whose columns have at least the given widths; empty without rows."""
-    if not rows:
-        return ""
-    return "\n".join(_line(cells, widths) for cells in (headers, ["-" * width for width in widths], *rows))
-
-
-def _line(cells: Iterable[str], widths: Sequence[int]) -> str:
-    return "| " + " | ".join(map(str.ljust, cells, widths)) + " |"
+    lines = (headers, ["-" * width for width in widths], *rows) if rows else ()
+    return "\n".join("| " + " | ".join(map(str.ljust, cells, widths)) + " |" for cells in lines)
 
 
 @dataclass(frozen=True)
@@ -250,7 +211,7 @@ def _edge(parent: str, child: str, who: str, topic: str, when: str, pose: Pose |
 def read(text: str) -> FrameTable:
     """Return what the tables contain. Raises ValueError if a robot of several frames has no table."""
     rows = list(_parse(text, _FRAME_HEADERS))
-    if not rows and not re.search(_ALONE, text):
+    if not rows and not re.search(r"(?m)^The robot has one frame, .*\.$", text):
         raise ValueError("there is no table of frames")
     edges = []
     for row in rows:
@@ -272,7 +233,7 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
     """Yield the rows of the table with these headers. Raises ValueError for a row of another length."""
     inside = False
     for line in text.splitlines():
-        parts = re.split(_SEPARATOR, line) if "\\" in line else line.split("|")
+        parts = re.split(r"(?<!\\)\|", line) if "\\" in line else line.split("|")
         cells = [cell.strip() for cell in parts[1:-1]]
         if not inside:
             inside = tuple(cells) == tuple(headers)
@@ -280,20 +241,20 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
             return
         elif cells[0].strip("-") or set("".join(cells)) != {"-"}:
             if "\\" in line:
-                cells = [re.sub(_ESCAPED, r"\1", cell) for cell in cells]
+                cells = [re.sub(r"\\(.)", r"\1", cell) for cell in cells]
             yield dict(zip(headers, cells, strict=True))
 
 
 def _words(text: str) -> list[float | str]:
     """Return the words of a text, numbers as numbers; dashes that draw the lines of a table do not count."""
-    return [_word(word) for word in text.split() if set(word) != {"-"}]
 
+    def number_or_text(word: str) -> float | str:
+        try:
+            return word if "_" in word else float(word)
+        except ValueError:
+            return word
 
-def _word(word: str) -> float | str:
-    try:
-        return word if "_" in word else float(word)
-    except ValueError:
-        return word
+    return [number_or_text(word) for word in text.split() if set(word) != {"-"}]
 
 
 FORMAT = Format(
@@ -317,3 +278,60 @@ FORMAT = Format(
     syntax=_words,
     folder="doc",
 )
+
+
+class Publishing(NamedTuple):
+    """How many nodes publish each frame, counted in every combination of modes.
+
+    ``published`` are the frames with exactly one in each, ``gaps`` those with none in some, ``never`` those with none
+    in any; ``wrong`` have several, or an invalid condition. ``unchecked`` depend on too many modes.
+    """
+
+    modes: tuple[str, ...]
+    published: tuple[str, ...]
+    gaps: tuple[str, ...]
+    never: tuple[str, ...]
+    wrong: tuple[str, ...]
+    unchecked: tuple[str, ...]
+
+    def in_words(self) -> str:
+        """Return the result as a paragraph; empty if a frame is wrong or none is published."""
+        if not self.published + self.gaps or self.wrong:
+            return ""
+        checked = f"Checked in all {2 ** len(self.modes):,} combinations of {listed(self.modes)}"
+        if len(self.modes) < 2:
+            checked = f"Checked with {self.modes[0]} on and with it off" if self.modes else "Checked"
+        what = f"each of {len(self.published)} frames has" if len(self.published) != 1 else "one frame has"
+        text = f"{checked}: {what} one parent and exactly one publisher, and no way leads round in a circle."
+        text += f" In some of them nobody publishes {listed(self.gaps)}." if self.gaps else ""
+        text += f" Nobody ever publishes {listed(self.never)}." if self.never else ""
+        text += f" Not checked, for too many modes decide: {listed(self.unchecked)}." if self.unchecked else ""
+        return text
+
+
+def publishing(robot: Robot) -> Publishing:
+    """Count the publishers of each frame in every combination of modes."""
+    whens: dict[str, list[str]] = {}
+    for joint in (joint for joint in robot.joints if joint.child not in robot.simulated_frames):
+        whens.setdefault(joint.child, []).extend([""] if joint.publisher.kind != UNPUBLISHED else [])
+    for edge in robot.edges:
+        whens.setdefault(edge.child, []).extend([edge.when] if edge.publisher.kind != UNPUBLISHED else [])
+    kind_of = {conditions: _kind(robot, conditions) for conditions in set(map(tuple, whens.values()))}
+    by_kind: dict[str, list[str]] = {}
+    for child, conditions in whens.items():
+        by_kind.setdefault(kind_of[tuple(conditions)], []).append(child)
+    modes = modes_in(robot, {when for conditions in kind_of for when in conditions})
+    return Publishing(tuple(modes), *(tuple(by_kind.get(kind, ())) for kind in Publishing._fields[1:]))
+
+
+def _kind(robot: Robot, conditions: Sequence[str]) -> str:
+    modes = modes_in(robot, conditions)
+    if not conditions or len(modes) > MAX_MODES:
+        return "unchecked" if conditions else "never"
+    try:
+        counts = {sum(holds(when, states) for when in conditions) for states in combinations(modes)}
+    except ExpressionError:
+        return "wrong"
+    if max(counts) > 1:
+        return "wrong"
+    return "published" if counts == {1} else "gaps" if 1 in counts else "never"

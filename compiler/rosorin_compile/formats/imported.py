@@ -1,27 +1,26 @@
-"""Imported: what comes of reading a foreign robot.
-
-``Imported`` has a plain tree as ``expand`` gives it, and all there is to say about it. ``ReadOptions`` is what
-``import``, ``include`` and ``diff`` can say about how it is read.
-"""
+"""A robot that was read from a file in another format, as a plain tree, and the options of reading it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from rosorin_compile.language.annotations import Steps
+from rosorin_compile.language.schema import subject, unit_at
 from rosorin_compile.source.diagnostics import Diagnostic, Span
-from rosorin_compile.source.load import plain_scalar
+from rosorin_compile.source.load import MAX_DEPTH, plain_scalar
 from rosorin_compile.source.plugins import diagnostic_of
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
+from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.files import printable_name
 
-from .described import as_tree
-from .format import Opened
+from .format import Opened, Placed
 
 if TYPE_CHECKING:
     from rosorin_compile.language.lower import Lowered
@@ -36,18 +35,18 @@ RULES = (
     ),
 )
 
-
 MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
+_LARGEST = 10**18  # from here on, YAML's whole numbers are floats (see ``load``)
 
 
 @dataclass(frozen=True)
 class Comment:
     """A comment of the source: its text as written, its place, and the path in the tree that it belongs to.
 
-    ``where`` is BEFORE the entry (a line or lines of its own), BESIDE it (behind it on its last line), INSIDE it (after
-    the last thing that it holds), or, with an empty path, at the END of the file. What stands before the root element
-    is BEFORE ("robot",). The path may lead to something that the tree says by default: take its longest prefix then.
+    ``where`` is BEFORE the entry (lines of its own), BESIDE it (after it on its last line), INSIDE it (after its last
+    content), or, with an empty path, at the END of the file. A comment before the root element is BEFORE ("robot",).
+    If the tree leaves out the entry as a default, the comment belongs to the longest existing prefix of the path.
     """
 
     text: str
@@ -62,16 +61,16 @@ class Comment:
 
 
 class LeftOut(NamedTuple):
-    """Something of the source that the tree does not carry, in words, and its place."""
+    """A description of something in the source that the tree does not carry, and its place."""
 
     what: str
     span: Span
 
 
 class Outputs(NamedTuple):
-    """The artifacts that a description asks for: entries of its section, and by format what is not usual in it.
+    """The entries of ``outputs`` of a description by format, and remarks on unusual ones.
 
-    ``left_out`` are the formats that it does not ask for, each with the reason.
+    ``left_out`` are formats that the description does not request, each with the reason.
     """
 
     entries: dict[str, Mapping[str, Any]]
@@ -85,14 +84,13 @@ class Outputs(NamedTuple):
 
 
 class Imported(NamedTuple):
-    """The tree (None if the source is broken), what there is to say, and what a writer may want to know.
+    """The tree of a robot (None if the source is broken), all diagnostics, and facts for those who write it.
 
-    ``files`` are the files that were read, the source first. ``left_out`` is what a warning ``import-cannot-carry``
-    was given for. ``version`` is that of the format, as written (``version`` of a URDF), empty if it is not said.
-    ``format`` is the name of the format that was read; of a xacro that of what it expands to. ``takes_arguments`` says
-    that the file was told arguments; ``unexpanded``, that a file with elements of xacro was read as the URDF that it is
-    called, without xacro. ``names`` are the names that
-    objects of the source got, by kind and index, for the proof in its engine. ``checked`` is False for a tree that
+    ``files`` are the files that were read, the source first. ``left_out`` has an entry for each warning
+    ``import-cannot-carry``. ``version`` is that of the format (``version`` of a URDF). ``format`` is the name of the
+    format; of a xacro that of its expansion. ``takes_arguments`` is true if arguments were passed to the file, and
+    ``unexpanded`` if a file with xacro elements was read as the URDF that its name promises. ``names`` are the names
+    that objects of the source got, by kind and index, for the proof in its engine. ``checked`` is False for a tree that
     still has to be validated.
     """
 
@@ -121,58 +119,15 @@ class Imported(NamedTuple):
         return self.tree
 
     def lowered(self) -> Lowered:
-        """Return the model that the tree says, and what is wrong with it."""
+        """Return the model of the tree, and diagnostics."""
         from rosorin_compile.language.lower import lower
 
         return lower(self.whole)
 
     @property
     def robot(self) -> Robot | None:
-        """The model that the tree says; None of a broken source, or where it says none."""
+        """The model of the tree, or None if there is none."""
         return None if self.tree is None else self.lowered().robot
-
-    def typed(self) -> Imported:
-        """Return it with what the types of its sensors bring; what is wrong with those is all that it says then."""
-        from rosorin_compile.language.expand.expansion import Expansion
-        from rosorin_compile.language.expand.scope import Scope
-        from rosorin_compile.language.expand.sensor_types import apply_types
-        from rosorin_compile.source.project import data_folder
-
-        made, expansion = self.whole.copied(), Expansion()
-        if isinstance(made.get("sensors"), Map):
-            made["sensors"] = made["sensors"].copied()
-            apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
-        return self._replace(tree=made, diagnostics=expansion.diagnostics)
-
-    def with_sections(self, sections: Mapping[str, Any]) -> Imported:
-        """Return it with more sections, whose values are plain or trees; those that are empty go."""
-        tree = self.whole
-        made = tree.copied()
-        for key, value in sections.items():
-            if value:
-                plain = value if isinstance(value, (Map, Seq)) else as_tree(value, tree.span, [key])
-                made.put(key, plain, tree.span, tree.span)
-            else:
-                made.pop(key, None)
-        return self._replace(tree=made)
-
-    def relative_files(self) -> list[str]:
-        """Return the relative names of mesh and texture files, each once, in their order."""
-        from rosorin_compile.language.expand.included_robots import relative_files
-
-        return relative_files(self.whole)
-
-    def with_files_named(self, name: Callable[[str], str]) -> Imported:
-        """Return it with each name of a mesh or texture file as ``name`` makes it."""
-        from rosorin_compile.language.expand.included_robots import map_files
-
-        return self._replace(tree=map_files(self.whole, name))
-
-    def with_files_below(self, folder: str) -> Imported:
-        """Return it with ``folder`` before the relative names of mesh and texture files."""
-        from rosorin_compile.language.expand.included_robots import move_files
-
-        return self._replace(tree=move_files(self.whole, folder))
 
 
 def file_name(name: str) -> str:
@@ -189,17 +144,13 @@ def file_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What is said beside the file itself.
+    """Options of reading a file.
 
-    ``arguments`` are those of a xacro file, texts by name. ``packages`` are folders of ROS packages by name, asked
-    before any other place. ``lenient`` takes what breaks the specification where a robot comes out all the same.
-    ``environment`` are the environment variables; None means those of this process.
-    ``tell`` takes what has to be said before anything is run (``xacro-runs-code``), at that moment; what it was told is
-    not among the diagnostics. Without it, that is the first of them.
-    ``trust`` says that whoever wrote the file is trusted with what it runs: what is told then is TRUSTED, for nobody
-    to read.
-    ``checked`` asks for the meaning to be held against the rules. The round trip, which reads what the compiler has
-    just written, does without: those of its source are settled.
+    ``arguments`` are those of a xacro file, texts by name. ``packages`` are folders of ROS packages by name, which
+    have precedence. ``lenient`` accepts a file that violates its specification if a robot can be read. ``environment``
+    are the environment variables; None means those of this process. ``tell`` gets the warning before any code is run
+    (``xacro-runs-code``); without it, that is the first diagnostic. ``trust`` means that the author of the file is
+    trusted with that. Without ``checked``, the rules are not checked, as for artifacts that were just written.
     """
 
     arguments: Mapping[str, str] = field(default_factory=dict)
@@ -212,7 +163,7 @@ class ReadOptions:
 
 
 def converted(made: object, opened: Opened) -> Imported:
-    """Convert what a reader returns: Imported, a description, or one with diagnostics. Raises TypeError for the rest.
+    """Convert the result of a reader: Imported, a description, or one with diagnostics. Raises TypeError for others.
 
     Of a description, ``checked`` of the result is False.
     """
@@ -220,17 +171,70 @@ def converted(made: object, opened: Opened) -> Imported:
         if not (made.tree is None or isinstance(made.tree, Map)):
             raise TypeError(f"the tree of what is imported is a Map, not {type(made.tree).__name__}")
         return made._replace(diagnostics=[diagnostic_of(one) for one in made.diagnostics])
-    description, said = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
-    diagnostics = list(said)
-    for one in diagnostics:
-        diagnostic_of(one)
+    description, more = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
+    diagnostics = [diagnostic_of(one) for one in more]
     tree = as_tree(description, opened.source.start(), [])
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")
-    name = printable_name(opened.path)
-    for key, value in (("robot", opened.path.stem), ("source", {"status": "imported", "note": f"from {name}"})):
+    source = {"status": "imported", "note": f"from {printable_name(opened.path)}"}
+    for key, value in (("robot", opened.path.stem), ("source", source)):
         if key not in tree:
             tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)
     left = [one for one in diagnostics if one.rule == "import-cannot-carry"]
     what = tuple(LeftOut(one.message.removesuffix(" is not carried over"), one.span or tree.span) for one in left)
     return Imported(tree, diagnostics, files=(opened.path,), left_out=what, checked=False)
+
+
+def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
+    """Return plain values, as YAML has them after expansion, as a tree. Raises TypeError.
+
+    A value without a place of its own (``Opened.at``) has that of the value that contains it; the outermost ``span``.
+    """
+    path = path or []
+    if isinstance(value, Placed):
+        return as_tree(value.value, value.span, path)
+    if len(path) > MAX_DEPTH:
+        raise TypeError(f"{subject(path[:3])} is nested deeper than {MAX_DEPTH} levels")
+    if isinstance(value, Mapping):
+        tree = Map(span)
+        for key, item in value.items():
+            if not isinstance(key, str):
+                raise TypeError(f"{subject(path)} has a key that is no text: {key!r}")
+            place = item.span if isinstance(item, Placed) else span
+            tree.put(str(key), as_tree(item, span, [*path, key]), place, place)
+        return tree
+    if isinstance(value, (list, tuple)):
+        items = Seq(span)
+        for index, item in enumerate(value):
+            default = value.value_spans[index] if isinstance(value, Seq) else span
+            items.put(as_tree(item, span, [*path, index]), item.span if isinstance(item, Placed) else default)
+        return items
+    if isinstance(value, str):  # text in the place of a number may have a unit, as in YAML
+        quantity = Quantity.parse(value) if unit_at(path) is not None else None
+        return str(value) if quantity is None else quantity
+    if value is None or isinstance(value, (bool, float)):
+        return value
+    if isinstance(value, Integral) and abs(int(value)) < _LARGEST:
+        return int(value)
+    if isinstance(value, Real):
+        return float(value)
+    raise TypeError(f"{subject(path)} is of the type {type(value).__name__}, which no description holds")
+
+
+class Proof(NamedTuple):
+    """How what was made of a source differs from it, in texts by feature.
+
+    ``wrong`` was not reported before, ``known`` was. ``said`` is the sentence about what the engine has shown;
+    ``unknown`` is why it did not answer, empty if it did. ``counts`` is the number of objects of the source by kind.
+    """
+
+    wrong: Mapping[str, Sequence[str]] = {}
+    known: Mapping[str, Sequence[str]] = {}
+    said: str = ""
+    unknown: str = ""
+    counts: Mapping[str, int] = {}
+
+    @property
+    def texts(self) -> list[str]:
+        """All differences that were not reported before, feature by feature."""
+        return [text for texts in self.wrong.values() for text in texts]

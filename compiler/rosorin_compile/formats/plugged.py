@@ -1,7 +1,6 @@
-"""Formats of other packages: entry points of ``rosorin_compile.formats``, held so that none of them stops the tool.
+"""Formats of other packages: entry points of ``rosorin_compile.formats``.
 
-What a record of theirs is and gives is looked at before anything else sees it: a mistake there is a diagnostic that
-names the package.
+Their records are validated, and their functions guarded: a mistake there is a diagnostic that names the package.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import exists
 from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed, load
 from rosorin_compile.source.project import ENDINGS, data_folder
@@ -22,8 +21,6 @@ from rosorin_compile.source.xml.markup import MarkupError
 from .format import Asked, Format, Refusal
 from .imported import Imported, converted
 from .templating import TemplateProblem
-
-_ENDING = re.compile(r"\.[a-z0-9_+-]+")
 
 
 class Plugged(NamedTuple):
@@ -35,22 +32,24 @@ class Plugged(NamedTuple):
 
 @cache
 def plugged(built_in: Collection[str], files: Callable[[], Collection[str]]) -> Plugged:
-    """Return the formats of plug-ins; ``built_in`` are the names that they may not have, ``files`` the endings."""
+    """Return the formats of plug-ins; ``built_in`` are names, and ``files`` endings, that they must not have."""
 
     def is_taken(name: str) -> bool:
         return name in built_in or name in ENDINGS or name in files() or ("-" in name and bool(find([name])))
 
-    loaded, diagnostics = load("formats", Format, partial(_marks, built_in), is_taken)
+    loaded, diagnostics = load("formats", Format, partial(_unique_names, built_in), is_taken)
     OF_PLUGINS.update((rule.id, rule) for _, format in loaded for rule in format.rules)
     return Plugged({format.name: _guarded(plugin, format) for plugin, format in loaded}, diagnostics)
 
 
-def _marks(built_in: Collection[str], format: Format) -> list[str]:
-    """Return what nobody else may have: a format's name, by what its files are known, the ids of its rules.
+def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
+    """Return what no other format may have: its name, its endings or root elements, the ids of its rules.
 
-    Raises ValueError or TypeError for a record that is none.
+    Raises ValueError or TypeError for an invalid record.
     """
-    _check_types(format)
+    for field in fields(format):
+        if not _has_type(field.name, getattr(format, field.name), field.default):
+            raise TypeError(f"{field.name} of its format is {str(getattr(format, field.name))[:60]!r}")
     if not (format.name.isidentifier() and format.name == format.name.lower()):
         raise ValueError(f'"{format.name}" cannot be the name of a format: small letters, digits and _')
     if format.write is None and format.load is None:
@@ -61,39 +60,26 @@ def _marks(built_in: Collection[str], format: Format) -> list[str]:
         raise ValueError(f'schema is "{format.schema}", which is none of those that ship with the tool')
     _check_options(format)
     files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
-    if format.load is not None and not all(_ENDING.fullmatch(ending) for ending in format.endings):
+    if format.load is not None and not all(re.fullmatch(r"\.[a-z0-9_+-]+", ending) for ending in format.endings):
         raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
     for rule in format.rules:
         check_texts(rule)
     return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
 
 
-# The fields of a record with several items, and the type of each.
-_MANY = {"endings": str, "roots": str, "feeds": str, "lacks": str, "rules": Rule}
-
-
-def _check_types(format: Format) -> None:
-    """Raise TypeError if a field of a record has a value of another type than it needs."""
-    for field in fields(format):
-        if not _fits(field.name, getattr(format, field.name), field.default):
-            raise TypeError(f"{field.name} of its format is {str(getattr(format, field.name))[:60]!r}")
-
-
-def _fits(name: str, value: Any, default: Any) -> bool:
-    if name in _MANY:
-        kind = frozenset if name == "lacks" else tuple
-        return isinstance(value, kind) and all(isinstance(one, _MANY[name]) for one in value)
-    if name == "options":
-        return isinstance(value, Mapping) and all(isinstance(one, Mapping) for one in value.values())
-    if name == "unsupported":
-        return isinstance(value, Mapping) or callable(value)
+def _has_type(name: str, value: Any, default: Any) -> bool:
+    if name in ("options", "unsupported"):
+        return isinstance(value, Mapping) or (name == "unsupported" and callable(value))
     if default is None:
         return value is None or callable(value)
+    if isinstance(default, (tuple, frozenset)):
+        item = {"rules": Rule, "rounding": float}.get(name, str)
+        return isinstance(value, type(default)) and all(isinstance(one, item) for one in value)
     return isinstance(value, str if name in ("name", "word") else type(default))
 
 
 def _check_options(format: Format) -> None:
-    """Raise ValueError if the options of a format are no JSON Schema of draft 7."""
+    """Raise ValueError if the options of a format are not a JSON Schema of draft 7."""
     from rosorin_compile.language.schema import schema
     from rosorin_compile.language.validator import check_schema
 
@@ -104,109 +90,54 @@ def _check_options(format: Format) -> None:
 def _guarded(plugin: Plugin, format: Format) -> Format:
     """Return a format whose functions raise and return nothing that their callers do not expect."""
 
-    def stop(problem: BaseException, *_: Any) -> Any:
-        raise PluginFailed(failed(plugin, problem)) from None
-
-    def refuse(problem: BaseException, *_: Any) -> Any:
-        raise problem if isinstance(problem, ValueError) else ValueError(failed(plugin, problem).message) from None
-
-    def report(problem: BaseException, *_: Any) -> list[Diagnostic]:
-        return [failed(plugin, problem)]
-
-    def unwritten(problem: BaseException, *_: Any) -> tuple[str, list[Diagnostic]]:
-        if isinstance(problem, TemplateProblem):
-            raise problem
-        return "", [failed(plugin, problem)]
-
-    def unread(problem: BaseException, opened: Any) -> Imported:
-        if isinstance(problem, MarkupError):
-            raise problem  # the file is damaged, not the plug-in
-        return Imported(None, [failed(plugin, problem)], files=(opened.path,))
-
-    def written(made: Any, *_: Any) -> tuple[str, list[Diagnostic]]:
-        text, diagnostics = made
-        reported = [diagnostic_of(one) for one in diagnostics]
-        if not isinstance(text, str):
-            raise TypeError(f"write gives a text and diagnostics, and this text is of type {type(text).__name__}")
-        if changed["read"] is not None and not any(one.severity == "error" for one in reported):
-            changed["read"](text)  # its own reader has to understand it
-        return text, reported
-
-    def guard(name: str, convert: Callable[..., Any], otherwise: Callable[..., Any]) -> None:
-        function = getattr(format, name)
-
+    def guard(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
         def guarded(*arguments: Any) -> Any:
             try:
                 with aside(plugin):
-                    return convert(function(*arguments), *arguments)
+                    return _converted(format, name, function(*arguments), arguments)
             except (Exception, SystemExit) as problem:
-                return otherwise(problem, *arguments)
+                return _failure(plugin, name, problem, arguments)
 
-        changed[name] = function and guarded
+        return guarded
 
-    changed: dict[str, Any] = {}
-    for name, convert in _RETURNS.items():
-        guard(name, convert, stop)
-    for name in ("syntax", "data"):
-        guard(name, _first, refuse)
-    guard("read", _contents, refuse)
-    guard("check", lambda found, *_: [diagnostic_of(one) for one in found or ()], report)
-    guard("write", written, unwritten)
-    guard("load", converted, unread)
+    functions = {field.name: getattr(format, field.name) for field in fields(format)}
+    changed: dict[str, Any] = {name: guard(name, one) for name, one in functions.items() if callable(one)}
     return replace(format, **changed)
 
 
-def _first(value: Any, *_: Any) -> Any:
-    return value
+def _converted(format: Format, name: str, result: Any, arguments: tuple[Any, ...]) -> Any:
+    """Convert the result of a function of a format. Raises TypeError if it has another type."""
+    if name == "load":
+        return converted(result, *arguments)
+    if name == "check":
+        return [diagnostic_of(one) for one in result or ()]
+    if name == "write":
+        text, diagnostics = result[0], [diagnostic_of(one) for one in result[1]]
+        if not isinstance(text, str):
+            raise TypeError(f"write gives a text and diagnostics, and this text is of type {type(text).__name__}")
+        if format.read is not None and not has_errors(diagnostics):
+            _converted(format, "read", format.read(text), ())  # its own reader has to understand it
+        return text, diagnostics
+    if name in ("view", "read") and (not is_dataclass(result) or isinstance(result, type)):
+        raise TypeError(f"view and read return a dataclass, such as a Robot, not {str(result)[:60]!r}")
+    if name == "refusal":
+        return Refusal(*result) if isinstance(result, tuple) else Refusal(result)
+    if name == "asked":
+        return Asked(*result) if isinstance(result, tuple) else Asked(result)
+    return result
 
 
-def _contents(value: Any, *_: Any) -> Any:
-    if not is_dataclass(value) or isinstance(value, type):
-        raise TypeError(f"view and read return a dataclass, such as a Robot, not {str(value)[:60]!r}")
-    return value
-
-
-def _texts(value: Any, *_: Any) -> list[str]:
-    texts = list(value)
-    if isinstance(value, str) or not all(isinstance(one, str) for one in texts):
-        raise TypeError(f"texts are wanted, not {str(value)[:60]!r}")
-    return texts
-
-
-def _text_by_text(value: Any, *_: Any) -> dict[str, str]:
-    texts = dict(value)
-    _texts([*texts, *texts.values()])
-    return texts
-
-
-def _text(value: Any, *_: Any) -> str:
-    return _texts([value])[0]
-
-
-def _flag(value: Any, *_: Any) -> bool:
-    return bool(value)
-
-
-def _refusal(value: Any, *_: Any) -> Refusal:
-    """Return why an engine does not load an artifact, from the reason or from a pair with whether it is outdated."""
-    reason, outdated = value if isinstance(value, tuple) else (value, False)
-    return Refusal(_text(reason), bool(outdated))
-
-
-def _asked(value: Any, *_: Any) -> Asked:
-    """Return the output of an imported robot, from an entry or from a pair with a remark."""
-    entry, remark = value if isinstance(value, tuple) else (value, "")
-    return Asked(dict(entry), _text(remark))
-
-
-# The other functions of a record, and what converts or refuses their results.
-_RETURNS: Mapping[str, Callable[..., Any]] = {
-    **dict.fromkeys(("links", "beside", "brings"), _texts),
-    **dict.fromkeys(("withheld", "leaves_out", "adds", "is_other"), _flag),
-    **dict.fromkeys(("robot_of", "opens", "differ"), _text),
-    **dict.fromkeys(("join", "prove"), _first),
-    "names": _text_by_text,
-    "refusal": _refusal,
-    "asked": _asked,
-    "view": _contents,
-}
+def _failure(plugin: Plugin, name: str, problem: BaseException, arguments: tuple[Any, ...]) -> Any:
+    """Return or raise what the callers of a function expect if it fails."""
+    diagnostic = failed(plugin, problem)
+    if isinstance(problem, TemplateProblem if name == "write" else MarkupError if name == "load" else ()):
+        raise problem  # the template or the file is damaged, not the plug-in
+    if name == "write":
+        return "", [diagnostic]
+    if name == "check":
+        return [diagnostic]
+    if name == "load":
+        return Imported(None, [diagnostic], files=(arguments[0].path,))
+    if name in ("read", "syntax", "data"):
+        raise problem if isinstance(problem, ValueError) else ValueError(diagnostic.message) from None
+    raise PluginFailed(diagnostic) from None

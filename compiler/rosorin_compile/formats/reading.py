@@ -1,26 +1,38 @@
-"""Reading: one function for every format; the name of the file and what stands in it decide which one it is."""
+"""Read a robot from a file in any format; the name of the file and its content decide on the format.
+
+The tree of an imported robot is validated. Robots in use violate some rules, with an axis of length 2 or a box without
+thickness, and other programs read them: an entry of ``accept`` is added for each such violation. All others are errors.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, Span, error, has_errors
+from rosorin_compile.language.lower import lower
+from rosorin_compile.language.lower.links import RULES as SHAPE_RULES
+from rosorin_compile.language.suppressions import settled
+from rosorin_compile.language.validate import validate
+from rosorin_compile.rules.check import acceptable, check
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span, error, has_errors
+from rosorin_compile.source.messages import gathered
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ENDINGS, stdin_of
 from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.files import mended, read_source, without_late_declaration
 from rosorin_compile.source.xml.markup import RULE as SYNTAX
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
-from .checked import accept
-from .described import as_tree
-from .imported import Imported, Outputs, ReadOptions, converted
+from .format import Placed
+from .imported import Imported, Outputs, ReadOptions, as_tree, converted
 
 if TYPE_CHECKING:
-    from rosorin_compile.source.tree import Map
+    from rosorin_compile.model import Robot
 
     from .format import Joined
 
@@ -45,7 +57,6 @@ RULES = (
     ),
 )
 
-
 _OTHER_FORMATS = {
     "world": ("a world of Gazebo", "name the SDF, URDF or xacro of the robot"),
     "html": ("a web page", "download the file itself: on GitHub by the button Raw"),
@@ -55,109 +66,111 @@ _OTHER_FORMATS = {
     "launch": ("a launch file", "name the file of the robot that it loads"),
     "mujocoinclude": ("a part of an MJCF, to be included", "name the MJCF that includes it: its root is <mujoco>"),
 }
+_REASON = "the robot was imported with it"
 
 
-def read(path: Path, options: ReadOptions, asked: Span | None = None) -> Imported:
-    """Return the robot of a file (see ``read_robot``)."""
-    try:
-        return _read_any(path, options, asked)
-    except PluginFailed as problem:
-        return _refused(problem.diagnostic, path)
+def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
+    """Return the robot of a file in any format. Problems are diagnostics, and then there is no tree.
 
-
-def _read_any(path: Path, options: ReadOptions, asked: Span | None) -> Imported:
+    ``asked`` is the place that names the file, if a description does.
+    """
     Progress.step(f"reading {path.name}")
+    try:
+        format, opened, notes = _open(path, options or ReadOptions(), asked)
+    except MarkupError as problem:
+        # A plug-in that failed might have read it.
+        return Imported(None, [problem.diagnostic, *plugged_diagnostics()], files=(path,))
+    except PluginFailed as problem:
+        return Imported(None, [problem.diagnostic], files=(path,))
+    try:
+        read = converted(format.load(opened) if format.load is not None else {}, opened)
+    except (MarkupError, PluginFailed) as problem:
+        return Imported(None, [*notes, problem.diagnostic], files=(path,))
+    if not read.checked and read.tree is not None and opened.options.checked:
+        tree, diagnostics = accept(read.tree, opened.options.lenient)
+        read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *diagnostics], checked=True)
+    return read._replace(
+        diagnostics=[*notes, *read.diagnostics],
+        format=format.becomes or format.name,
+        takes_arguments=format.takes_arguments and not read.unexpanded,
+    )
+
+
+def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format, Opened, list[Diagnostic]]:
+    """Return the format of a file, the open file, and notes. Raises MarkupError for a file that is not read."""
     suffix = path.suffix.lower()
     if suffix in ENDINGS:
         message = f"{path.name} is a description already, or another file in YAML"
-        return _refused(error("wrong-format", message, asked, f"import reads {known_formats()}"), path)
-    format = next((one for one in _readable() if suffix in one.endings and not one.is_xml), None)
-    if format is not None:
-        return _read(format, Opened(path, options, asked=asked))
-    try:
-        source = read_source(path, asked)
-        _check_text(source)
-        document = _parsed(source, options)
-    except MarkupError as problem:
-        return _refused(problem.diagnostic, path, *plugged_diagnostics())
+        raise MarkupError(error("wrong-format", message, asked, f"import reads {known_formats()}"))
+    by_name = next((one for one in _readable() if suffix in one.endings and not one.is_xml), None)
+    if by_name is not None:
+        return by_name, Opened(path, options, asked=asked), []
+    source, document = _parsed(path, options, asked)
     other = next((one for one in FORMATS.values() if one.is_other is not None and one.is_other(document)), None)
     if other is not None:
-        return _refused(_companion(other, document), path)
+        message = f"this is {other.named}, which belongs to a robot and has none itself"
+        help = f"name the robot; import ROBOT --{other.name} {document.source.path} reads both"
+        raise MarkupError(error("wrong-format", message, document.root.span, help))
     format = _format_of(document, path)
     if format is None:
-        return _refused(_wrong_root(document), path, *plugged_diagnostics())
+        raise MarkupError(_wrong_root(document))
     if stdin_of(path) is not None and format is not FORMATS.published():
-        return _refused(_not_on_stdin(format, document), path)
-    read = _read(format, Opened(path, options, document, asked))
-    return read._replace(diagnostics=[*_mending(source, document), *read.diagnostics])
-
-
-def _companion(format: Format, document: Document) -> Diagnostic:
-    """Return the error about a file that belongs to a robot, and is none."""
-    message = f"this is {format.named}, which belongs to a robot and has none itself"
-    option = f"--{format.name} {document.source.path}"
-    return error("wrong-format", message, document.root.span, f"name the robot; import ROBOT {option} reads both")
+        message = f"this is {format.listed}, which is read with the files beside it, and not from standard input"
+        expanded = f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
+        help = f"name the file{expanded if format.takes_arguments else ''}"
+        raise MarkupError(error("wrong-format", message, document.root.span, help))
+    return format, Opened(path, options, document, asked), _mending(source, document)
 
 
 def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imported:
-    """Return a robot with what a file says that belongs to it, of the format ``name``; broken, it has no tree."""
+    """Return a robot with the sections of a companion file of the format ``name``, or without a tree on errors."""
     format, tree = FORMATS[name], imported.tree
     if format.join is None or tree is None:
         return imported
     try:
-        source = read_source(path)
-        _check_text(source)
-        document = _parsed(source, options)
+        source, document = _parsed(path, options)
         if document.root.tag != "robot":
             raise MarkupError(_wrong_root(document))
         joined = format.join(Opened(path, options, document), tree)
     except MarkupError as problem:
         return imported._replace(tree=None, diagnostics=[*imported.diagnostics, problem.diagnostic])
     diagnostics = [*_mending(source, document), *joined.diagnostics]
-    made, told = None, list[Diagnostic]()
+    made: Map | None = None
     if not has_errors(diagnostics):
-        made, told = _with(tree, joined, document, options)
+        made = _with_sections(tree, joined, document)
+        if options.checked:
+            made, found = accept(made, options.lenient)
+            here = document.source
+            diagnostics += [d for d in found if d.severity == ERROR or d.span is None or d.span.source is here]
     return imported._replace(
         tree=made,
-        diagnostics=[*imported.diagnostics, *diagnostics, *told],
+        diagnostics=[*imported.diagnostics, *diagnostics],
         files=(*imported.files, path),
         left_out=(*imported.left_out, *joined.left_out),
     )
 
 
-def _with(tree: Map, joined: Joined, document: Document, options: ReadOptions) -> tuple[Map | None, list[Diagnostic]]:
-    """Return a tree with more sections, held against the rules; an entry that it has stays."""
-    made = tree.copied()
+def _with_sections(tree: Map, joined: Joined, document: Document) -> Map:
+    """Return a tree with more sections; entries that it already has stay."""
+    made, root = tree.copied(), document.root.span
     source = made.get("source")
     if source is not None and "note" in source:
         made["source"] = source.copied()
         made["source"]["note"] = f"{source['note']} and {Path(document.source.path).name}"
     for key, entries in joined.sections.items():
-        more = as_tree(entries, document.root.span, [key])
+        more = as_tree(entries, root, [key])
         if key in made:
             more = more.copied()
             for name, entry in made[key].items():
                 more.put(name, entry, made[key].key_spans[name], made[key].value_spans[name])
-        made.put(key, more, document.root.span, document.root.span)
-    accepted, told = accept(made, options.lenient) if options.checked else (made, [])
-    return accepted, [
-        one for one in told if one.severity == ERROR or one.span is None or one.span.source is document.source
-    ]
-
-
-def _not_on_stdin(format: Format, document: Document) -> Diagnostic:
-    """Return the error about a robot that is read together with the files beside its own."""
-    message = f"this is {format.listed}, which is read with the files beside it, and not from standard input"
-    help = "name the file"
-    if format.takes_arguments:
-        help += f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
-    return error("wrong-format", message, document.root.span, help)
+        made.put(key, more, root, root)
+    return made
 
 
 def known_formats() -> str:
     """Return the formats that are read, as the end of a sentence."""
-    *others, last = [one.listed for one in _readable()]
-    return f"{', '.join(others)}, or {last}"
+    *first, last = [one.listed for one in _readable()]
+    return f"{', '.join(first)}, or {last}"
 
 
 def _readable() -> list[Format]:
@@ -165,10 +178,7 @@ def _readable() -> list[Format]:
 
 
 def _format_of(document: Document, path: Path) -> Format | None:
-    """Return the format of an XML file: the one that recognises it, else that of its root element.
-
-    What is built in is asked first.
-    """
+    """Return the format of an XML file: one that recognises it, else that of its root; plug-ins come last."""
     for built_in in (True, False):
         readable = [one for one in _readable() if FORMATS.is_own(one.name) is built_in]
         recognised = (one for one in readable if one.recognises is not None and one.recognises(document, path))
@@ -178,25 +188,16 @@ def _format_of(document: Document, path: Path) -> Format | None:
     return None
 
 
-def _read(format: Format, opened: Opened) -> Imported:
-    if format.load is None:
-        raise ValueError(f"{format.word} is not read")
-    try:
-        read = converted(format.load(opened), opened)
-    except MarkupError as problem:
-        return _refused(problem.diagnostic, opened.path)
-    if not read.checked and read.tree is not None and opened.options.checked:
-        tree, told = accept(read.tree, opened.options.lenient)
-        read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *told], checked=True)
-    asked = format.takes_arguments and not read.unexpanded
-    return read._replace(format=format.becomes or format.name, takes_arguments=asked)
+def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tuple[Source, Document]:
+    """Return a file as it is, and parsed. Raises MarkupError.
 
-
-def _parsed(source: Source, options: ReadOptions) -> Document:
-    """Return a source as XML; what other readers pass over is blanked out, most of it leniently. Raises MarkupError."""
-    source = without_late_declaration(source)
+    If it is not well-formed, what other readers ignore is blanked out, most of it only with ``lenient``.
+    """
+    original = read_source(path, asked)
+    _check_is_xml(original)
+    source = without_late_declaration(original)
     try:
-        return parse(source)
+        return original, parse(source)
     except MarkupError as problem:
         if problem.diagnostic.rule != SYNTAX:
             raise
@@ -205,12 +206,12 @@ def _parsed(source: Source, options: ReadOptions) -> Document:
         except MarkupError:
             raise problem from None
         if options.lenient or any(one.engine_reads for one in _readable() if document.root.tag in one.roots):
-            return document
+            return original, document
         raise
 
 
 def _mending(source: Source, document: Document) -> list[Diagnostic]:
-    """Return the note about a text that was mended before it could be read."""
+    """Return a note if the text of a file was changed before it could be parsed."""
     if document.source.text == source.text:
         return []
     what = "this is no XML to the letter, and is read all the same"
@@ -219,47 +220,26 @@ def _mending(source: Source, document: Document) -> list[Diagnostic]:
     return [Diagnostic(SYNTAX, NOTE, what, document.root.span)]
 
 
-def _refused(diagnostic: Diagnostic, path: Path, *others: Diagnostic) -> Imported:
-    """Return what comes of a file that is not read; ``others`` are plug-ins that might have read it."""
-    return Imported(None, [diagnostic, *others], (), (path,))
-
-
-def _check_text(source: Source) -> None:
-    """Refuse a text that is not XML at all, with a guess of what it is. Raises MarkupError."""
-    start = source.text.lstrip()[:200].lower()
-    span = Span(source, 1, 1, 1)
+def _check_is_xml(source: Source) -> None:
+    """Raise MarkupError for a text that is not XML at all, with a guess of what it is."""
+    start, path = source.text.lstrip()[:200].lower(), source.path
+    rule, message, help = "wrong-format", f"{path} is not XML", ""
     if start.startswith(("<!doctype html", "<html")):
         what, help = _OTHER_FORMATS["html"]
-        raise MarkupError(error("wrong-root", f"{source.path} is {what}, not a robot", span, help))
-    if start.startswith("version https://git-lfs"):
-        message = f"{source.path} is a pointer of Git LFS, not the file itself"
-        raise MarkupError(error("wrong-format", message, span, "fetch the file: git lfs pull"))
-    if not start.startswith("<"):
-        raise MarkupError(error("wrong-format", f"{source.path} is not XML", span, f"import reads {known_formats()}"))
+        rule, message = "wrong-root", f"{path} is {what}, not a robot"
+    elif start.startswith("version https://git-lfs"):
+        message, help = f"{path} is a pointer of Git LFS, not the file itself", "fetch the file: git lfs pull"
+    elif start.startswith("<"):
+        return
+    raise MarkupError(error(rule, message, Span(source, 1, 1, 1), help or f"import reads {known_formats()}"))
 
 
 def _wrong_root(document: Document) -> Diagnostic:
-    """Return the message about a root element of another format."""
     root = document.root
-    tag = root.tag.lower()
-    what, help = _OTHER_FORMATS.get(tag, ("", f"import reads {known_formats()}"))
-    if tag == "robot":
-        return error("wrong-root", f"the root element is <{root.tag}>, not <robot>", root.span, "did you mean <robot>?")
-    message = (
-        f"the root element is <{root.tag}>: this is {what}"
-        if what
-        else f"the root element is <{root.tag}>, not <robot>"
-    )
-    return error("wrong-root", message, root.span, help)
-
-
-def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
-    """Return the robot of a file in any format. Never raises: what is wrong is a diagnostic, and then no tree.
-
-    The name of the file and what stands in it decide on the format. ``asked`` is the place that names the file, if a
-    description does.
-    """
-    return read(path, options or ReadOptions(), asked)
+    what, help = _OTHER_FORMATS.get(root.tag.lower(), ("", f"import reads {known_formats()}"))
+    message = f"the root element is <{root.tag}>"
+    message += f": this is {what}" if what else ", not <robot>"
+    return error("wrong-root", message, root.span, "did you mean <robot>?" if root.tag.lower() == "robot" else help)
 
 
 def outputs_of(imported: Imported, why: str = "") -> Outputs:
@@ -269,15 +249,102 @@ def outputs_of(imported: Imported, why: str = "") -> Outputs:
     """
     made = Outputs({}, {}, {})
     for format in FORMATS.values():
-        if format.asked is None:
-            continue
-        asked = format.asked(imported.whole, imported.version, imported.file_name)
-        if asked is None:
-            continue
-        if format.optional and why:
+        asked = format.asked and format.asked(imported.whole, imported.version, imported.file_name)
+        if asked and format.optional and why:
             made.left_out[format.name] = why
-            continue
-        made.entries[format.name] = asked.entry
-        if asked.remark:
-            made.remarks[format.name] = asked.remark
+        elif asked:
+            made.entries[format.name] = asked.entry
+            if asked.remark:
+                made.remarks[format.name] = asked.remark
     return made
+
+
+def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
+    """Return the tree with entries in ``accept`` for the rules that it violates, and diagnostics.
+
+    There is no tree if a violation cannot be accepted. ``lenient`` accepts more.
+    """
+    Progress.step("validating")
+    invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
+    if invalid:
+        return None, invalid
+    problems, count = violations(tree), 0
+    names: dict[str, dict[str, Diagnostic]] = {}  # the first violation of a rule by each entry
+    for _ in range(3):  # what lowering refuses hides violations of the rules
+        for one in problems:
+            if one.of and one.severity == ERROR and _is_acceptable(tree, one, lenient):
+                names.setdefault(one.rule, {}).setdefault(_name(one), one)
+        if sum(map(len, names.values())) == count:
+            break
+        count = sum(map(len, names.values()))
+        tree = _with_accept(tree, names)
+        problems = violations(tree)
+    found = []
+    for one in settled(tree, problems, acceptable()).diagnostics:
+        rule = acceptable().get(one.rule)
+        if one.severity == ERROR and rule and rule.imported == "lenient" and one.of and not lenient:
+            one = replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
+        if one.severity == ERROR or rule:  # all others are about descriptions
+            found.append(one)
+    return (None if has_errors(found) else tree), gathered(found, [WARNING])
+
+
+def violations(tree: Map) -> list[Diagnostic]:
+    """Return the diagnostics of lowering and the rules, for a robot with its published output only."""
+    if "outputs" not in tree:
+        format, tree = FORMATS.published(), tree.copied()
+        outputs = {format.name: {"file": f"robot{format.endings[0]}"}}
+        tree.put("outputs", as_tree(outputs, tree.span, ["outputs"]), tree.span, tree.span)
+    lowered = lower(tree)
+    if lowered.robot is None:
+        return list(lowered.diagnostics)
+    return [*lowered.diagnostics, *check(lowered.robot, tree, lowered.places, FORMATS)]
+
+
+def _is_acceptable(tree: Map, diagnostic: Diagnostic, lenient: bool) -> bool:
+    rule = acceptable().get(diagnostic.rule)
+    if rule is None:
+        return False
+    if diagnostic.rule == "mass-not-positive":
+        return lenient or tree["links"][_name(diagnostic)]["inertial"]["mass"] == 0
+    return rule.imported == "always" or (lenient and rule.imported == "lenient")
+
+
+def _name(diagnostic: Diagnostic) -> str:
+    """Return the name that an entry of ``accept`` gives a diagnostic: the joint, or the link that is its child."""
+    return diagnostic.of[-1] if acceptable()[diagnostic.rule].accept == "link" else diagnostic.of[0]
+
+
+def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
+    """Return the tree with an entry of ``accept`` for each rule."""
+    made, entries = tree.copied(), []
+    for rule in sorted(names):
+        first = next(iter(names[rule].values())).span or tree.span
+        of = [Placed(name, one.span or first) for name, one in names[rule].items()]
+        entries.append(Placed({"rule": rule, "of": of, "reason": _REASON}, first))
+    made.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
+    return made
+
+
+def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
+    """Return the robot of a tree that was read from an artifact of ours, with the diagnostics of the reading.
+
+    Mistakes that a description may accept are in its artifacts as well. Raises ValueError for any other.
+    """
+    tree["accept"] = [
+        {"rule": rule.id, "of": [*(tree.get("links") or ())], "reason": ""} for rule in SHAPE_RULES if rule.accept
+    ]
+    _raise_unless_acceptable(diagnostics)
+    if "robot" not in tree:
+        raise ValueError("the robot has no name")
+    lowered = lower(tree)
+    _raise_unless_acceptable(lowered.diagnostics)
+    if lowered.robot is None:
+        raise ValueError("it contains no robot")
+    return lowered.robot
+
+
+def _raise_unless_acceptable(diagnostics: Iterable[Diagnostic]) -> None:
+    for one in diagnostics:
+        if one.severity == ERROR and one.rule not in acceptable():
+            raise ValueError(one.message)

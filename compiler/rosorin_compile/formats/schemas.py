@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 
-from rosorin_compile.language.language import Language
+from rosorin_compile.language.authoring import authoring_schema
 from rosorin_compile.language.schema import schema
-from rosorin_compile.language.section_registry import plugged_sections
 from rosorin_compile.source.project import data_folder
 
 from . import FORMATS
@@ -31,6 +30,6 @@ def schema_text(name: str) -> str:
     """Return a schema as text; those of descriptions contain the sections of plug-ins."""
     if name == "description":
         return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
-    if name != "authoring" or not plugged_sections():
-        return (data_folder("schemas") / f"{name}.schema.json").read_text("utf-8")
-    return json.dumps(Language.of(FORMATS.values()).authoring(), indent=1, ensure_ascii=False) + "\n"
+    if name == "authoring":
+        return authoring_schema()
+    return (data_folder("schemas") / f"{name}.schema.json").read_text("utf-8")

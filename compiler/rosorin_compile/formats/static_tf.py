@@ -8,31 +8,30 @@ the frames is published by robot_state_publisher from the URDF.
 from __future__ import annotations
 
 import posixpath
+import re
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Output, Pose, Robot
 from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
 from rosorin_compile.rules.case import first_fed
-from rosorin_compile.rules.conditions import modes_in
+from rosorin_compile.rules.publishers import modes_in
 from rosorin_compile.source.bounded import python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
-from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
+from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
 from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
 from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.elements import number_of
 
 from . import format
 from .format import Format
+from .launch_conditions import STATES, condition, if_condition, import_substitutions, mode_arguments
 from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
-    import ast
-
     from rosorin_compile.rules.case import Case
 
     from .templating import Templates
@@ -54,26 +53,17 @@ RULES = (
 
 _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")
-_URDF_FILE = "urdf_file"  # a launch argument of ours
+_FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
+_URDF_FILE = "urdf_file"
 FRAME_PREFIX = "frame_prefix"
-# The arguments that every launch file of ours has, with their help.
+# The arguments that every launch file of this program has, with their help.
 ARGUMENTS = {
     "namespace": "the namespace of the nodes, such as left; empty: none",
     FRAME_PREFIX: "what stands before the name of each frame, such as left/; empty: nothing",
 }
-_FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
-
-
-class Numbers(NamedTuple):
-    """How arguments are printed: metres and radians, both without an exponent."""
-
-    metres: NumberFormat
-    radians: NumberFormat
-
-
-# As people write them into launch files; and to the last digit, for number_format exact.
-ROUNDED = Numbers(partial(fixed, digits=METRE_DIGITS), partial(fixed, digits=RADIAN_DIGITS))
-EXACT = Numbers(decimal, decimal)
+_EXECUTABLE = f"executable='{STATIC_TRANSFORM_PUBLISHER}',"
+_NODE = re.compile(rf"{_EXECUTABLE}\s+name=(.*),\s+namespace=.*\s+arguments=\[\n((?:.*\n)*?)\s+\],")
+# Numbers are printed with these decimals, or all digits with number_format exact.
 ROUNDING = (0.5 * 10.0**-METRE_DIGITS, 0.5 * 10.0**-RADIAN_DIGITS)
 
 
@@ -90,23 +80,10 @@ class StaticTransform(NamedTuple):
     source: Source
     when: str = ""
 
-    @staticmethod
-    def published(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-        """Return what static_transform_publisher nodes publish: always, and in some modes.
-
-        Numbers are printed to the last digit if one of the outputs asks for it.
-        """
-        return static_transforms(robot, outputs)
-
-    @staticmethod
-    def number(value: float, angle: bool = False, digits: int | None = None) -> str:
-        """Return a length (m) or an angle (rad) with as many decimals as in launch files, or with other ``digits``."""
-        return fixed(value, digits or (RADIAN_DIGITS if angle else METRE_DIGITS))
-
-    @staticmethod
-    def launch_arguments() -> Mapping[str, str]:
-        """Return the arguments that every launch file of ours has, with their help."""
-        return ARGUMENTS
+    @property
+    def edge(self) -> Edge:
+        """The transform with the digits that are printed."""
+        return replace(read_arguments(self.name, list(self.arguments)), when=self.when)
 
     def words(self) -> Iterator[tuple[str, str, bool]]:
         """Yield the arguments in pairs: the flag, the value, and whether that is the name of a frame."""
@@ -118,22 +95,18 @@ class StaticTransform(NamedTuple):
         for flag, value, is_frame in self.words():
             yield flag, f"[{FRAME_PREFIX}, {value!r}]" if is_frame else repr(value)
 
-    def described(self) -> str:
-        """Return where its numbers come from as one line of printable text; empty if nobody says."""
-        return describe(self.source)
-
 
 @dataclass(frozen=True)
 class Transforms:
-    """What a file of static transforms contains."""
+    """The contents of a file of static transforms."""
 
     frames: tuple[Edge, ...]
 
 
 class StaticTransforms(NamedTuple):
-    """What static_transform_publisher nodes publish: always, joints in their order, then turns; in some modes alone.
+    """The transforms of static_transform_publisher nodes: those that always hold, and those of some modes.
 
-    ``diagnostics`` say which joints none of them can publish.
+    ``diagnostics`` report the joints that none of these nodes can publish.
     """
 
     always: list[StaticTransform]
@@ -141,102 +114,35 @@ class StaticTransforms(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the launch file of a robot. Option: ``number_format`` (exact; left out: 7 and 8 decimals).
-
-    robot_state_publisher is started if an output is a URDF. Its file is looked for where it stands from the launch file
-    in the outputs folder; the launch argument ``urdf_file`` names another. Modes on which a static publisher depends
-    are launch arguments, and so are ``namespace`` and ``frame_prefix``, which let two robots run side by side.
-    """
-    transforms, in_modes, diagnostics = static_transforms(robot, [output])
-    urdf = _urdf_file(robot)
-    moved = robot.published_by(ROBOT_STATE_PUBLISHER)
-    if urdf is None and moved:
-        message = f"robot_state_publisher is to publish {len(moved)} joints, but no output is the URDF that it reads"
-        diagnostics.append(
-            Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
-        )
-    values: dict[str, Any] = {"robot": robot, "statics": [*transforms, *in_modes], "literal": repr, "source": _source}
-    values |= {"pairs": StaticTransform.in_python, **_of_modes(robot, in_modes)}
-    values["urdf"] = urdf and posixpath.relpath(urdf, posixpath.dirname(output.file) or ".")
-    values["declared"] = list(_declared(values))
-    values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
-    return templates.own("core/static_tf.launch.py.jinja", values), diagnostics
-
-
-def _declared(values: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Sequence[str]]]:
-    """Yield the arguments of the launch file: name, default as Python, help, choices."""
-    urdf = values["urdf"]
-    if urdf:
-        default = f"str(Path(__file__).parent / {urdf!r})"
-        yield _URDF_FILE, default, "URDF file that robot_state_publisher publishes", ()
-    for name, help in ARGUMENTS.items() if urdf or values["statics"] else ():
-        yield name, "''", help, ()
-    for mode, name in values["modes"].items():
-        yield name, "'false'", f"the robot is run in the mode {mode}", values["states"]
-
-
-def _source(source: Source) -> list[str]:
-    """Return the lines of a comment that says where numbers are from; none where nobody says."""
-    told = describe(source)
-    if not told:
-        return []
-    wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
-    wrap.break_on_hyphens = False
-    return [wrapped for line in told.splitlines() for wrapped in wrap.wrap(line) or [""]]
-
-
-def _of_modes(robot: Robot, in_modes: Sequence[StaticTransform]) -> dict[str, Any]:
-    """Return what a launch file says of modes: their arguments, and the condition of each node as Python."""
-    configuration = "LaunchConfiguration"
-    if not in_modes:
-        return {"modes": {}, "conditions": {}, "imports": f"from launch.substitutions import {configuration}"}
-    from . import launching
-
-    modes = launching.mode_arguments(robot, in_modes, (_URDF_FILE, *ARGUMENTS))
-    read = {one.when: launching.condition(robot, one.when) for one in in_modes}
-    return {
-        "modes": modes,
-        "states": list(launching.STATES),
-        "conditions": {when: launching.if_condition(one, modes, 12) for when, one in read.items()},
-        "imports": launching.imported("launch.substitutions", launching.substitutions(read.values(), configuration)),
-    }
-
-
-def _urdf_file(robot: Robot) -> str | None:
-    """Return the first file among the outputs that robot_state_publisher reads."""
-    from . import FORMATS
-
-    output = first_fed(robot, ROBOT_STATE_PUBLISHER, FORMATS)
-    return output.file if output is not None else None
-
-
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-    """Return the edges that static_transform_publisher nodes publish.
+    """Return the edges that static_transform_publisher nodes publish: joints in their order, then edges in turns.
 
     Numbers are printed to the last digit if one of the outputs asks for it.
     """
     is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
-    numbers = EXACT if is_exact else ROUNDED
-    transforms, diagnostics = [], []
+    always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
         if joint.type == "fixed":
-            name, arguments = joint.publisher.name, _arguments(joint, numbers)
-            transforms.append(StaticTransform(name, joint.parent, joint.child, arguments, joint.source))
+            name, arguments = joint.publisher.name, _arguments(joint, is_exact)
+            always.append(StaticTransform(name, joint.parent, joint.child, arguments, joint.source))
             continue
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
         diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
-    in_modes: list[StaticTransform] = []
-    for turn in _turns(robot, numbers):
-        (in_modes if modes_in(robot, [turn.when]) else transforms).append(turn)
-    return StaticTransforms(transforms, in_modes, diagnostics)
-
-
-def _turns(robot: Robot, numbers: Numbers) -> Iterator[StaticTransform]:
     for edge in robot.edges:
         if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            arguments = _arguments(robot.joint[edge.joint], numbers)
-            yield StaticTransform(edge.publisher.name, edge.parent, edge.child, arguments, edge.source, edge.when)
+            arguments = _arguments(robot.joint[edge.joint], is_exact)
+            turn = StaticTransform(edge.publisher.name, edge.parent, edge.child, arguments, edge.source, edge.when)
+            (in_modes if modes_in(robot, [turn.when]) else always).append(turn)
+    return StaticTransforms(always, in_modes, diagnostics)
+
+
+def _arguments(joint: Joint, is_exact: bool) -> tuple[str, ...]:
+    arguments: list[str] = []
+    axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
+    for flags, values, digits in axes:
+        for flag, value in zip(flags, values, strict=True):
+            arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
+    return (*arguments, _PARENT, joint.parent, _CHILD, joint.child)
 
 
 def describe(source: Source) -> str:
@@ -246,26 +152,61 @@ def describe(source: Source) -> str:
     return masked(" ".join(text.split()))
 
 
-def _arguments(joint: Joint, numbers: Numbers) -> tuple[str, ...]:
-    arguments: list[str] = []
-    for flags, values, number in ((_XYZ, joint.origin.xyz, numbers.metres), (_RPY, joint.origin.rpy, numbers.radians)):
-        for flag, value in zip(flags, values, strict=True):
-            arguments += [flag, number(value)]
-    return (*arguments, _PARENT, joint.parent, _CHILD, joint.child)
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the launch file of a robot. Option: ``number_format`` (exact; left out: 7 and 8 decimals).
+
+    robot_state_publisher is started if an output is a URDF. Its file is searched relative to the launch file; the
+    launch argument ``urdf_file`` names another. Modes on which a static publisher depends are launch arguments, and so
+    are ``namespace`` and ``frame_prefix``, which let two robots run side by side.
+    """
+    from . import FORMATS
+
+    transforms, in_modes, diagnostics = static_transforms(robot, [output])
+    urdf = first_fed(robot, ROBOT_STATE_PUBLISHER, FORMATS)
+    moved = robot.published_by(ROBOT_STATE_PUBLISHER)
+    if urdf is None and moved:
+        message = f"robot_state_publisher is to publish {len(moved)} joints, but no output is the URDF that it reads"
+        diagnostics.append(
+            Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
+        )
+    modes = mode_arguments(robot, [one.when for one in in_modes], (_URDF_FILE, *ARGUMENTS))
+    conditions = {one.when: condition(robot, one.when) for one in in_modes}
+    statics = [*transforms, *in_modes]
+    declared: list[tuple[str, str, str, tuple[str, ...]]] = []  # name, default as Python, help, choices
+    if urdf is not None:
+        default = (
+            f"str(Path(__file__).parent / {posixpath.relpath(urdf.file, posixpath.dirname(output.file) or '.')!r})"
+        )
+        declared.append((_URDF_FILE, default, "URDF file that robot_state_publisher publishes", ()))
+    if urdf is not None or statics:
+        declared += [(name, "''", help, ()) for name, help in ARGUMENTS.items()]
+    declared += [(name, "'false'", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()]
+    values: dict[str, Any] = {
+        "robot": robot,
+        "urdf": urdf,
+        "statics": statics,
+        "declared": declared,
+        "modes": modes,
+        "conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
+        "imports": import_substitutions(conditions.values(), "LaunchConfiguration"),
+        "publisher": moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER,
+        "literal": repr,
+        "source": _source_lines,
+        "pairs": StaticTransform.in_python,
+    }
+    return templates.own("core/static_tf.launch.py.jinja", values), diagnostics
+
+
+def _source_lines(source: Source) -> list[str]:
+    wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
+    wrap.break_on_hyphens = False
+    return [wrapped for line in describe(source).splitlines() for wrapped in wrap.wrap(line) or [""]]
 
 
 def view(robot: Robot, output: Output) -> Transforms:
-    """Return what a launch file of static transforms is meant to contain."""
-    return transforms_of(robot, output, with_conditions=False)
-
-
-def transforms_of(robot: Robot, output: Output, with_conditions: bool) -> Transforms:
-    """Return the transforms that static_transform_publisher nodes publish, with the digits that an output prints."""
+    """Return what a launch file of static transforms must contain; conditions are not read back from Python."""
     always, in_modes, _ = static_transforms(robot, [output])
-    edges = [read_arguments(one.name, list(one.arguments)) for one in (*always, *in_modes)]
-    if with_conditions:
-        edges = [replace(edge, when=one.when) for edge, one in zip(edges, (*always, *in_modes), strict=True)]
-    return Transforms(tuple(edges))
+    return Transforms(tuple(replace(one.edge, when="") for one in (*always, *in_modes)))
 
 
 def read(text: str) -> Transforms:
@@ -276,66 +217,23 @@ def read(text: str) -> Transforms:
     import ast
 
     try:
-        nodes = list(ast.walk(python_of(text)))
+        python_of(text)
     except SyntaxError as problem:
         raise ValueError(f"not a Python file: {problem}") from None
-    calls = [node for node in nodes if isinstance(node, ast.Call)]
-    defaults = _defaults(nodes, calls)
-    edges = []
-    for call in calls:
-        given = {keyword.arg: keyword.value for keyword in call.keywords}
-        executable = given.get("executable")
-        if not (isinstance(executable, ast.Constant) and executable.value == STATIC_TRANSFORM_PUBLISHER):
-            continue
-        if not {"name", "arguments"} <= given.keys():
-            raise ValueError("a static_transform_publisher has no name or no arguments")
+    default = re.search(rf"'{FRAME_PREFIX}',\s+default_value=(.*),", text)
+    is_declared = default is not None and f"{FRAME_PREFIX} = LaunchConfiguration('{FRAME_PREFIX}')" in text
+    nodes, edges = _NODE.findall(text), list[Edge]()
+    if len(nodes) != text.count(_EXECUTABLE) or (nodes and not is_declared):
+        raise ValueError("a node has no name, no arguments, or a part that is neither text nor a launch argument")
+    for name, body in nodes:
+        body = body.replace(f"[{FRAME_PREFIX},", f"[{default[1] if default else ''},")
         try:
-            name, arguments = (_value(given[key], defaults) for key in ("name", "arguments"))
-        except TypeError as problem:
+            words = ast.literal_eval(f"[{body}]")
+            words = ["".join(word) if isinstance(word, list) else word for word in words]
+            edges.append(read_arguments(ast.literal_eval(name), words))
+        except (TypeError, SyntaxError) as problem:
             raise ValueError(f"not plain values: {problem}") from None
-        edges.append(read_arguments(name, arguments))
     return Transforms(tuple(edges))
-
-
-def _defaults(nodes: Sequence[ast.AST], calls: Sequence[ast.Call]) -> dict[str, str]:
-    """Return the default values of launch arguments by the names that a launch file gives to them."""
-    import ast
-
-    defaults: dict[str, str] = {}
-    for call in calls:
-        if isinstance(call.func, ast.Name) and call.func.id == "DeclareLaunchArgument" and call.args:
-            name = call.args[0]
-            value = next((word.value for word in call.keywords if word.arg == "default_value"), None)
-            if isinstance(name, ast.Constant) and isinstance(value, ast.Constant):
-                defaults[str(name.value)] = str(value.value)
-    found: dict[str, str] = {}
-    for node in nodes:
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and isinstance(node.targets[0], ast.Name):
-            argument = node.value.args[0] if node.value.args else None
-            if ast.unparse(node.value.func) == "LaunchConfiguration" and isinstance(argument, ast.Constant):
-                found |= {node.targets[0].id: defaults[argument.value]} if argument.value in defaults else {}
-    return found
-
-
-def _value(node: ast.expr, defaults: Mapping[str, str]) -> Any:
-    """Return a plain value; a list within a list is one text, of pieces that are texts or names in ``defaults``.
-
-    Raises ValueError, TypeError.
-    """
-    import ast
-
-    if not isinstance(node, ast.List):
-        return ast.literal_eval(node)
-    values: list[Any] = []
-    for item in node.elts:
-        if isinstance(item, ast.List):
-            pieces = [defaults.get(one.id) if isinstance(one, ast.Name) else _value(one, defaults) for one in item.elts]
-            if any(piece is None for piece in pieces):
-                raise ValueError("a part of an argument is neither text nor a launch argument with a default")
-            values.append("".join(map(str, pieces)))
-        else:
-            values.append(_value(item, defaults))
-    return values
 
 
 def read_arguments(name: object, arguments: object) -> Edge:
@@ -353,17 +251,11 @@ def read_arguments(name: object, arguments: object) -> Edge:
 
 
 def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield that arguments of a program are not printed as six digits: that could print an exponent."""
+    """Yield an error if arguments of a program would be printed as six digits, which may have an exponent."""
     if output.options.get("number_format", "exact") != "exact":
         message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
         help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"
         yield case.problem("number-format", message, ("outputs", output.name, "number_format"), help)
-
-
-def frames(robot: Robot) -> list[str]:
-    """Return the frames of the transforms that static_transform_publisher nodes publish."""
-    turns = [edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER]
-    return [*(joint.child for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER)), *(edge.child for edge in turns)]
 
 
 def _syntax(text: str) -> str:
@@ -396,6 +288,4 @@ FORMAT = Format(
     feeds=(STATIC_TRANSFORM_PUBLISHER,),
     folder="launch",
     deploys=True,
-    packaged=False,
-    adapted="get_package_share_directory",
 )

@@ -9,22 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Diagnostic
 
-from .format import Format
-from .static_tf import (
-    NUMBER_FORMAT,
-    ROUNDING,
-    Transforms,
-    check_numbers,
-    read_arguments,
-    static_transforms,
-    transforms_of,
-)
-from .unsupported import NODES, PLACES
+from .static_tf import FORMAT as LAUNCH_FILE
+from .static_tf import Transforms, describe, read_arguments, static_transforms
 
 if TYPE_CHECKING:
     from .templating import Templates
@@ -39,7 +30,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     for transform in [*transforms, *in_modes]:
         node: dict[str, Any] = {"name": transform.name, "parent": transform.parent, "child": transform.child}
         if transform.source.status == "stand_in":
-            node["stand_in"] = transform.described()
+            node["stand_in"] = describe(transform.source)
         if transform.when:
             node["when"] = transform.when
         node["arguments"] = list(transform.arguments)
@@ -48,8 +39,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> Transforms:
-    """Return what a list of static transforms is meant to contain."""
-    return transforms_of(robot, output, with_conditions=True)
+    """Return what a list of static transforms must contain."""
+    always, in_modes, _ = static_transforms(robot, [output])
+    return Transforms(tuple(one.edge for one in (*always, *in_modes)))
 
 
 def read(text: str) -> Transforms:
@@ -67,40 +59,30 @@ def read(text: str) -> Transforms:
     return Transforms(tuple(edges))
 
 
-_LARGEST = 1_000_000  # bytes
-
-
 def robot_of(path: Path) -> str:
     """Return the robot that a file was generated for; empty if it is no such file. Raises OSError."""
-    if path.stat().st_size > _LARGEST:
-        return ""
     try:
-        content = json_of(files.read_bytes(path))
+        content = json_of(files.read_bytes(path, 1_000_000))
     except ValueError:
         return ""
     robot = content.get("robot") if isinstance(content, dict) and "static_transform_publisher" in content else None
     return robot if isinstance(robot, str) else ""
 
 
-FORMAT = Format(
+FORMAT = replace(
+    LAUNCH_FILE,
     name="static_tf_json",
     word="list of static transforms",
-    article="a",
     about="the arguments of the static transforms, for launch files of your own",
     rank=50,
-    covers=("robot", *PLACES, *NODES),
-    options={"number_format": NUMBER_FORMAT},
-    check=check_numbers,
     file="static_tf.json",
     endings=(".json",),
     write=write,
     view=view,
     read=read,
-    rounding=ROUNDING,
+    located=False,
     syntax=json_of,
     schema="static_tf",
-    feeds=(STATIC_TRANSFORM_PUBLISHER,),
     folder="config",
-    deploys=True,
     robot_of=robot_of,
 )

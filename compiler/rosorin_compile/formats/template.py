@@ -3,23 +3,8 @@
     outputs:
       srdf: {file: my_robot.srdf, backend: template, template: my_robot.srdf.jinja}
 
-Names that a template gets:
-
-- ``robot``: the model (``rosorin_compile.model.Robot``): ``robot.name``, ``robot.links``, ``robot.joints``,
-  ``robot.sensors``, ``robot.edges``, ``robot.poses``, ``robot.servos``, ``robot.link[NAME]``, ``robot.joint[NAME]``.
-  ``robot.transform(SOURCE, TARGET, POSITIONS)`` says where a link sits in another at joint positions (radians or
-  metres, by joint name; ``{}`` is all at zero); the result has ``.xyz`` (metres), ``.rpy()`` (radians),
-  ``.quaternion()`` (w, x, y, z) and ``.rows``.
-- ``output``: this entry of outputs; values of your own stand in ``output.options.options``.
-- ``number(X)``: shortest decimal within 1e-12 of the number; ``exact(X)``: shortest that reads back the same;
-  ``six(X)``: six digits or decimals, whichever keeps more; ``fixed(X, DECIMALS)``: never an exponent;
-  ``vector(NUMBERS)``, ``vector(NUMBERS, six)``: with spaces between, within 1e-12 of the largest.
-- ``degrees(X)``, ``radians(X)``: of an angle.
-- ``kind(X)``: the type of a geometry by name: Box, Cylinder, Capsule, Sphere, Mesh, HeightMap.
-- ``source(X)``: a source (``joint.source``) as one line of text.
-
-Templates run in Jinja's sandbox; a name that does not exist is an error. Values in a template for XML, by its file name
-(``.xml.jinja``, ``.urdf.jinja``, ``.srdf.jinja``, ...), are escaped; elsewhere ``X | tojson`` quotes.
+``docs/artifacts.md`` lists the names that a template gets (``_names``). Templates run in Jinja's sandbox; a name that
+does not exist is an error, and values in a template for XML, by its file name, are escaped.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Templates: Jinja, where an undefined name is an error and XML is escaped.
 
-Templates that ship with the tool are reached as ``rosorin_compile/NAME``; any other name is a file in the folder of the
-description, or in that of a plug-in (``Templates.package``). The templates of a description come from strangers: they
-are rendered in a child process with limits, in the sandbox of Jinja, where they reach plain values and a few functions.
+The templates of the program and of plug-ins are rendered in this process. The templates of a description come from
+strangers: they are rendered in a child process with limits for CPU time, memory and output, in the sandbox of Jinja,
+where they reach plain values and a few functions.
 """
 
 from __future__ import annotations
@@ -12,22 +12,18 @@ import os
 import re
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import cache, cached_property
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import jinja2
-from jinja2.bccache import Bucket
 from jinja2.exceptions import SecurityError
 
 from rosorin_compile.source import files, system
-from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
-from rosorin_compile.source.files import shown as as_shown
 from rosorin_compile.source.project import data_folder, homes
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
 from rosorin_compile.source.xml.escaping import Markup, escape
@@ -49,34 +45,31 @@ RULES = (
     Rule("template-unsafe", "A template tries to leave the sandbox.", "Templates reach values, no Python.", TEMPLATES),
 )
 
-BUILTIN = "rosorin_compile/"
 MAX_TEMPLATE = 10_000_000  # bytes
-_XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
-
-# How Jinja names a value of the model: 'rosorin_compile.model.robot.Sensor object'.
-_INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
-
-
-@cache
-def _own() -> jinja2.Environment:
-    """Return what renders the templates that ship with the tool, which need no sandbox."""
-    folder = data_folder("templates")
-    loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
-    return jinja2.Environment(loader=loader, **options("own"))  # noqa: S701 - what is XML is escaped
-
-
-MAX_SECONDS = 5  # of CPU time, for a template of a user
-OUT_OF_TIME = f"it takes more than {MAX_SECONDS} s of CPU time"
+MAX_SECONDS = 5  # of CPU time
+MAX_MEMORY = 700_000_000  # bytes beyond what the interpreter and the robot take
+MAX_OUTPUT = 50_000_000  # characters
+_OUT_OF_TIME = f"it takes more than {MAX_SECONDS} s of CPU time"
 _PATIENCE = 60  # seconds until a child is stopped: on a busy machine it waits for its turn
+_XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
+# Jinja's name for a value of the model: 'rosorin_compile.model.robot.Sensor object'.
+_INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
 # Started by -c: -m would look for modules in the working folder first, which may belong to a stranger.
 _START_CHILD = (
     "import sys, json; sys.path[:] = json.loads(sys.argv[1]);"
-    "from rosorin_compile.formats.template_child import main; main()"
+    "from rosorin_compile.formats.templating import render_request; render_request()"
 )
+_OPTIONS: Mapping[str, Any] = {
+    "autoescape": lambda name: (name or "").removesuffix(".jinja").endswith(_XML),
+    "undefined": jinja2.StrictUndefined,
+    "trim_blocks": True,
+    "lstrip_blocks": True,
+    "keep_trailing_newline": True,
+}
 
 
 class TemplateProblem(Exception):
-    """A template that is missing, wrong, or asks for what is not there; carries the diagnostic."""
+    """A template that is missing, wrong, or uses a name that does not exist; carries the diagnostic."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
@@ -86,7 +79,7 @@ class TemplateProblem(Exception):
 def attributes(**values: str) -> Markup:
     """Return the attributes of an XML element, each with a space before it; the values are escaped.
 
-    A large robot has tens of thousands of them, and Jinja takes its time over each expression of a template.
+    A large robot has tens of thousands of them, and each expression of a template costs time.
     """
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
@@ -95,24 +88,28 @@ def attributes(**values: str) -> Markup:
 
 
 def attribute(name: str, value: str) -> str:
-    """Return one attribute, as ``attributes`` does; quicker of a name, as most of them are."""
+    """Return one attribute, as ``attributes`` does; quicker for a name, as most values are."""
     return f' {name}="{value}"' if value.isidentifier() else attributes(**{name: value})
 
 
 def comment(text: str) -> str:
-    """Return text that may stand in an XML comment, where two hyphens in a row may not (XML 1.0, 2.5)."""
+    """Return text for an XML comment, which must not contain two hyphens in a row (XML 1.0, 2.5)."""
     return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
 
 
+@cache
+def _own() -> jinja2.Environment:
+    folder = data_folder("templates")
+    loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
+    return jinja2.Environment(loader=loader, **_OPTIONS)  # noqa: S701 - XML is escaped
+
+
 class Templates:
-    """Renders the templates of the tool, of a plug-in, and those in ``folder``, the folder of a description.
+    """Renders the templates in ``folder``, the folder of a description, or those of the program.
 
-    The names of those of the tool begin with ``BUILTIN``; they and those of plug-ins (``trusted``) are rendered in this
-    process, all others in a child process. ``first`` is the first file of the description: if it is a link, templates
-    may also be where it leads to (``project.homes``).
+    ``first`` is the first file of the description: if it is a link, templates may also be where it leads to
+    (``project.homes``). Templates of plug-ins are ``trusted``.
     """
-
-    BUILTIN: ClassVar[str] = BUILTIN
 
     comment = staticmethod(comment)
 
@@ -133,15 +130,15 @@ class Templates:
     @cached_property
     def environment(self) -> jinja2.Environment:
         """The environment of trusted templates."""
-        return jinja2.Environment(loader=jinja2.FunctionLoader(self._load), **options("trusted"))  # noqa: S701
+        return jinja2.Environment(loader=jinja2.FunctionLoader(self._load), **_OPTIONS)  # noqa: S701
 
     @cached_property
     def sandbox(self) -> jinja2.Environment:
         """The environment of the templates of a description; for use in the child process only."""
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-        sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(self._load), **options("sandbox"))
-        del sandbox.globals["lipsum"]  # text that nobody needs in an artifact, as much as is asked for
+        sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(self._load), **_OPTIONS)
+        del sandbox.globals["lipsum"]  # any amount of text that no artifact needs
         del sandbox.filters["random"]  # an artifact is the same each time
         return sandbox
 
@@ -151,11 +148,11 @@ class Templates:
 
     @staticmethod
     def own(name: str, values: Mapping[str, Any]) -> str:
-        """Return the text of a template that the tool itself brings for a format ("core/robot.urdf.jinja")."""
+        """Return the text of a template of the program, such as "core/robot.urdf.jinja"."""
         return _own().get_template(name).render(values)
 
     def package(self, name: str) -> Templates:
-        """Return what renders the templates in the folder ``templates`` of a Python package, and no others."""
+        """Return an object that renders the templates in the folder ``templates`` of a Python package."""
         folder = Path(import_module(name).__path__[0], "templates")
         return Templates(folder, f"the package {name}", trusted=True)
 
@@ -165,59 +162,51 @@ class Templates:
         The values for a template of a description can be pickled: functions are those of a module. Raises
         TemplateProblem with the place in the template that fails.
         """
-        if self.trusted or name.startswith(BUILTIN):
+        if self.trusted:
             try:
                 return self.environment.get_template(name).render(values)
-            except Exception as problem:  # a filter of Jinja raises whatever it likes
-                raise self._problem(*explain_failure(problem, name), asked) from None
+            except Exception as problem:  # a filter of Jinja raises any exception
+                raise self._problem(_explain_failure(problem, name), asked) from None
         rendered = _render_in_child(self.folder, self.first, name, values)
         for file in map(Path, rendered.inputs):
             files.record(file, files.version(file))
             self.used |= {file} if files.version(file) else set()
         if rendered.rule:
-            raise self._problem(rendered.rule, rendered.message, rendered.template, rendered.line, asked)
+            raise self._problem(rendered, asked)
         return rendered.text
 
-    def _problem(self, rule: str, message: str, name: str, line: int, asked: Span | None) -> TemplateProblem:
+    def _problem(self, failed: _Rendered, asked: Span | None) -> TemplateProblem:
+        rule, name, line = failed.rule, failed.template, failed.line
         if rule == "template-missing":
-            message = f"there is no template {name} in {self.named}"
-            return TemplateProblem(error(rule, message, asked, "check the name"))
+            return TemplateProblem(error(rule, f"there is no template {name} in {self.named}", asked, "check the name"))
         loaded = self._load(name) if line else None
         if loaded is None:
-            return TemplateProblem(error(rule, f"{name}: {message}", asked))
-        shown = name if name.startswith(BUILTIN) or self.folder is None else as_shown(self.folder / name)
-        source = Source(shown, loaded[0])
-        width = max(1, len(source.line(line).strip()))
-        indent = len(source.line(line)) - len(source.line(line).lstrip())
-        return TemplateProblem(error(rule, message, Span(source, line, indent + 1, width)))
+            return TemplateProblem(error(rule, f"{name}: {failed.message}", asked))
+        source = Source(name if self.folder is None else files.shown(self.folder / name), loaded[0])
+        text = source.line(line)
+        span = Span(source, line, len(text) - len(text.lstrip()) + 1, max(1, len(text.strip())))
+        return TemplateProblem(error(rule, failed.message, span))
 
     def _load(self, name: str) -> tuple[str, None, Any] | None:
+        if self.folder is None:
+            return None
         try:
-            path = self._path(name)
-            if path is None or not files.is_file(path):
+            path = files.resolve(self.folder / name)
+            inside = any(map(path.is_relative_to, (files.resolve(self.folder), *self.homes)))
+            if not inside or not files.is_file(path):
                 return None
             if path.stat().st_size > MAX_TEMPLATE:
                 raise jinja2.TemplateRuntimeError(f"it is larger than {MAX_TEMPLATE:,} bytes")
             self.used.add(path)
             return files.read_text(path), None, lambda: True
-        except (OSError, ValueError):  # a name that no file can have, or no UTF-8
+        except jinja2.TemplateRuntimeError:
+            raise
+        except (OSError, ValueError, RuntimeError):  # a name that no file can have, no UTF-8, a circular link
             return None
-
-    def _path(self, name: str) -> Path | None:
-        """Return the file of a template name, or None if the name leaves the folder that it may be in."""
-        anchor = data_folder("templates") if name.startswith(BUILTIN) else self.folder
-        if anchor is None:
-            return None
-        try:
-            path = files.resolve(anchor / name.removeprefix(BUILTIN))
-        except (OSError, RuntimeError):  # links that lead round
-            return None
-        places = (files.resolve(anchor),) if name.startswith(BUILTIN) else (files.resolve(anchor), *self.homes)
-        return path if any(path.is_relative_to(place) for place in places) else None
 
 
 class _Rendered(NamedTuple):
-    """The answer of the child: ``text``, or the rule, message, template and line of a failure.
+    """The text of a template, or the rule, message, template and line (0 if unknown) of a failure.
 
     ``inputs`` are the files that were read or looked for.
     """
@@ -230,6 +219,26 @@ class _Rendered(NamedTuple):
     inputs: tuple[str, ...] = ()
 
 
+def _explain_failure(problem: BaseException, name: str) -> _Rendered:
+    if isinstance(problem, jinja2.TemplateSyntaxError):
+        message = problem.message or "not a template"
+        return _Rendered("", "template-syntax", message, problem.name or name, problem.lineno)
+    if isinstance(problem, jinja2.TemplateNotFound):
+        return _Rendered("", "template-missing", "", str(problem.name))
+    line, trace = 0, problem.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == "<template>":  # Jinja's name for the code of templates
+            template = trace.tb_frame.f_globals.get("__jinja_template__")
+            # Jinja rewrites the lines of exceptions, but not when the time is up.
+            line = template.get_corresponding_lineno(trace.tb_lineno) if template else trace.tb_lineno
+        trace = trace.tb_next
+    if isinstance(problem, SecurityError):
+        return _Rendered("", "template-unsafe", str(problem), name, line)
+    message = re.sub(_INTERNAL, r"a \1", str(problem)) or type(problem).__name__
+    message = "it needs too much memory" if isinstance(problem, MemoryError) else message
+    return _Rendered("", "template-failed", message, name, line)
+
+
 def _render_in_child(folder: Path | None, first: Path | None, name: str, values: Mapping[str, Any]) -> _Rendered:
     """Render a template in a child process. Returns a failure if it exceeds a limit."""
     import pickle  # with subprocess they take as long to import as a small robot to compile
@@ -237,15 +246,14 @@ def _render_in_child(folder: Path | None, first: Path | None, name: str, values:
     import subprocess
 
     system.needs("resource", system.NO_LIMITS)
-    cache_folder("templates")  # the child caches there; only this process can report that it is open to others
     path = json.dumps([os.path.abspath(entry) for entry in sys.path if entry])
-    command = [sys.executable, "-c", _START_CHILD, path]
     request = BytesIO()
     pickler = pickle.Pickler(request)
     pickler.dispatch_table = {MappingProxyType: lambda proxy: (dict, (dict(proxy),))}
     pickler.dump((folder, first, name, dict(values)))
     # numpy reserves memory for each thread of its libraries.
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-c", _START_CHILD, path]
     try:
         done = subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
             command, input=request.getvalue(), capture_output=True, timeout=_PATIENCE, env=environment, check=False
@@ -253,71 +261,59 @@ def _render_in_child(folder: Path | None, first: Path | None, name: str, values:
     except subprocess.TimeoutExpired:
         return _Rendered(rule="template-failed", message=f"it did not end within {_PATIENCE} s", template=name)
     if done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0)):
-        return _Rendered(rule="template-failed", message=OUT_OF_TIME, template=name)
+        return _Rendered(rule="template-failed", message=_OUT_OF_TIME, template=name)
     if done.returncode:
         last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
         return _Rendered(rule="template-failed", message=f"the process that renders it ended: {last}", template=name)
-    answer = json.loads(done.stdout)
-    return _Rendered(**{**answer, "inputs": tuple(answer["inputs"])})
+    return _Rendered(*json.loads(done.stdout))
 
 
-class _BytecodeCache(jinja2.FileSystemBytecodeCache):
-    """Caches compiled templates in a folder; a folder that is gone or full is no reason to stop."""
+def render_request() -> None:
+    """Render the template that standard input requests, in the child process; write the result to standard output."""
+    import pickle
 
-    def load_bytecode(self, bucket: Bucket) -> None:
-        """Load a template that was compiled before, if it can be read."""
-        with suppress(OSError):
-            super().load_bytecode(bucket)
-
-    def dump_bytecode(self, bucket: Bucket) -> None:
-        """Store a compiled template, if it can be written."""
-        with suppress(OSError):
-            super().dump_bytecode(bucket)
-
-
-def options(kind: str) -> dict[str, Any]:
-    """Return the options of Jinja for templates of a kind: "own", "trusted" or "sandbox".
-
-    Compiled templates are cached, those of each kind by themselves, because the code of one is of no use to another.
-    """
-    folder = cache_folder("templates")
-    pattern = f"{jinja2.__version__}-{kind}-%s.cache"
-    return {
-        "autoescape": _is_xml,
-        "undefined": jinja2.StrictUndefined,
-        "bytecode_cache": _BytecodeCache(str(folder), pattern) if folder else None,
-        "trim_blocks": True,
-        "lstrip_blocks": True,
-        "keep_trailing_newline": True,
-    }
+    folder, first, name, values = pickle.load(sys.stdin.buffer)  # noqa: S301 - written by the parent
+    with files.recording() as inputs:
+        templates = Templates(folder, first=first)
+        try:
+            _limit_resources()
+            rendered = _Rendered(templates.sandbox.get_template(name).render(values))
+            if len(rendered.text) > MAX_OUTPUT:
+                raise ValueError(f"its text has more than {MAX_OUTPUT:,} characters")
+        except (Exception, _OutOfTime) as problem:  # a filter of Jinja raises any exception
+            rendered = _explain_failure(problem, name)
+    places = (*templates.homes, *([files.resolve(folder)] if folder else []))
+    read = sorted(os.fspath(file) for file in inputs if any(map(file.is_relative_to, places)))
+    sys.stdout.buffer.write(json.dumps(rendered._replace(inputs=tuple(read))).encode())
 
 
-def _is_xml(name: str | None) -> bool:
-    """Return True if a template makes XML, by its name: its values are escaped."""
-    return (name or "").removesuffix(".jinja").endswith(_XML)
+class _OutOfTime(BaseException):
+    """The soft limit of CPU time is reached; not an Exception, which Jinja may catch."""
 
 
-def explain_failure(problem: BaseException, name: str) -> tuple[str, str, str, int]:
-    """Return rule, message, template and line (0 if unknown) of a failure to render the template ``name``."""
-    if isinstance(problem, jinja2.TemplateSyntaxError):
-        return "template-syntax", problem.message or "not a template", problem.name or name, problem.lineno
-    if isinstance(problem, jinja2.TemplateNotFound):
-        return "template-missing", "", str(problem.name), 0
-    line = _line(problem)
-    if isinstance(problem, SecurityError):
-        return "template-unsafe", str(problem), name, line
-    if isinstance(problem, MemoryError):
-        return "template-failed", "it needs too much memory", name, line
-    return "template-failed", re.sub(_INTERNAL, r"a \1", str(problem)) or type(problem).__name__, name, line
+def _limit_resources() -> None:
+    """Limit CPU time and memory of this process to what is used so far and the budget of one rendering."""
+    import signal
 
+    try:
+        import resource
+    except ImportError:  # Windows; the parent reports it
+        return
 
-def _line(problem: BaseException) -> int:
-    """Return the template line in the traceback of a failed rendering: Jinja names its frames ``<template>``."""
-    line, trace = 0, problem.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == "<template>":
-            template = trace.tb_frame.f_globals.get("__jinja_template__")
-            # Jinja rewrites the lines of exceptions, but not when the time is up.
-            line = template.get_corresponding_lineno(trace.tb_lineno) if template else trace.tb_lineno
-        trace = trace.tb_next
-    return line
+    def stop(*_: object) -> None:
+        raise _OutOfTime(_OUT_OF_TIME)
+
+    def lower(kind: int, soft: int, hard: int) -> None:
+        allowed = resource.getrlimit(kind)[1]
+        most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
+        resource.setrlimit(kind, (min(soft, most), most))
+
+    signal.signal(signal.SIGXCPU, stop)
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    seconds = int(usage.ru_utime + usage.ru_stime) + MAX_SECONDS
+    lower(resource.RLIMIT_CPU, seconds, seconds + 1)  # a long operation in C sees only the hard limit
+    try:
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    except (OSError, ValueError):  # not Linux
+        used = 300_000_000
+    lower(resource.RLIMIT_AS, used + MAX_MEMORY, used + MAX_MEMORY)

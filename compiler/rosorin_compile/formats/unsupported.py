@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.model import Link
+from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Map, locate
@@ -72,24 +74,21 @@ class Unsupported(NamedTuple):
     quiet: bool = False
 
 
+def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
+    return {key: Unsupported(reason, quiet=True) for key in keys}
+
+
 _CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 # How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
 OF_MUJOCO: Mapping[str, Unsupported] = {
-    "actuators": Unsupported(
-        "drives of MuJoCo; ros2_control and plug-ins of Gazebo drive joints elsewhere", quiet=True
-    ),
-    "joints.*.actuator": Unsupported("drives of MuJoCo, as actuators", quiet=True),
-    **{f"joints.*.mimic.{key}": Unsupported("how MuJoCo couples joints", quiet=True) for key in ("name", *_CONTACTS)},
-    **{
-        f"links.*.collision.*.contact.{key}": Unsupported("how MuJoCo computes contacts", quiet=True)
-        for key in _CONTACTS
-    },
-    "links.*.sites": Unsupported("marks that sensors and actuators of MuJoCo name", quiet=True),
-    "links.*.collision.*.mesh.inertia": Unsupported("what MuJoCo takes a mesh for", quiet=True),
-    "links.*.visual.*.mesh.inertia": Unsupported("what MuJoCo takes a mesh for", quiet=True),
-    "root": Unsupported("how the base moves in the world of a simulation", quiet=True),
+    **_quiet("drives of MuJoCo; ros2_control and plug-ins of Gazebo drive joints elsewhere", "actuators"),
+    **_quiet("drives of MuJoCo, as actuators", "joints.*.actuator"),
+    **_quiet("how MuJoCo couples joints", *(f"joints.*.mimic.{key}" for key in ("name", *_CONTACTS))),
+    **_quiet("how MuJoCo computes contacts", *(f"links.*.collision.*.contact.{key}" for key in _CONTACTS)),
+    **_quiet("marks that sensors and actuators of MuJoCo name", "links.*.sites"),
+    **_quiet("what MuJoCo takes a mesh for", "links.*.collision.*.mesh.inertia", "links.*.visual.*.mesh.inertia"),
+    **_quiet("how the base moves in the world of a simulation", "root"),
     "joints.*.dynamics.armature": Unsupported("no inertia of rotors"),
-    "links.*.gravity_compensation": Unsupported("no compensation of gravity"),
     "links.*.cameras": Unsupported("cameras that are not sensors"),
     "links.*.lights": Unsupported("no lights"),
     "links.*.collision.*.contact.friction.1": Unsupported("sliding friction alone"),
@@ -97,18 +96,16 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.collision.*.contact.touches": Unsupported("no layers of contacts"),
 }
 # Who publishes a frame; the name of a sensor's joint matters to publishers alone.
-OF_PUBLISHERS: Mapping[str, Unsupported] = {
-    key: Unsupported("for launch files, and the table of frames", quiet=True)
-    for key in ("joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher")
-}
+OF_PUBLISHERS: Mapping[str, Unsupported] = _quiet(
+    "for launch files, and the table of frames",
+    "joints.*.publisher",
+    "sensors.*.publisher",
+    "sensors.*.optical.publisher",
+)
 
 
 def without_names(key: str) -> str:
-    """Return a key without the places of names.
-
-    >>> without_names("links.*.collision.*.contact")
-    'links.collision.contact'
-    """
+    """Return a key without the places of names: "links.collision.contact" for "links.*.collision.*.contact"."""
     return key.replace(".*", "")
 
 
@@ -125,6 +122,8 @@ def reason(format: Format, output: Output, key: str) -> Unsupported | None:
     for step in steps:
         if format.name not in ADDRESSED.get(step, (format.name,)):
             return Unsupported(f"{step} is for {listed(ADDRESSED[step])}", quiet=True)
+    if is_within(key, [without_names(limited) for limited, why in _limited(format).items() if why is None]):
+        return None
     if format.covers and not is_within(key, format.covers):
         return Unsupported(f"a {format.word} has {listed(format.covers)}", quiet=True)
     table = _table(format, output)
@@ -132,7 +131,19 @@ def reason(format: Format, output: Output, key: str) -> Unsupported | None:
 
 
 def _table(format: Format, output: Output) -> Mapping[str, Unsupported]:
-    return format.unsupported(output) if callable(format.unsupported) else format.unsupported
+    own = format.unsupported(output) if callable(format.unsupported) else format.unsupported
+    return {**own, **{key: why for key, why in _limited(format).items() if why is not None}}
+
+
+def _limited(format: Format) -> Mapping[str, Unsupported | None]:
+    """Return the keys of links that only some formats carry (``only_in``); None for those that this format carries."""
+    found: dict[str, Unsupported | None] = {}
+    for name, formats in limited_fields(Link).items():
+        if format.name in formats:
+            found[f"links.*.{name}"] = None
+        elif "links" in format.covers:
+            found[f"links.*.{name}"] = Unsupported(f"only in {listed(formats)}")
+    return found
 
 
 def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:

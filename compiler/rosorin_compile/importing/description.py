@@ -11,7 +11,7 @@ from keyword import iskeyword
 from typing import Any
 
 from rosorin_compile.formats.imported import Imported, Outputs
-from rosorin_compile.language.expression.functions import expression_names
+from rosorin_compile.language.expression.functions import reserved_names
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Path, Seq
@@ -182,8 +182,7 @@ def identifier(text: str) -> str:
 
 def free_name(wanted: str, taken: Iterable[str]) -> str:
     """Return a name that is not taken and has no meaning in expressions, with a number if necessary."""
-    known = expression_names()
-    reserved = {*known.units, *known.functions, *known.constants, *taken}
+    reserved = {*reserved_names(), *taken}
     name, number = wanted, 1
     while name in reserved or iskeyword(name):
         number += 1

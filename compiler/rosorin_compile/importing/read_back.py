@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rosorin_compile.compare.elements import context_of, element_differences
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
@@ -14,6 +13,7 @@ from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model import Robot
 from rosorin_compile.source.tree import Map
 
+from .elements import context_of, element_differences
 from .words.sensors import without_collisions
 
 
@@ -39,10 +39,17 @@ def _saved(stage: Path, format: Format, said: Mapping[str, str]) -> Path:
     return file
 
 
-def by_elements(source: Robot, again: Robot, humble: bool) -> list[str]:
-    """Return what elements of a robot that was read back say otherwise than those of its source."""
-    texts = without_collisions(source.urdf_elements), without_collisions(again.urdf_elements)
-    return element_differences(*texts, context_of(source, humble))
+def by_elements(source: Robot, again: Robot, made: Robot) -> list[str]:
+    """Return how the elements of a robot that was read back differ from those of its source.
+
+    ``made`` is the compiled description: its URDF has elements for Gazebo for the friction and springs of the source.
+    """
+    format, own = FORMATS.published(), list(source.urdf_elements)
+    output = next((one for one in made.outputs if one.backend == format.name), None)
+    if output is not None and format.brings is not None:
+        own += format.brings(replace(source, sensors=(), control=(), controllers=()), output)
+    texts = without_collisions(own), without_collisions(again.urdf_elements)
+    return element_differences(*texts, context_of(source, made.asks_for_humble))
 
 
 def without_words(robot: Robot, source: Robot) -> Robot:

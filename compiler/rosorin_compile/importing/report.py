@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, counted, first_of
 from rosorin_compile.source.files import is_file, resolve
@@ -67,9 +68,8 @@ def renamed(
     place = tree.value_spans.get("robot", tree.span)
     places = Places(source, source.parent, packages, os.environ)
     searched = places.named(tree, relative=meshes is None)
-    whole = Imported(tree, [])
     files, told, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
-    base, relative = Path(os.path.abspath(source.parent)), whole.relative_files()
+    base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
     stay = keeps or meshes is not None or not (files or _has_one(base, relative))  # what leads nowhere stays as it is
     top, names = (base, dict(zip(relative, relative, strict=True))) if stay else _names(base, relative, files)
     known = {name: _seen(at, here) for name, at in _packages({names.get(n, n): at for n, at in files.items()}, here)}
@@ -78,7 +78,7 @@ def renamed(
         vain = Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out")
         told += [] if relative else [vain]
         known |= _package_of(meshes, relative, base, here)
-        return Renamed(_saying(whole.with_files_below(meshes).whole, "", known), told, meshes)
+        return Renamed(_saying(move_files(tree, meshes), "", known), told, meshes)
     outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
     bare = [name for name in files if name not in names and not _is_of_package(name)]
     if bare:
@@ -89,8 +89,8 @@ def renamed(
         )
         told.append(_elsewhere(way, outside, place))
         meshes = _seen(base, _artifacts(folder))
-        return Renamed(_saying(whole.with_files_below(meshes).whole, "", known), told, meshes)
-    tree = whole.with_files_named(lambda name: names.get(name, name)).whole
+        return Renamed(_saying(move_files(tree, meshes), "", known), told, meshes)
+    tree = map_files(tree, lambda name: names.get(name, name))
     has_folder = any(not _is_of_package(name) for name in names.values())
     return Renamed(_saying(tree, _seen(top, here) if has_folder else "", known), told)
 

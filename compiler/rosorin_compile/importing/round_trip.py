@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
+import random
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from rosorin_compile.compare.bodies import random_states
 from rosorin_compile.compare.precision import POSE_NOISE
-from rosorin_compile.compare.proof import Proof
-from rosorin_compile.compare.same_model import model_differences, section_differences
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
-from rosorin_compile.formats.imported import Imported, Outputs
-from rosorin_compile.formats.named_files import urdf_file_name
+from rosorin_compile.formats.imported import Imported, Outputs, Proof
+from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.reading import outputs_of
-from rosorin_compile.model import Mesh, Robot, Shape, Transform
+from rosorin_compile.model import Joint, Mesh, Robot, Shape, Transform
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
@@ -42,6 +40,7 @@ from .description import write
 from .read_back import by_elements, read_back, without_words
 from .repeats import with_parts
 from .report import seen_from
+from .same_model import model_differences, section_differences
 
 RULES = (
     Rule(
@@ -162,7 +161,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     what = f"compiled {format.word}"
     found = []
     if plain is not None:
-        found += [f"{what}: {text}" for text in by_elements(source, again, made.asks_for_humble)]
+        found += [f"{what}: {text}" for text in by_elements(source, again, made)]
         made, again = without_words(made, source), without_words(again, source)
     found += [f"description: {text}" for text in model_differences(source, made, 0.0)]
     found += [f"{what}: {text}" for text in model_differences(_with_urdf_names(source), again, carried_by_urdf=True)]
@@ -257,6 +256,23 @@ def largest_difference(one: Robot, other: Robot) -> float:
         first, second = one.poses_in_root(state), other.poses_in_root(_in_urdf(one, state))
         largest = max([largest, *(_apart(pose, second[name]) for name, pose in first.items())])
     return largest
+
+
+def random_states(joints: Iterable[tuple[Joint, float, float]], count: int, seed: int) -> list[dict[str, Any]]:
+    """Return states of joints, the same for a seed: each number (rad or m) between the two limits of its joint.
+
+    A joint has as many numbers as it has ``coordinates``; those of an orientation are not normalised.
+    """
+    chance = random.Random(seed)  # noqa: S311 - the same states in every run
+    drawn = list(joints)
+    return [
+        {joint.name: _random_position(joint, low, high, chance) for joint, low, high in drawn} for _ in range(count)
+    ]
+
+
+def _random_position(joint: Joint, low: float, high: float, chance: random.Random) -> float | Sequence[float]:
+    numbers = [chance.uniform(low, high) for _ in joint.coordinates]
+    return numbers if len(numbers) > 1 else sum(numbers)
 
 
 def _in_urdf(robot: Robot, state: Mapping[str, float | Sequence[float]]) -> dict[str, float | Sequence[float]]:

@@ -1,8 +1,8 @@
-"""The JSON Schemas that ship with the tool: reading them, asking them about a path, naming a path in words."""
+"""The JSON Schemas of the tool with the sections of plug-ins, and queries for sections, paths and units."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +13,20 @@ from .section_registry import piece, plugged_sections
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
-# An entry of outputs with this key is made by it, whatever its name.
-TEMPLATE = "template"
+TEMPLATE = "template"  # an output with this key is made by a template, whatever its name
+LAST = ("accept", "outputs")  # the sections at the end of a description, behind those of plug-ins
 
-# The sections that stand at the end of a description, behind those of plug-ins.
-LAST = ("accept", "outputs")
+
+@cache
+def schema(name: str = "description") -> dict[str, Any]:
+    """Return a schema that ships with the tool; that of descriptions with the sections of plug-ins."""
+    own = own_schema(name)
+    added = {name: piece(section) for name, section in plugged_sections().items()} if name == "description" else {}
+    if not added:
+        return own
+    last = {name: own["properties"][name] for name in LAST}
+    first = {name: fragment for name, fragment in own["properties"].items() if name not in last}
+    return {**own, "properties": {**first, **added, **last}}
 
 
 def keys_of(section: str) -> Collection[str]:
@@ -27,34 +36,21 @@ def keys_of(section: str) -> Collection[str]:
 
 
 def has_entries(section: str) -> bool:
-    """Say whether a section has many entries, by name or in a list."""
-    said = resolve(schema()["properties"].get(section, {}))
-    return "items" in said or isinstance(said.get("additionalProperties"), dict)
+    """Return True if a section has many entries, by name or in a list."""
+    fragment = resolve(schema()["properties"].get(section, {}))
+    return "items" in fragment or isinstance(fragment.get("additionalProperties"), dict)
 
 
 @cache
 def keys_of_xml() -> frozenset[str]:
-    """Return the keys whose values are lists of elements of XML that are kept as they are."""
-    entries = (entry.get("properties", {}) for entry in (schema(), *schema()["$defs"].values()))
-    found = (item for entry in entries for item in entry.items())
-    return frozenset(key for key, said in found if said.get("items", {}).get("$ref") == "#/$defs/element")
-
-
-@cache
-def schema(name: str = "description") -> dict[str, Any]:
-    """Return a schema: that of descriptions with the sections that plug-ins bring, or one that ships with the tool."""
-    own = own_schema(name)
-    if name != "description":
-        return own
-    brought = {name: piece(section) for name, section in plugged_sections().items()}
-    last = {name: own["properties"][name] for name in LAST}
-    rest = {name: said for name, said in own["properties"].items() if name not in last}
-    return {**own, "properties": {**rest, **brought, **last}} if brought else own
+    """Return the keys whose values are lists of elements of XML."""
+    keys = (item for entry in (schema(), *schema()["$defs"].values()) for item in entry.get("properties", {}).items())
+    return frozenset(key for key, inner in keys if inner.get("items", {}).get("$ref") == "#/$defs/element")
 
 
 @cache
 def sections() -> Mapping[str, Node]:
-    """Return what the schema says of each section of a description of which it says something."""
+    """Return the annotations of each section of a description that has any."""
     return annotated_sections(schema())
 
 
@@ -92,58 +88,33 @@ def of_types() -> tuple[str, ...]:
 
 
 def is_one_entry(section: str) -> bool:
-    """Say whether a section of a part is one entry, not many by name or in a list."""
+    """Return True if a section of a part is one entry, not many by name or in a list."""
     node = sections().get(section)
     return node is not None and node.in_parts and node.merge in ("", WITHIN)
 
 
 def holds_many(section: str) -> bool:
-    """Say whether a section is one entry with entries by name in it, which several parts and files may add to."""
+    """Return True if a section is one entry with entries by name in it, which several parts and files may add to."""
     return section in merged(WITHIN)
 
 
 def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
     """Return the schema of descriptions with the options of the outputs of one; each entry by its format."""
+    root = schema()
+    output, section = root["$defs"]["output"], root["properties"]["outputs"]
     entries: dict[str, Any] = {}
     for name, entry in outputs.items() if isinstance(outputs, Mapping) else ():
-        called = entry.get("backend", backend_of(name, entry)) if isinstance(entry, Mapping) else ""
-        if isinstance(called, str) and called in formats:
-            entries[name] = {**_output(), "properties": {**_output()["properties"], **formats[called].options}}
+        backend = entry.get("backend", backend_of(name, entry)) if isinstance(entry, Mapping) else ""
+        if isinstance(backend, str) and backend in formats:
+            entries[name] = {**output, "properties": {**output["properties"], **formats[backend].options}}
     if not entries:
-        return schema()
-    whole, section = schema(), schema()["properties"]["outputs"]
-    return {**whole, "properties": {**whole["properties"], "outputs": {**section, "properties": entries}}}
-
-
-def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
-    """Return the schema of descriptions with the options of every format, each with the formats that have it."""
-    options: dict[str, dict[str, Any]] = {}
-    meanings: dict[str, dict[str, list[str]]] = {}
-    for one in formats:
-        for key, option in one.options.items():
-            known = options.setdefault(key, dict(option))
-            if "enum" in known and "enum" in option:  # editors ask this schema; each format's own words are held later
-                known["enum"] = [*known["enum"], *(value for value in option["enum"] if value not in known["enum"])]
-            meanings.setdefault(key, {}).setdefault(option.get("description", ""), []).append(one.name)
-    for key, option in options.items():
-        texts = (f"{', '.join(names)}: {_uncapitalised(text)}" for text, names in meanings[key].items())
-        option["description"] = " ".join(texts)
-    output = {**_output(), "properties": {**_output()["properties"], **options}, "additionalProperties": False}
-    return {**schema(), "$defs": {**schema()["$defs"], "output": output}}
+        return root
+    return {**root, "properties": {**root["properties"], "outputs": {**section, "properties": entries}}}
 
 
 def backend_of(name: str, entry: Mapping[str, Any]) -> str:
     """Return the backend of an entry of outputs that does not say it: its name, unless it names a template."""
     return TEMPLATE if TEMPLATE in entry else name
-
-
-def _output() -> dict[str, Any]:
-    output: dict[str, Any] = schema()["$defs"]["output"]
-    return output
-
-
-def _uncapitalised(text: str) -> str:
-    return text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == " " else text
 
 
 def subject(path: Steps) -> str:

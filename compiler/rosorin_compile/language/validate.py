@@ -1,20 +1,39 @@
-"""Validate: the plain tree held against the JSON Schema. Shape, units and finite numbers; no meaning."""
+"""Validate the plain tree against the JSON Schema: shape, units and finite numbers; no meaning."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.rule_registry import SHAPE, Rule
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.diagnostics import Diagnostic, swaps
+from rosorin_compile.source.rule_registry import ARGUMENTS, SHAPE, Rule
+from rosorin_compile.source.tree import Map, Seq, locate
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
+from rosorin_compile.source.wording import counted, in_words, unseen
 
 from .expand.provenance import problem_at
-from .schema import Steps, backend_of, has_entries, sections, subject, unit_at, with_outputs
-from .validator import misfits_of, validator_of
+from .schema import Steps, backend_of, has_entries, part_at, resolve, sections, subject, unit_at, with_outputs
+from .suggestions import (
+    fallen_out,
+    flag_meant,
+    is_meant,
+    items_meant,
+    key_meant,
+    list_meant,
+    mapping_meant,
+    number_in,
+    number_meant,
+    numbers_in,
+    plain_number,
+    text_meant,
+    text_tails,
+    word_meant,
+)
+from .synonyms import way_out, words_for
+from .validator import Misfit, misfits_of, validator_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -22,6 +41,35 @@ if TYPE_CHECKING:
     from .expand.scope import Scope
 
 RULES = (
+    Rule(
+        "bad-name",
+        "A name has a form that it may not have, such as `<` or a quote, or a space at its end.",
+        "Letters, digits and `_` are safe. Spaces within and `/` are allowed; names of values and arguments are plain "
+        "words.",
+        ARGUMENTS,
+    ),
+    Rule(
+        "unknown-key",
+        "An entry has no such key.",
+        "The message names the nearest one and all that are legal.",
+        SHAPE,
+    ),
+    Rule("missing-key", "An entry lacks a key that it needs.", "Add it.", SHAPE),
+    Rule(
+        "wrong-type",
+        "A value is of another type: a text where a number belongs, a unit that nobody knows.",
+        "Write what the message asks for.",
+        SHAPE,
+    ),
+    Rule("wrong-value", "A value is not one of those that are allowed.", "Choose one of them.", SHAPE),
+    Rule("wrong-length", "A list has too many or too few items.", "Positions have three numbers, pairs two.", SHAPE),
+    Rule("empty-text", "A text that says something is empty.", "Say it, or leave the key out.", SHAPE),
+    Rule(
+        "wrong-shape",
+        "A value does not fit the schema in another way.",
+        "Compare it with [the language](language.md#sections-of-a-description).",
+        SHAPE,
+    ),
     Rule(
         "wrong-unit",
         "A quantity is of another kind: a mass where a length belongs, metres for a joint that turns.",
@@ -36,35 +84,38 @@ RULES = (
     ),
 )
 
-# Beyond it, what is calculated of a number (a volume, a moment of inertia) may be beyond all numbers that there are.
-MOST = 1e150
+MOST = 1e150  # beyond it, a volume or moment of inertia may be beyond all floats
 
 
 def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
     """Return what is wrong with the shape of a tree, with the units of its quantities, and with its numbers.
 
-    ``formats`` are those that outputs may name, ``scope`` what the names in expressions stood for (None: nobody knows).
+    ``formats`` are those that outputs may name, ``scope`` defines the names in expressions, if known.
     """
     walk = _Walk()
     walk.through(tree)
-    diagnostics = [_not_finite(tree, path, value, scope) for path, value in walk.not_finite]
+    diagnostics = []
+    for path, value in walk.not_finite:
+        message = f"{subject(path)} is not a finite number"
+        if math.isfinite(value):
+            message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
+        help = "write a number, or leave the entry out"
+        diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
     misfits = [(path, quantity, _dimensions(tuple(path)) or ()) for path, quantity in walk.misfits]
     misfits += [(path, quantity, (allowed,)) for path, quantity, allowed in _of_options(tree, formats)]
-    told = {tuple(path) for path, _, _ in misfits} | {tuple(path) for path, _ in walk.not_finite}
-    diagnostics += _complaints(tree, formats, told, scope)
-    diagnostics += [_wrong_unit(tree, path, quantity, dimensions, scope) for path, quantity, dimensions in misfits]
-    return diagnostics
-
-
-def _complaints(
-    tree: Map, formats: Mapping[str, Format], told: Collection[tuple[str | int, ...]], scope: Scope | None
-) -> Iterator[Diagnostic]:
+    reported = {tuple(path) for path, _, _ in misfits} | {tuple(path) for path, _ in walk.not_finite}
     judge = _judge_of(tree.get("outputs"), formats)
     for misfit in misfits_of(judge.validator, tree):
-        from .complaint import Complaint
-
-        if tuple(misfit.path) not in told:
-            yield from Complaint(tree, misfit, judge.schema, scope).diagnostics()
+        if tuple(misfit.path) not in reported:
+            diagnostics += _Report(tree, misfit, judge.schema, scope).diagnostics()
+    for path, quantity, allowed in misfits:
+        named = " or ".join(map(describe, allowed)) or "a plain number"
+        text = quantity.text or f"{float(quantity):g}"
+        message = f"{subject(path)} is {named}, but {text} is {describe(quantity.dimension)}"
+        has_unit = any(map(any, allowed))
+        help = "correct the unit; a bare number is in SI units" if has_unit else "write the number without a unit"
+        diagnostics.append(problem_at(scope, tree, path, "wrong-unit", message, help))
+    return diagnostics
 
 
 class _Judge(NamedTuple):
@@ -75,10 +126,10 @@ class _Judge(NamedTuple):
 
 
 def _judge_of(outputs: Any, formats: Mapping[str, Format]) -> _Judge:
-    """Return what judges a description with these outputs, made once for outputs of the same names and formats."""
+    """Return the schema and validator for these outputs, cached by their names and formats."""
     schema = with_outputs(outputs, formats)
     options = schema["properties"]["outputs"].get("properties", {})
-    # The options of a format live as long as the program: the same ones are told by their identity.
+    # The options of a format live as long as the program: they are compared by identity.
     key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
     if key not in _judges:
         if len(_judges) >= _MAX_JUDGES:
@@ -92,7 +143,7 @@ _MAX_JUDGES = 100
 
 
 def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Steps, Quantity, Dimension]]:
-    """Yield the quantities among the options of outputs that are of another kind than their format asks for."""
+    """Yield the quantities among the options of outputs that are of another dimension than their format requires."""
     outputs = tree.get("outputs")
     for name, entry in outputs.items() if isinstance(outputs, Map) else ():
         if not isinstance(entry, Map) or not any(isinstance(value, Quantity) for value in entry.values()):
@@ -109,10 +160,7 @@ def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Step
 
 
 class _Walk:
-    """Notes what a schema cannot say: quantities of another kind than their place asks for, NaN, infinity.
-
-    A piece that stands in many places is walked once.
-    """
+    """Finds what a schema cannot express: quantities of a wrong dimension, NaN, infinity. Visits shared pieces once."""
 
     def __init__(self) -> None:
         self.path: Steps = []
@@ -125,7 +173,7 @@ class _Walk:
         before = len(self.not_finite) + len(self.misfits)
         self._walk(value)
         sound = before == len(self.not_finite) + len(self.misfits)
-        if sound or value.via is None or not value.via.made:  # what is wrong in a part is told of all that are made
+        if sound or value.via is None or not value.via.made:  # an error in a part is reported for each instance
             self.done.add(id(value))
 
     def _walk(self, value: Map | Seq) -> None:
@@ -166,15 +214,8 @@ class _Walk:
             self.not_finite.append((steps, value))
 
 
-def _not_finite(tree: Map, path: Steps, value: float, scope: Scope | None) -> Diagnostic:
-    message = f"{subject(path)} is not a finite number"
-    if math.isfinite(value):
-        message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
-    return problem_at(scope, tree, path, "not-finite", message, "write a number, or leave the entry out")
-
-
 def _is_reckoned(steps: Steps) -> bool:
-    """Say whether a number is calculated with: those of limits may be 1.8e308, and masses have rules of their own."""
+    """Return True for a number of calculations: limits may be 1.8e308, and masses have rules of their own."""
     reckoned, node = False, sections().get(str(steps[0]))
     for step in steps[1:]:
         if node is None:
@@ -186,7 +227,7 @@ def _is_reckoned(steps: Steps) -> bool:
 
 @lru_cache(maxsize=2_000)
 def _dimensions(path: tuple[str | int, ...]) -> tuple[Dimension, ...] | None:
-    """Return the dimensions that the schema allows at a path; None where it has no number, for others to judge."""
+    """Return the dimensions that the schema allows at a path; None where it has no number, which other rules check."""
     wanted = unit_at(path)
     if wanted is None:
         return None
@@ -194,12 +235,210 @@ def _dimensions(path: tuple[str | int, ...]) -> tuple[Dimension, ...] | None:
     return tuple(unit[1] for unit in units if unit is not None)
 
 
-def _wrong_unit(
-    tree: Map, path: Steps, quantity: Quantity, allowed: tuple[Dimension, ...], scope: Scope | None
+# Sections that expansion removes: the schema of the plain tree lacks them.
+_EXPANDED = ("parts", "sensor_types", "use")
+_SIGNS = {"&": "an anchor", "#": "a comment", "!": "a tag"}
+_LIMITS = {
+    "minimum": "{where} is {value}, less than {limit}",
+    "maximum": "{where} is {value}, more than {limit}",
+    "exclusiveMinimum": "{where} is {value}, and has to be more than {limit}",
+    "exclusiveMaximum": "{where} is {value}, and has to be less than {limit}",
+    "multipleOf": "{where} is {value}, no multiple of {limit}",
+    "maxLength": "{where} is longer than {limit}",
+    "minLength": "{where} is shorter than {limit}",
+    "uniqueItems": "{where} has an item twice",
+}
+_TYPES = {
+    "string": "text",
+    "number": "a number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+    "object": "a mapping",
+    "array": "a list",
+}
+
+
+class _Report:
+    """Makes diagnostics of a misfit of the schema."""
+
+    def __init__(self, tree: Map, misfit: Misfit, schema: Mapping[str, Any], scope: Scope | None) -> None:
+        self.tree = tree
+        self.scope = scope
+        self.misfit = misfit
+        self.path = misfit.path
+        self.where = subject(self.path)
+        self.keyword = "propertyNames" if "propertyNames" in misfit.schema_path[-2:-1] else misfit.keyword
+        self.part, self.defined = part_at(misfit.schema_path[:-1], schema)
+        self.kind = (self.defined or str(self.path[0])) if self.path else "top"
+        self.meaning = _sentence(str(self.part.get("description", "")))
+        self.value: Any = tree
+        for step in self.path:
+            self.value = self.value[step]
+
+    def diagnostics(self) -> Iterable[Diagnostic]:
+        wanted, where, value = self.misfit.wanted, self.where, self.value
+        if self.keyword in ("minItems", "maxItems"):
+            count = f"at {'least' if self.keyword == 'minItems' else 'most'} {wanted}"
+            count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
+            help = partial(self._items_help, value)
+            return self._make("wrong-length", f"{where} has {counted(len(value), 'item')}, not {count}", help)
+        if self.keyword == "minLength" and not value:
+            return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
+        if words := _LIMITS.get(self.keyword):
+            limit = counted(wanted, "letter") if self.keyword.endswith("Length") else wanted
+            message = words.format(where=where, value=value, limit=limit)
+            return self._make("wrong-value", message, "" if self.keyword in ("minimum", "maximum") else self.meaning)
+        keys = ", ".join(self.part.get("properties", {}))
+        if self.keyword == "minProperties":
+            return self._make("missing-key", f"{where} is empty", f"legal keys: {keys}")
+        if self.keyword == "maxProperties":
+            return self._make("wrong-value", f"{where} has more than one key", f"write one of {keys}")
+        if self.keyword == "const":
+            return self._make("wrong-value", f"{where} cannot be {value}", f"this tool knows only {wanted}")
+        if self.keyword == "pattern":
+            return self._make("bad-name", f'{where} cannot be "{value}"', _odd_letter(str(value)) or self.meaning)
+        if self.keyword == "propertyNames":
+            name = self.misfit.value
+            form = "no markup, no quotes; spaces only within" if self.defined else "use letters, digits and _"
+            message = f'"{name}" cannot be a name in {where}'
+            return self._make("bad-name", message, _odd_letter(str(name)) or form, [*self.path, name], True)
+        if self.keyword == "enum":
+            kind = {"joint": "joint type", "source": "status"}.get(self.kind, "")
+            kind = "which gazebo" if self.path[-1] == "gazebo" else kind
+            return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
+        if self.keyword in ("required", "dependencies"):
+            return self._missing_key()
+        if self.keyword == "additionalProperties":
+            return self._unknown_keys()
+        if self.keyword == "type":
+            return self._wrong_type()
+        return self._make("wrong-shape", f"{where} does not fit the schema: {self.keyword}", self.meaning)
+
+    def _make(
+        self, rule: str, message: str, help: str | Callable[[], str] = "", path: Steps | None = None, key: bool = False
+    ) -> list[Diagnostic]:
+        """Return an error; a help that is a function is called by ``messages``."""
+        path = self.path if path is None else path
+        if isinstance(help, str):
+            return [problem_at(self.scope, self.tree, path, rule, message, help, key=key)]
+        return [replace(problem_at(self.scope, self.tree, path, rule, message, key=key), suggest=help)]
+
+    def _items_help(self, value: Seq) -> str:
+        return items_meant(value, self.part) or self.meaning
+
+    def _unknown_keys(self) -> Iterator[Diagnostic]:
+        known = self.part.get("properties", {})
+        if not self.path:
+            known = {**known, **dict.fromkeys(_EXPANDED)}
+        unexpected = dict.fromkeys(self.misfit.unexpected())
+        tails = text_tails(self.value, unexpected)
+        for key in unexpected:
+            if key not in tails:
+                help = partial(key_meant, key, self.value, known, self.kind, self.path)
+                yield from self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
+
+    def _missing_key(self) -> list[Diagnostic]:
+        key = self.misfit.key
+        legal = self.part.get("properties", {})
+        meant = [other for other in self.value if other not in legal and is_meant(other, key, self.kind, legal)]
+        if key == "inertia" and any("of" in swaps(other) for other in self.value):
+            return []  # which is in the place of it, and reported
+        if meant and self.path[:1] != ["outputs"]:
+            return []  # it is there, under a name that is reported
+        if meant and key in swaps(meant[0]):  # other keys of outputs are judged when their format is known
+            message = f'{self.where} has no key "{meant[0]}"'
+            return self._make("unknown-key", message, f'did you mean "{key}"?', [*self.path, meant[0]], True)
+        wanted = legal.get(key, {})
+        help = _sentence(wanted.get("description") or resolve(wanted).get("description", ""))
+        if key == "inertia":
+            help = "write ixx, iyy and izz, or of: collision to calculate it from the shapes"
+        return self._make("missing-key", f'{self.where} needs the key "{key}"', help, self.path, key=True)
+
+    def _wrong_type(self) -> list[Diagnostic]:
+        types = self.misfit.kinds()
+        unit = self.part.get("x-unit") or []
+        units = [unit] if isinstance(unit, str) else unit
+        wanted = " or ".join(_TYPES[name] for name in types if name != "null")
+        wanted += f" ({' or '.join(filter(None, units))})" if units else ""
+        parent: Any = self.tree
+        for step in self.path[:-1]:
+            parent = parent[step]
+        is_only = isinstance(parent, Seq) and len(parent) == 1 and "number" in types
+        if is_only and isinstance(self.value, str) and len(numbers_in(self.value)) > 1:
+            return []  # the length of the list is reported
+        fallen = fallen_out(self.tree, self.path, self.part)
+        if fallen and not (fallen.is_first and "null" in types):
+            return []
+        help: str | Callable[[], str] = partial(self._type_help, types, units)
+        if fallen:
+            help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen.owner}"'
+        return self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)
+
+    def _type_help(self, types: list[str], units: list[str]) -> str:
+        value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")
+        if value is None:
+            span = locate(self.tree, self.path).span
+            sign = span.source.line(span.line)[span.column - 1 :].lstrip()[:1]
+            if sign in _SIGNS:
+                return f'"{sign}" begins {_SIGNS[sign]} here: put the text in quotes'
+        if set(types) & {"number", "integer"} and isinstance(value, str):
+            return number_meant(value, units, key)
+        if "integer" in types and isinstance(value, Quantity):
+            return plain_number(float(value))
+        if "number" in types and (help := number_in(value, key)):
+            return help
+        if "array" in types:
+            return list_meant(value, key, self.part)
+        if "object" in types:
+            first = next(iter(value[0]), "") if isinstance(value, Seq) and value and isinstance(value[0], Map) else ""
+            return way_out(first, words_for(self.kind)) or mapping_meant(value, self.path, self.part)
+        if value is None and "number" in types:
+            return "write the number behind the colon, or leave the key out"
+        if types == ["boolean"]:
+            return flag_meant(value) or "write true or false"
+        return text_meant(value, key, self.part) if "string" in types else ""
+
+
+def not_allowed(
+    tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = "", scope: Scope | None = None
 ) -> Diagnostic:
-    named = " or ".join(describe(dimension) for dimension in allowed)
-    text = quantity.text or f"{float(quantity):g}"
-    message = f"{subject(path)} is {named or 'a plain number'}, but {text} is {describe(quantity.dimension)}"
-    plain = not any(map(any, allowed))
-    help = "write the number alone, without a unit" if plain else "correct the unit; a bare number is in SI units"
-    return problem_at(scope, tree, path, "wrong-unit", message, help)
+    """Return an error: the value at a path is not one of those that are allowed; ``kind`` is that of its synonyms."""
+    allowed = list(options)
+    names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in allowed))
+    if isinstance(value, bool) and str(value).lower() in allowed:
+        message = f"{subject(path)} cannot be the flag {str(value).lower()}"
+        help = f'write "{str(value).lower()}" in quotes: it is a word here'
+        return problem_at(scope, tree, path, "wrong-value", message, help)
+
+    def suggest() -> str:
+        if isinstance(value, str) and value in names:  # true is a word of YAML, "true" a text
+            return f"write {value} without quotes"
+        help = word_meant(str(value), names, kind)
+        if isinstance(value, str) and "true" in names:
+            help = flag_meant(value) or help
+        return f"{help} (one of {', '.join(names)})" if help.startswith(("did", "write")) else help
+
+    error = problem_at(scope, tree, path, "wrong-value", f'{subject(path)} cannot be "{value}"')
+    return replace(error, suggest=suggest)
+
+
+def _odd_letter(name: str) -> str:
+    """Return the help for a name with an invisible letter, or a space that is not of the space bar."""
+    odd = unseen(name) or next((letter for letter in name if letter.isspace() and letter not in " \n\t"), "")
+    return f"it contains {in_words(odd)}: type the name again" if odd else ""
+
+
+def _sentence(text: str) -> str:
+    return text[:1].lower() + text[1:].rstrip(".")
+
+
+def _found(value: Any) -> str:
+    if value is None or isinstance(value, bool):
+        return "empty" if value is None else str(value).lower()
+    if isinstance(value, Quantity):
+        return f"the quantity {value.text or float(value)}"
+    if isinstance(value, (int, float)):
+        return f"the number {value}"
+    if isinstance(value, str):
+        return f'the text "{value}"'
+    return "a list" if isinstance(value, Seq) else "a mapping"

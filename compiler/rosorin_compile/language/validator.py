@@ -1,31 +1,28 @@
-"""The one validator of JSON Schemas: jsonschema's for draft 7, any version of it from 3.2 on.
+"""Validate against JSON Schema draft 7, with any version of jsonschema from 3.2 on.
 
-Its versions differ in the order of errors, in their words, and in what a look-up of ``$ref`` costs. So errors are
-sorted by place, the words are ours, and a schema is handed over with what it refers to put in its place.
+Its versions differ in the order of errors, in their words, and in the cost of ``$ref``. So errors are sorted by place,
+the words are ours, and references are replaced by their targets first.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import did_you_mean
-from rosorin_compile.source.wording import counted
 
 from .annotations import Steps, describe_path, own_schema
 
-# The order in which kinds are named, whatever order a schema has.
 _KINDS = ("null", "boolean", "integer", "number", "string", "array", "object")
 _NAMING = ("required", "dependencies")
 
 
 class Misfit(NamedTuple):
-    """A value that does not fit a schema: where, what does not fit, what is asked for, by which part of the schema.
+    """A value that does not fit a schema: its path, and the keyword, its value and its part of the schema.
 
-    ``value`` is a name where one does not fit, whose mapping is at the path. ``branches`` are those of a choice that
-    were tried and do not fit, ``key`` is the one that is missing.
+    ``value`` is the name for ``propertyNames``, whose mapping is at the path; ``key`` is the one that is missing.
     """
 
     path: Steps
@@ -34,7 +31,6 @@ class Misfit(NamedTuple):
     value: Any
     part: Mapping[str, Any]
     schema_path: Steps
-    branches: int = 0
     key: str = ""
 
     def unexpected(self) -> list[str]:
@@ -42,7 +38,7 @@ class Misfit(NamedTuple):
         return [key for key in self.value if key not in self.part.get("properties", {})]
 
     def kinds(self) -> list[str]:
-        """Return what ``type`` allows."""
+        """Return the types that are allowed, in a fixed order."""
         return sorted([self.wanted] if isinstance(self.wanted, str) else self.wanted, key=_KINDS.index)
 
 
@@ -60,9 +56,9 @@ def validator(name: str) -> Any:
 
 
 def inlined(whole: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a schema with what it refers to in its place; no part of ours holds itself.
+    """Return a schema with each reference replaced by its target; our schemas are not recursive.
 
-    Draft 7 sees nothing that stands beside a reference. Raises ValueError for one that leads nowhere.
+    Draft 7 ignores what is next to a reference. Raises ValueError for one without a target.
     """
     done: dict[str, Any] = {}
 
@@ -76,145 +72,77 @@ def inlined(whole: Mapping[str, Any]) -> dict[str, Any]:
             return {**made, "pattern": _in_python(made["pattern"])} if isinstance(made.get("pattern"), str) else made
         name = part["$ref"]
         if name not in done:
-            done[name] = of(_named(whole, name))
+            target: Any = whole
+            try:
+                for step in name.removeprefix("#/").split("/"):
+                    target = target[step]
+            except (KeyError, TypeError):
+                raise ValueError(f"the schema has nothing that $ref names: {name}") from None
+            done[name] = of(target)
         return done[name]
 
     made: dict[str, Any] = of(whole)
     return made
 
 
-# Patterns of schemas are those of ECMA 262, which Python reads otherwise: ``$`` before a line feed, digits of other
-# scripts. What is a space to either of them is one.
-_OTHERWISE = (("\\d", "[0-9]"), ("\\s", r"\s\ufeff"))
-
-
 def _in_python(pattern: str) -> str:
-    """Return a pattern of a schema as Python has it; ``$`` stands at the end in all of ours."""
-    for theirs, ours in _OTHERWISE:
-        pattern = pattern.replace(theirs, ours)
+    r"""Return a pattern of ECMA 262 for Python, where ``$``, ``\d`` and ``\s`` match more or less."""
+    pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
     return pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
 
 
-def _named(whole: Any, reference: str) -> Any:
-    try:
-        for step in reference.removeprefix("#/").split("/"):
-            whole = whole[step]
-    except (KeyError, TypeError):
-        raise ValueError(f"the schema has nothing that $ref names: {reference}") from None
-    return whole
-
-
 def misfits_of(validator: Any, value: Any) -> list[Misfit]:
-    """Return what does not fit in a value, the first place first."""
-    errors = list(validator.iter_errors(value))
-    return sorted(_misfits(errors), key=_Places(value).of) if errors else []
-
-
-def _misfits(errors: Iterable[Any]) -> Iterator[Misfit]:
-    told = set()
-    for error in errors:
+    """Return the misfits of a value, in the order of their places."""
+    found: list[Misfit] = []
+    reported = set()
+    for error in validator.iter_errors(value):
         path, schema_path = list(error.absolute_path), list(error.absolute_schema_path)
-        given = (path, error.validator, error.validator_value, error.instance, error.schema, schema_path)
-        where = repr((path, schema_path))
+        misfit = Misfit(path, error.validator, error.validator_value, error.instance, error.schema, schema_path)
         if error.validator not in _NAMING:
-            yield Misfit(*given, branches=len(error.context))
-        elif where not in told:
-            told.add(where)
-            yield from (Misfit(*given, key=key) for key in _missing(error))
+            found.append(misfit)
+        elif (where := repr((path, schema_path))) not in reported:  # an error per key, or one for all of them
+            reported.add(where)
+            keys = error.validator_value
+            if error.validator == "dependencies":
+                keys = [key for given, wanted in keys.items() if given in error.instance for key in wanted]
+            found += [misfit._replace(key=key) for key in dict.fromkeys(keys) if key not in error.instance]
+    numbers: dict[int, dict[str, int]] = {}
 
-
-def _missing(error: Any) -> list[str]:
-    keys = error.validator_value
-    if error.validator == "dependencies":
-        keys = [key for given, wanted in keys.items() if given in error.instance for key in wanted]
-    return [key for key in dict.fromkeys(keys) if key not in error.instance]
-
-
-class _Places:
-    """The order of the places in a value."""
-
-    def __init__(self, value: Any) -> None:
-        self.value = value
-        self.known: dict[int, dict[str, int]] = {}
-
-    def of(self, misfit: Misfit) -> list[int]:
+    def place(misfit: Misfit) -> list[int]:
         """Return the numbers of the entries on the way to the place of a misfit."""
-        node, numbers = self.value, []
+        node, steps = value, []
         for step in misfit.path:
-            numbers.append(step if isinstance(step, int) else self._number(node, step))
+            if not isinstance(step, int) and id(node) not in numbers:
+                numbers[id(node)] = {key: number for number, key in enumerate(node)}
+            steps.append(step if isinstance(step, int) else numbers[id(node)][step])
             node = node[step]
-        return numbers
+        return steps
 
-    def _number(self, node: Mapping[str, Any], key: str) -> int:
-        if id(node) not in self.known:
-            self.known[id(node)] = {one: number for number, one in enumerate(node)}
-        return self.known[id(node)][key]
+    return sorted(found, key=place)
 
 
 def misfits(name: str, value: Any) -> list[str]:
-    """Return what of a JSON value does not fit one of the schemas that ship with the tool, a sentence each."""
+    """Return a sentence for each misfit of a JSON value, by the name of one of the schemas that ship with the tool."""
     return [f"{describe_path(one.path, own_schema())}: {words(one)}" for one in misfits_of(validator(name), value)]
-
-
-_LIMITS = {
-    "minItems": ("has less than", "item"),
-    "maxItems": ("has more than", "item"),
-    "minProperties": ("has less than", "property"),
-    "maxProperties": ("has more than", "property"),
-    "minLength": ("is shorter than", "character"),
-    "maxLength": ("is longer than", "character"),
-    "minimum": ("is less than the minimum of", ""),
-    "maximum": ("is greater than the maximum of", ""),
-    "exclusiveMinimum": ("is less than or equal to the minimum of", ""),
-    "exclusiveMaximum": ("is greater than or equal to the maximum of", ""),
-}
 
 
 def words(misfit: Misfit) -> str:
     """Return a sentence about a misfit of JSON."""
-    wanted, keyword = misfit.wanted, misfit.keyword
-    shown = _json(misfit.value)
-    if keyword in _LIMITS:
-        compared, thing = _LIMITS[keyword]
-        return f"{shown} {compared} {counted(wanted, thing) if thing else _json(wanted)}"
-    if keyword in _NAMING:
+    if misfit.keyword in _NAMING:
         return f"{_json(misfit.key)} is a required property"
-    if keyword == "additionalProperties":
-        keys = [f"'{key}'" for key in misfit.unexpected()]
-        verb = "was" if len(keys) == 1 else "were"
-        return f"Additional properties are not allowed ({', '.join(keys)} {verb} unexpected)"
-    if keyword == "type":
-        kinds = misfit.kinds()
-        return f"{shown} is not of type{'s' if len(kinds) > 1 else ''} {', '.join(map(_json, kinds))}"
-    if keyword == "enum":
-        return f"{shown} is not one of {_choice(wanted)}"
-    if keyword == "const":
-        return f"{_json(wanted)} was expected"
-    if keyword == "pattern":
-        return f'{shown} does not match "{wanted}"'
-    if keyword == "uniqueItems":
-        return f"{shown} has non-unique elements"
-    if keyword in ("anyOf", "oneOf"):
-        valid = "not valid under any" if misfit.branches else "valid under more than one"
-        return f"{shown} is {valid} of the schemas listed in the '{keyword}' keyword"
-    return f"{shown} does not fit the schema: {keyword}"
-
-
-def _choice(options: list[Any]) -> str:
-    named = [_json(one) for one in options]
-    if len(named) > 3:
-        named = [*named[:2], f"{len(named) - 2} other candidates"]
-    return " or ".join(filter(None, [", ".join(named[:-1]), named[-1]]))
+    if misfit.keyword == "additionalProperties":
+        return f"unknown properties: {', '.join(misfit.unexpected())}"
+    return f"{_json(misfit.value)} does not match {misfit.keyword} {_json(misfit.wanted)}"
 
 
 def _json(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))[:200]
 
 
 def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any], *, strict: bool = False) -> None:
-    """Raise ValueError where a part of a schema is no JSON Schema of draft 7, or refers to what the whole has not.
+    """Raise ValueError if a part of a schema is not JSON Schema of draft 7, or has a reference without a target.
 
-    ``strict``: also for a word that draft 7 does not know.
+    ``strict``: also for an unknown keyword.
     """
     from jsonschema import Draft7Validator, FormatChecker
 
@@ -225,7 +153,7 @@ def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any], *, strict: b
     inlined(whole)
 
 
-# What later drafts have, and draft 7 lets pass in silence.
+# Keywords of later drafts, which draft 7 ignores.
 _LATER = (
     *("prefixItems", "dependentRequired", "dependentSchemas", "unevaluatedItems", "unevaluatedProperties"),
     *("minContains", "maxContains", "$dynamicRef", "$recursiveRef"),
@@ -234,7 +162,7 @@ _BESIDE = ("$ref", "description", "title", "default", "examples")
 
 
 def _check_words(part: Any, known: Collection[str] | None, is_named: bool = False) -> None:
-    """Raise ValueError where a part of a schema has words that draft 7 does not heed; ``is_named``: keys are names."""
+    """Raise ValueError if a part of a schema has keywords that draft 7 ignores; ``is_named``: its keys are names."""
     if isinstance(part, list):
         for one in part:
             _check_words(one, known)
@@ -242,10 +170,10 @@ def _check_words(part: Any, known: Collection[str] | None, is_named: bool = Fals
         return
     for word, inner in part.items():
         if not is_named and word in _LATER:
-            raise ValueError(f"{word} is no word of JSON Schema draft 7")
+            raise ValueError(f"{word} is not a keyword of JSON Schema draft 7")
         if not is_named and "$ref" in part and word not in _BESIDE and not word.startswith("x-"):
-            raise ValueError(f"{word} has no meaning beside $ref, in JSON Schema draft 7")
+            raise ValueError(f"{word} has no effect next to $ref, in JSON Schema draft 7")
         if not is_named and known is not None and word not in known and not word.startswith("x-"):
-            raise ValueError(f"{word} is no word of JSON Schema draft 7; {did_you_mean(word, sorted(known))}")
+            raise ValueError(f"{word} is not a keyword of JSON Schema draft 7; {did_you_mean(word, sorted(known))}")
         if word not in ("default", "examples", "enum", "const") or is_named:
             _check_words(inner, known, not is_named and word in ("properties", "patternProperties"))

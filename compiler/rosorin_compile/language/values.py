@@ -1,26 +1,26 @@
-"""The symbol table of expressions: arguments, named values, parts and types of sensors, and what refers to them.
+"""The symbol table of expressions: arguments, named values, parts and sensor types, and what refers to them.
 
-It covers what is written in the files, not what the arguments of this run happen to need: a branch that is not taken
-uses what it names. Warnings about unused names leave out files that another description may include.
+It covers what is written in the files, whatever the arguments of this run: a branch that is not taken uses its names.
+Warnings about unused names leave out files that another description may include.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from pathlib import Path
+from itertools import chain, islice
 from typing import Any, NamedTuple
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
-from rosorin_compile.source.project import DESCRIPTIONS, ENDINGS
+from rosorin_compile.source.project import ENDINGS
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.wording import difference, in_words, look, unseen
 
 from .expand.files import Reader
 from .expand.scope import Scope
-from .expression import names_in, pieces
+from .expression import all_names, pieces
 
 RULES = (
     Rule(
@@ -34,80 +34,46 @@ RULES = (
 
 _WORD = re.compile(r"[^\W\d]\w*")
 _NO_NAMES: frozenset[str] = frozenset()
-# Names that parts and types of sensors always have.
+# Names that parts and sensor types always have.
 _BUILT_IN = {"parts": frozenset(("name", "mirrored")), "sensor_types": frozenset(("name", "frame", "parent"))}
-# Of these nothing is published, and large robots have many.
+# Keys below which nothing refers to parts, types or publishers; large robots have many of them.
 _BODIES = ("visual", "collision", "inertial", "limit", "dynamics", "source", "xyz", "rpy", "axis", "mjcf", "help")
-MAX_FILES = 500
-MAX_BYTES = 1_000_000
-
-
-def check_names(root: Map, scope: Scope) -> None:
-    """Report letters that nobody sees in the names of parts, types and values; warn of names that look alike."""
-    groups = {"part": root.get("parts"), "use": root.get("use"), "sensor type": root.get("sensor_types")}
-    named = [(kind, owner) for kind, owner in groups.items() if isinstance(owner, Map)]
-    bodies = [body for kind, owner in named if kind != "use" for body in owner.values() if isinstance(body, Map)]
-    for kind, key in (("parameter", "params"), ("value", "let")):
-        named += [(kind, body[key]) for body in bodies if isinstance(body.get(key), Map)]
-    for kind, owner in named:
-        _check_letters(kind, _places(owner), scope)
-    arguments = _places(root.get("args"))
-    _check_letters("argument", arguments, scope)
-    _check_letters("value", {name: place for name, place in scope.places.items() if name not in arguments}, scope)
-
-
-def _check_letters(kind: str, places: dict[str, Place], scope: Scope) -> None:
-    text = "".join(places)
-    by_case = kind in ("part", "sensor type")  # in a formula r and R are two things
-    if text.isascii() and text.isprintable() and not by_case:
-        return
-    first: dict[str, str] = {}
-    for name, place in places.items():
-        letter = unseen(name)
-        if letter:
-            message = f'{kind} "{name}" has a letter that nobody sees: {in_words(letter)}'
-            scope.report("invisible-letter", message, place, "type the name anew, without it")
-            continue
-        twin = first.setdefault(look(name, by_case), name)
-        if twin != name:
-            message = f'{kind} "{name}" differs from {kind} "{twin}" in {difference(name, twin)} alone'
-            related = (Related("the other one", places[twin].span), *place.stack())
-            help = "give one of them another name"
-            alike = Diagnostic("names-look-alike", WARNING, message, place.span, related, help)
-            scope.expansion.diagnostics.append(alike)
-
-
+_MAX_FILES = 500
 _Unused = tuple[str, Place, str]
 
 
-def _names_in_text(text: str) -> set[str]:
-    """Return the names in the expressions of a text."""
-    return {name for piece in pieces(text) if piece.is_expression for name in names_in(piece.text)}
-
-
-def _looped(entry: Any) -> frozenset[str]:
-    """Return the names that the loop of an entry gives a value; the key of the entry knows them too."""
-    loops = entry.get("for") if isinstance(entry, Map) else None
-    if not isinstance(loops, Map):
-        return _NO_NAMES
-    return frozenset(name.strip() for names in loops for name in names.split(","))
-
-
-def _words(text: str) -> set[str]:
-    """Return the words of the expressions in a text: more than their names, but no name is missing."""
-    words = {word for piece in pieces(text) if piece.is_expression for word in _WORD.findall(piece.text)}
-    if not text.isascii():
-        from unicodedata import normalize
-
-        words = {normalize("NFKC", word) for word in words}  # as Python reads names
-    return words
+def check_names(root: Map, scope: Scope) -> None:
+    """Report invisible letters in the names of parts, types and values; warn of names that look alike."""
+    groups = {"part": root.get("parts"), "use": root.get("use"), "sensor type": root.get("sensor_types")}
+    named = [(kind, _places(owner)) for kind, owner in groups.items()]
+    for owner in (root.get("parts"), root.get("sensor_types")):
+        for body in owner.values() if isinstance(owner, Map) else ():
+            if isinstance(body, Map):
+                named += [("parameter", _places(body.get("params"))), ("value", _places(body.get("let")))]
+    arguments = _places(root.get("args"))
+    values = {name: place for name, place in scope.places.items() if name not in arguments}
+    for kind, places in (*named, ("argument", arguments), ("value", values)):
+        ignore_case = kind in ("part", "sensor type")  # in a formula r and R are two names
+        first: dict[str, str] = {}
+        for name, place in places.items():
+            letter = unseen(name)
+            if letter:
+                message = f'{kind} "{name}" has a letter that nobody sees: {in_words(letter)}'
+                scope.report("invisible-letter", message, place, "type the name anew, without it")
+                continue
+            similar = first.setdefault(look(name, ignore_case), name)
+            if similar != name:
+                message = f'{kind} "{name}" differs from {kind} "{similar}" in {difference(name, similar)} alone'
+                related = (Related("the other one", places[similar].span), *place.stack())
+                help = "give one of them another name"
+                warning = Diagnostic("names-look-alike", WARNING, message, place.span, related, help)
+                scope.expansion.diagnostics.append(warning)
 
 
 class Use(NamedTuple):
-    """A word in an expression, the text of that, and its place."""
+    """A name in an expression, and the place of the expression."""
 
-    word: str
-    text: str
+    name: str
     place: Place
 
 
@@ -120,43 +86,7 @@ class ValueTable:
 
     def uses(self, name: str) -> list[Place]:
         """Return the places of the expressions that use an argument or a named value of the description."""
-        found = [use.place for use in self._outer_uses() if use.word == name and name in _names_in_text(use.text)]
-        return list(dict.fromkeys(found))
-
-    def _outer_uses(self) -> Iterator[Use]:
-        """Yield the words of all expressions that may be names of the description: those of parts are left out."""
-        for section in _BUILT_IN:
-            for _, body in _entries(self.root, section):
-                if isinstance(body, Map):
-                    own = set().union(*(_places(body.get(key)) for key in ("params", "let"))) - _BUILT_IN[section]
-                    yield from (one for one in self._uses(body, None) if one.word not in own | _BUILT_IN[section])
-        for key, value in self.root.items():
-            if key not in (*_BUILT_IN, "modes"):
-                yield from self._uses(value, Place(self.root.value_spans[key], self.root.via))
-        for _, value, _, place in self.reader.lets:
-            yield from self._uses(value, place)
-        for value in (*self.reader.offered, *(robot.item for robot in self.reader.robots)):
-            yield from self._uses(value, None)
-
-    def _uses(self, value: Any, place: Place | None, bound: frozenset[str] = _NO_NAMES) -> Iterator[Use]:
-        """Yield the words of all expressions in a piece of the tree that no loop around them gives a value."""
-        if self.is_constant(value):
-            return
-        if isinstance(value, str):
-            at = place or Place(Span(self.root.span.source, 1, 1), None)
-            yield from (Use(word, value, at) for word in _words(value) if word not in bound)
-        elif isinstance(value, Seq):
-            for item, span in zip(value, value.value_spans, strict=True):
-                yield from self._uses(item, Place(span, value.via), bound)
-        else:
-            inner = bound | _looped(value)
-            for key, item in value.items():
-                at = Place(value.value_spans[key], value.via)
-                if key == "for" and isinstance(item, Map):
-                    yield from self._uses(item, at, bound)
-                elif key != "help":
-                    yield from self._uses(key, Place(value.key_spans[key], value.via), inner | _looped(item))
-                    yield from self._uses(item, at, inner)
+        return list(dict.fromkeys(use.place for use in self._outer_uses() if use.name == name))
 
     def unused(self) -> list[Diagnostic]:
         """Return a warning for each name that is declared and never used."""
@@ -170,45 +100,70 @@ class ValueTable:
                 warnings.append(Diagnostic("unused", WARNING, message, place.span, place.stack(), help))
         return warnings
 
+    def _outer_uses(self) -> Iterator[Use]:
+        """Yield the names in all expressions that may be names of the description: those of parts are left out."""
+        for section, built_in in _BUILT_IN.items():
+            for _, body in _entries(self.root, section):
+                own = built_in.union(_places(body.get("params")), _places(body.get("let")))
+                yield from (use for use in self._uses(body, None) if use.name not in own)
+        for key, value in self.root.items():
+            if key not in (*_BUILT_IN, "modes"):
+                yield from self._uses(value, Place(self.root.value_spans[key], self.root.via))
+        for _, value, _, place in self.reader.lets:
+            yield from self._uses(value, place)
+        for value in (*self.reader.offered, *(robot.item for robot in self.reader.robots)):
+            yield from self._uses(value, None)
+
+    def _uses(self, value: Any, place: Place | None, bound: frozenset[str] = _NO_NAMES) -> Iterator[Use]:
+        """Yield the names in all expressions of a piece of the tree that no loop around them defines."""
+        if self.is_constant(value):
+            return
+        if isinstance(value, str):
+            at = place or Place(Span(self.root.span.source, 1, 1), None)
+            yield from (Use(name, at) for name in _names_in_text(value) if name not in bound)
+        elif isinstance(value, Seq):
+            for item, span in zip(value, value.value_spans, strict=True):
+                yield from self._uses(item, Place(span, value.via), bound)
+        else:
+            inner = bound | _loop_names(value)
+            for key, item in value.items():
+                at = Place(value.value_spans[key], value.via)
+                if key == "for" and isinstance(item, Map):
+                    yield from self._uses(item, at, bound)
+                elif key != "help":
+                    yield from self._uses(key, Place(value.key_spans[key], value.via), inner | _loop_names(item))
+                    yield from self._uses(item, at, inner)
+
     def _unused_values(self) -> Iterator[_Unused]:
-        """Yield the arguments and named values that no expression uses, those of parts and types of sensors too."""
+        """Yield the arguments and named values that no expression uses, also those of parts and sensor types."""
         for section, what in (("parts", "part"), ("sensor_types", "sensor type")):
             for name, body in _entries(self.root, section):
-                inside = {use.word for use in self._uses(body, None)} if isinstance(body, Map) else set()
-                for key, kind in (("params", "parameter"), ("let", "value")) if isinstance(body, Map) else ():
+                names = {use.name for use in self._uses(body, None)}
+                for key, kind, whose in (("params", "parameter", "the"), ("let", "value", "its")):
                     for inner, place in _places(body.get(key)).items():
-                        if inner.partition("(")[0] not in inside:
+                        if inner.partition("(")[0] not in names:
                             message = f'{what} "{name}" never uses its {kind} "{inner}"'
-                            whose = "its" if key == "let" else "the"
                             yield message, place, f"write ${{{inner}}} where {whose} value belongs, or remove it"
-        used = {use.word for use in self._outer_uses()}
+        used = {use.name for use in self._outer_uses()}
         arguments = _places(self.root.get("args"))
-        for name, place in arguments.items():
-            if name not in used:
-                yield f'nothing uses the argument "{name}"', place, f"write ${{{name}}} where it belongs, or remove it"
-        for name, _, place, _ in self.reader.lets:
-            if name.partition("(")[0] not in used and name not in arguments:
-                message = f'nothing uses the value "{name}" of let'
-                yield message, place, f"write ${{{name}}} where it belongs, or remove it"
+        lets = {name: place for name, _, place, _ in self.reader.lets if name not in arguments}
+        for name, place in (*arguments.items(), *lets.items()):
+            if name.partition("(")[0] not in used:
+                message = f'the value "{name}" of let' if name in lets else f'the argument "{name}"'
+                yield f"nothing uses {message}", place, f"write ${{{name}}} where it belongs, or remove it"
 
     def _unused_parts(self) -> Iterator[_Unused]:
-        """Yield the parts that no ``use`` names, and the types that no sensor is of."""
-        root, reader = self.root, self.reader
+        """Yield the parts that no ``use`` names, and the types that no sensor has."""
+        sections = [*self.root.items(), *(("let", value) for _, value, _, _ in self.reader.lets)]
         for section, key, what, help in (
             ("parts", "part", "nothing uses the part", "write use: {{NAME: {{part: {}}}}}, or remove it"),
             ("sensor_types", "type", "no sensor is of the type", "write type: {} in a sensor, or remove it"),
         ):
-            places = _places(root.get(section))
-            if not places:
-                continue
-            named: set[str] = set()
-            for owner, value in (*root.items(), *(("let", value) for _, value, _, _ in reader.lets)):
-                if owner not in ("parts", "links", "joints"):
-                    named |= _values_at(value, (key,))
-            for part, body in _entries(root, "parts"):
-                named |= _values_at(body, (key,)) - ({part} if section == "parts" else set())
+            named = _texts_at([value for owner, value in sections if owner not in ("parts", "links", "joints")], (key,))
+            for part, body in _entries(self.root, "parts"):
+                named |= _texts_at(body, (key,)) - ({part} if section == "parts" else set())
             if not any("$" in name for name in named):
-                for name, place in places.items():
+                for name, place in _places(self.root.get(section)).items():
                     if name not in named:
                         yield f'{what} "{name}"', place, help.format(name)
 
@@ -217,110 +172,78 @@ class ValueTable:
         root, reader = self.root, self.reader
         publishers, modes = _places(root.get("publishers")), _places(root.get("modes"))
         for name, entry in _entries(root, "publishers"):
-            if "$" in name or (isinstance(entry, Map) and entry.get("stamps")):
+            if entry.get("stamps"):
                 publishers.pop(name)
-        own = any(isinstance(entry, Map) and "template" in entry for _, entry in _entries(root, "outputs"))
-        if own or not (publishers or modes):  # a template of one's own may tell of all of them
+        if any("template" in entry for _, entry in _entries(root, "outputs")):  # which may print all of them
             return
-        wholes = [value for key, value in root.items() if key not in ("publishers", "modes")]
-        wholes += [*(value for _, value, _, _ in reader.lets), *(robot.item for robot in reader.robots)]
-        owners = _values_at(wholes, ("publisher", "by"))
-        if not any("$" in owner for owner in owners):
-            for name, place in publishers.items():
-                if name not in owners:
-                    message = f'publisher "{name}" publishes no joint and no edge, and stamps nothing'
-                    yield message, place, f"write publisher: {name} where it does{_odometry(root, name)}, or remove it"
-        conditions = _values_at(wholes, ("when",)) | set(_texts(root.get("outputs")))
-        if not any("$" in condition for condition in conditions):
-            named = {word for condition in conditions for word in _WORD.findall(condition)}
-            for name, place in modes.items():
-                if name not in named:
-                    yield (
-                        f'no condition names the mode "{name}"',
-                        place,
-                        f"write when: {name} where it matters, or remove it",
-                    )
+        values = [value for key, value in root.items() if key not in ("publishers", "modes")]
+        values += [*(value for _, value, _, _ in reader.lets), *(robot.item for robot in reader.robots)]
+        owners = _texts_at(values, ("publisher", "by"))
+        for name, place in publishers.items() if not any("$" in owner for owner in owners) else ():
+            if name not in owners and "$" not in name:
+                message = f'publisher "{name}" publishes no joint and no edge, and stamps nothing'
+                yield message, place, f"write publisher: {name} where it does, or remove it"
+        conditions = _texts_at(values, ("when",)) | set(_all_texts(root.get("outputs")))
+        named = {word for condition in conditions for word in _WORD.findall(condition)}
+        for name, place in modes.items() if not any("$" in condition for condition in conditions) else ():
+            if name not in named:
+                help = f"write when: {name} where it matters, or remove it"
+                yield f'no condition names the mode "{name}"', place, help
 
 
-def _odometry(root: Map, publisher: str) -> str:
-    """Return the edge of the odometry as an example, of a base that drives and has none; the child if it is known."""
-    edges = [entry for entry in root.get("edges") or () if isinstance(entry, Map)]
-    if not root.get("drive") or any(entry.get("parent") in ("odom", "map") for entry in edges):
-        return ""
-    children = {entry.get("child") for _, entry in _entries(root, "joints") if isinstance(entry, Map)}
-    base = next((name for name, _ in _entries(root, "links") if name not in children), "base_link")
-    return f", such as edges: [{{parent: odom, child: {base}, publisher: {publisher}}}]"
+def _loop_names(entry: Any) -> frozenset[str]:
+    """Return the names that the loop of an entry defines; its key may use them too."""
+    loops = entry.get("for") if isinstance(entry, Map) else None
+    if not isinstance(loops, Map):
+        return _NO_NAMES
+    return frozenset(name.strip() for names in loops for name in names.split(","))
 
 
-def _values_at(value: Any, keys: tuple[str, ...]) -> set[str]:
-    """Return the texts that stand at keys anywhere in a piece of the tree; a whole that is computed is one of them."""
+def _names_in_text(text: str) -> set[str]:
+    return {name for piece in pieces(text) if piece.is_expression for name in all_names(piece.text)}
+
+
+def _texts_at(value: Any, keys: tuple[str, ...]) -> set[str]:
+    """Return the texts at keys anywhere in a value, and those that load a file."""
     found: set[str] = set()
     waiting = [value]
     while waiting:
         item = waiting.pop()
         if isinstance(item, Map):
-            for key, inner in item.items():
-                if isinstance(inner, (Map, Seq)):
-                    if key not in _BODIES:
-                        waiting.append(inner)
-                elif isinstance(inner, str) and (key in keys or "load(" in inner):
-                    found.add(inner)
+            waiting += [inner for key, inner in item.items() if isinstance(inner, (Map, Seq)) and key not in _BODIES]
+            texts = ((key, inner) for key, inner in item.items() if isinstance(inner, str))
+            found |= {text for key, text in texts if key in keys or "load(" in text}
         elif isinstance(item, list):
             waiting += [inner for inner in item if isinstance(inner, (Map, Seq))]
     return found
 
 
-def _texts(value: Any) -> Iterator[str]:
+def _all_texts(value: Any) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     elif isinstance(value, (Map, Seq)):
         for item in value.values() if isinstance(value, Map) else value:
-            yield from _texts(item)
+            yield from _all_texts(item)
 
 
-def _entries(root: Map, section: str) -> Iterable[tuple[str, Any]]:
+def _entries(root: Map, section: str) -> Iterable[tuple[str, Map]]:
+    """Return the entries of a section that are mappings."""
     owner = root.get(section)
-    return owner.items() if isinstance(owner, Map) else ()
+    return [item for item in owner.items() if isinstance(item[1], Map)] if isinstance(owner, Map) else []
 
 
 def _places(owner: Any) -> dict[str, Place]:
-    """Return where the keys of a mapping stand; nothing if it is none."""
+    """Return the places of the keys of a mapping; none of any other value."""
     return {key: Place(owner.key_spans[key], owner.via) for key in owner} if isinstance(owner, Map) else {}
 
 
 def _is_shared(span: Span, reader: Reader) -> bool:
-    """Say whether a description that is not compiled here may include the file of a place."""
-    name = Path(span.source.path).name
-    own = {files.resolve(path) for path in reader.files}
-    folders = {reader.folder, files.resolve(span.source.path).parent}
-    if reader.folder.parent.name == DESCRIPTIONS:
-        folders.add(reader.folder.parent)
-    seen = 0
-    for folder in folders:
-        for path in _below(folder):
-            seen += 1
-            if seen > MAX_FILES:
-                return True
-            if path.suffix in ENDINGS and files.resolve(path) not in own and _names(path, name):
-                return True
-    return False
-
-
-def _below(folder: Path) -> Iterator[Path]:
-    """Yield what is in a folder and in those below it, as far as it is asked for; links are not followed."""
+    """Return True if another description may include the file of a place: a file nearby has its name in it."""
+    own, file = {files.resolve(path) for path in reader.files}, files.resolve(span.source.path)
+    siblings = chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
+    nearby = [path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS]
     try:
-        inside = files.list_folder(folder)
-    except OSError:
-        return
-    for path in inside:
-        yield path
-        if path.is_dir() and not path.is_symlink():
-            yield from _below(path)
-
-
-def _names(path: Path, name: str) -> bool:
-    """Say whether a file is small enough to be a description, and has a name in its text."""
-    try:
-        return path.stat().st_size <= MAX_BYTES and name in files.read_text(path, errors="replace")
+        texts = (files.read_text(path, errors="replace") for path in nearby if files.resolve(path) not in own)
+        return any(file.name in text for text in texts)
     except OSError:
         return False

@@ -1,11 +1,12 @@
-"""Written: what stands in the files of a description, found by its place, before anything is evaluated.
+"""The files of a description as they are written, before expressions are evaluated, by position.
 
-A later stage knows of a value where it was written; this tells what was written there, and in which entry.
+A later stage has the position of a value; this finds its text there, and the entry that it is in.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Source, Span
@@ -14,11 +15,11 @@ from rosorin_compile.source.tree import Map, Path, Seq
 
 MAX_TEXT = 80
 
-_CLOSING = {"{": "}", "[": "]"}
+_Places = dict[tuple[int, int], "Piece"]
 
 
 class Piece(NamedTuple):
-    """A value of a file: the keys that lead to it from the top, the value as read, where it and its key stand."""
+    """A value of a file: its path from the top, the value as read, and the positions of the value and of its key."""
 
     path: Path
     value: Any
@@ -27,41 +28,42 @@ class Piece(NamedTuple):
 
 
 class Written:
-    """Knows the files that it was asked about; each is read once."""
+    """The files that positions are in; each is read once."""
 
     def __init__(self) -> None:
-        self._files: dict[str, tuple[dict[tuple[int, int], Piece], dict[tuple[int, int], Piece]]] = {}
+        self._files: dict[str, tuple[_Places, _Places]] = {}
 
     def value(self, span: Span) -> Piece | None:
-        """Return the innermost value that begins at a place; None if none does."""
+        """Return the innermost value that begins at a position."""
         return self._read(span.source)[0].get((span.line, span.column))
 
     def entry(self, span: Span) -> Piece | None:
-        """Return the value whose key stands at a place; None if no key does."""
+        """Return the value whose key is at a position."""
         return self._read(span.source)[1].get((span.line, span.column))
 
     def text(self, span: Span) -> str:
-        """Return what is written at a place, on one line and shortened; the text of a key is that of its value."""
+        """Return the value written at a position, or behind the key there, on one line and shortened."""
         if _is_markup(span.source):
-            return _shortened(span.source.line(span.line)[span.column - 1 :][: span.length])
-        piece = self.entry(span) or self.value(span)
-        return "" if piece is None else _shortened(_text(piece))
+            text = span.source.line(span.line)[span.column - 1 :][: span.length]
+        else:
+            piece = self.entry(span) or self.value(span)
+            text = "" if piece is None else _text(piece.value, piece.span)
+        return text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT - 3]}..."
 
-    def _read(self, source: Source) -> tuple[dict[tuple[int, int], Piece], dict[tuple[int, int], Piece]]:
-        known = self._files.get(source.path)
-        if known is None:
-            values: dict[tuple[int, int], Piece] = {}
-            keys: dict[tuple[int, int], Piece] = {}
+    def _read(self, source: Source) -> tuple[_Places, _Places]:
+        if source.path not in self._files:
+            values: _Places = {}
+            keys: _Places = {}
             try:
                 tree = None if _is_markup(source) else parse_yaml(source)
-            except LoadError:  # a description that compiles has none; the artifacts of another tool may
+            except LoadError:  # artifacts of another tool; descriptions with errors are not explained
                 tree = None
             for piece in _pieces(tree):
                 values[piece.span.line, piece.span.column] = piece
                 if piece.key is not None:
                     keys[piece.key.line, piece.key.column] = piece
-            known = self._files[source.path] = (values, keys)
-        return known
+            self._files[source.path] = (values, keys)
+        return self._files[source.path]
 
 
 def _is_markup(source: Source) -> bool:
@@ -82,43 +84,18 @@ def _pieces(tree: Any) -> Iterator[Piece]:
                 waiting.append(((*path, index), item))
 
 
-def _text(piece: Piece) -> str:
-    value, span = piece.value, piece.span
+def _text(value: Any, span: Span) -> str:
     line = span.source.line(span.line)[span.column - 1 :]
-    if isinstance(value, (Map, Seq)):
-        if line[:1] in _CLOSING:
-            return _bracketed(span)
-        return f"{{{', '.join(value)}}}" if isinstance(value, Map) else f"[{len(value)} items]"
+    if isinstance(value, Map):
+        keys = list(islice(value, MAX_TEXT))
+        if line.startswith("{"):
+            keys = [f"{key}: {_text(value[key], value.value_spans[key])}" for key in keys]
+        return f"{{{', '.join(keys)}}}"
+    if isinstance(value, Seq):
+        if not line.startswith("["):
+            return f"[{len(value)} items]"
+        return f"[{', '.join(_text(*item) for item in islice(zip(value, value.value_spans, strict=True), MAX_TEXT))}]"
     if value is None:
         return ""
     one_line = not isinstance(value, str) or span.length >= len(value)
     return line[: span.length] if one_line else " ".join(value.split())
-
-
-def _bracketed(span: Span) -> str:
-    """Return a list or mapping in brackets on one line, without its comments."""
-    lines = span.source.text.splitlines()[span.line - 1 :]
-    letters: list[str] = []
-    depth, quote = 0, ""
-    for number, line in enumerate(lines):
-        begin = span.column - 1 if number == 0 else 0
-        for index in range(begin, len(line)):
-            letter = line[index]
-            if quote:
-                quote = "" if letter == quote else quote
-            elif letter in "'\"":
-                quote = letter
-            elif letter == "#" and line[index - 1 : index].isspace():
-                break
-            depth += (not quote) * ((letter in "{[") - (letter in "}]"))
-            letters.append(letter)
-            if depth == 0:
-                return " ".join("".join(letters).split())
-            if len(letters) > 4 * MAX_TEXT:
-                return " ".join("".join(letters).split())
-        letters.append(" ")
-    return " ".join("".join(letters).split())
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT - 3]}..."

@@ -21,8 +21,8 @@ right (differential), of the axle that is not steered (tricycle, ackermann). The
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from .bounds import radius_about
@@ -87,11 +87,6 @@ class Drive:
     def slides(self) -> bool:
         """Whether the base moves sideways."""
         return self.kind in SLIDING
-
-    def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> Drive:
-        """Return it with new names of links and joints."""
-        joints = {role: tuple(map(joint, names)) for role, names in self.joints.items()}
-        return replace(self, joints=joints, frame=link(self.frame))
 
 
 class Twist(NamedTuple):

@@ -10,8 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-from rosorin_compile.source.memo import remembered
+from functools import lru_cache
 
 Vector = tuple[float, float, float]
 Rows = tuple[Vector, Vector, Vector]
@@ -119,7 +118,7 @@ def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
 
 
 # Several rules and formats ask, and many links of a large robot weigh the same.
-@remembered
+@lru_cache(maxsize=20_000)
 def eigenvalues(rows: Rows) -> Vector:
     """Return the eigenvalues of a symmetric 3x3 matrix, smallest first.
 

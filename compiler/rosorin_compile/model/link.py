@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cache, cached_property
+from typing import Any, ClassVar
 
-from rosorin_compile.source.numbers import NumberFormat, inertia
+from rosorin_compile.source.numbers import NumberFormat, exact, rounded, short
 
 from .bounds import bounds_of
 from .geometry import Pose, Vector, eigenvalues
 from .shape import Shape
 from .simulation import Marked, Values
+
+
+def only_in(default: Any, **formats: str) -> Any:
+    """Return a field of a link that only some formats carry, each with its word for it: ``mjcf="gravcomp"``.
+
+    MJCF writes and reads it as that attribute of the body; every other format of robots reports that it is missing.
+    """
+    return field(default=default, metadata={"formats": formats})
+
+
+@cache
+def limited_fields(kind: type) -> Mapping[str, Mapping[str, str]]:
+    """Return the fields of a dataclass that are made with ``only_in``, each with the words of its formats."""
+    return {item.name: item.metadata["formats"] for item in fields(kind) if "formats" in item.metadata}
 
 
 @dataclass(frozen=True)
@@ -25,6 +39,29 @@ class Source:
 
 
 NO_SOURCE = Source()
+
+
+_THIN = 3e-3  # smallest by largest principal moment: all digits matter for how such a body turns
+_FLAT = 1e-10  # all digits matter for whether such a body is possible: A + B = C, and engines refuse A + B < C
+
+
+def printed_inertia(six: Sequence[float], principal: Sequence[float], number: NumberFormat) -> list[str]:
+    """Return the moments and products of an inertia (xx yy zz xy xz yz) in print; ``principal``: smallest first.
+
+    Moments are numbers, products entries of the tensor. All digits are kept where others would be another body.
+    """
+    if number is not short:
+        return list(map(number, six))
+    moments, products = six[:3], six[3:]
+    least, middle, most = principal
+    near = [rounded(moment) for moment in moments]
+    low, medium, high = sorted(moments)
+    near_low, near_medium, near_high = sorted(near)
+    is_delicate = any(products) and (least < _THIN * most or least + middle - most < _FLAT * most)
+    if is_delicate or (low + medium >= high and near_low + near_medium < near_high):
+        return list(map(exact, six))
+    largest = max(map(abs, moments))
+    return [*map(exact, near), *(exact(rounded(product, largest)) for product in products)]
 
 
 @dataclass(frozen=True)
@@ -49,7 +86,7 @@ class Inertial:
     def printed(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
         """Return the inertia in print, as xx yy zz xy xz yz; ``along`` is the same inertia along other axes."""
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
-        return inertia(six, self.principal_moments, number)
+        return printed_inertia(six, self.principal_moments, number)
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,10 +103,15 @@ class Link:
     collision: tuple[Shape, ...] = ()
     source: Source = NO_SOURCE
     urdf_elements: tuple[str, ...] = ()
-    gravity_compensation: float = 0.0
+    gravity_compensation: float = only_in(0.0, mjcf="gravcomp")
     marked: tuple[Marked, ...] = ()
     mjcf: Values = field(default_factory=dict, hash=False)
     mjcf_elements: tuple[str, ...] = ()
+
+    def limited_values(self, format: str) -> dict[str, Any]:
+        """Return the values of fields of ``only_in`` that are not the default, by the words of a format."""
+        words = {name: formats[format] for name, formats in limited_fields(Link).items() if format in formats}
+        return {word: getattr(self, name) for name, word in words.items() if getattr(self, name) != getattr(Link, name)}
 
     def __repr__(self) -> str:
         """Return the name, the mass and how many shapes there are."""

@@ -7,11 +7,9 @@ buffers of a .gltf and the materials of an .obj in the same folder; a .dae with 
 from __future__ import annotations
 
 import io
-import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -49,7 +47,7 @@ MAX_BYTES = 2_000_000_000
 _MAX_MATERIALS = 1_000_000  # bytes
 _MAP, _WHITE = re.compile(rb"(?mi)^[ \t]*map_Kd\b[^\r\n]*"), re.compile(rb"(?mi)^[ \t]*Kd\b[^\r\n]*")
 _NAMELESS = "material_0"  # the name of a material that trimesh made up
-_AGAIN = "export it again"
+_UNIT = re.compile(rb"""<unit\b[^>]*\bmeter\s*=\s*["']\s*(\d+\.?\d*(?:[eE][+-]?\d+)?)\s*["']""")  # COLLADA 1.4.1
 
 Colour = tuple[float, float, float]
 
@@ -142,15 +140,17 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     kind = path.suffix.lower().removeprefix(".")
     if kind not in TriangleMesh.FORMATS:
         known = ", ".join(f".{name}" for name in TriangleMesh.FORMATS)
-        help = "convert it; the ending of the name says the format"
-        raise ExtractProblem.of("mesh-unreadable", f"{path} is none of {known}", help)
+        raise _unreadable(f"{path} is none of {known}", "convert it; the ending of the name says the format")
     data = _read(path)
-    unit = _checked_unit(path, data) if kind == "dae" else 1.0
+    text = data.replace(b"\0", b"") if kind == "dae" else b""  # UTF-16 as well
+    if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # a small file could be endless, or read other files
+        raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
+    unit = _UNIT.search(text)
     parsed = [piece for piece in _parse(path, kind, data, coloured) if len(piece[0])]
     if not parsed:
         raise ExtractProblem.of("mesh-empty", f"{path} has no triangle", "name a mesh that has a surface")
     triangles = np.concatenate([piece for piece, _ in parsed])
-    factors = np.asarray(scale, dtype=np.float64) * unit
+    factors = np.asarray(scale, dtype=np.float64) * (float(unit[1]) if unit and float(unit[1]) else 1.0)
     if not (factors == 1.0).all():
         triangles = triangles * factors
         if factors.prod() < 0:  # the corners of a mirrored mesh go round the other way
@@ -177,7 +177,7 @@ def mesh_inertial(path: Path, scale: Sequence[float]) -> Inertial:
     return Inertial(abs(float(mesh.volume)), Pose((x, y, z)), ixx, iyy, izz, ixy, ixz, iyz)
 
 
-def _unreadable(message: str, help: str = _AGAIN) -> ExtractProblem:
+def _unreadable(message: str, help: str = "export it again") -> ExtractProblem:
     return ExtractProblem.of("mesh-unreadable", message, help)
 
 
@@ -199,43 +199,8 @@ def _read(path: Path) -> bytes:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise _unreadable(f"cannot read {path}: {reason}", "check the name and the permissions") from None
     if not data:
-        raise ExtractProblem.of("mesh-empty", f"{path} is an empty file", _AGAIN)
+        raise ExtractProblem.of("mesh-empty", f"{path} is an empty file", "export it again")
     return data
-
-
-def _checked_unit(path: Path, data: bytes) -> float:
-    """Return the unit of a DAE in metres (COLLADA 1.4.1, <unit meter="...">, default 1). Raises ExtractProblem.
-
-    A DTD is refused: entities can make a small file endless or read other files. So is a corner that is not a finite
-    number of 32 bits: pycollada 0.9 turns NaN into zero, and trimesh leaves out triangles with infinite corners.
-    """
-    from xml.etree import ElementTree
-
-    import numpy as np
-
-    if re.search(rb"<!\s*(DOCTYPE|ENTITY)", data.replace(b"\0", b""), re.IGNORECASE):  # without the zeros of UTF-16
-        raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
-    try:
-        root = ElementTree.fromstring(data)  # noqa: S314 - it has no DTD, so no entities
-    except (ElementTree.ParseError, ValueError, LookupError):
-        return 1.0  # trimesh reports the reason
-    inputs = [entry for entry in root.iterfind(".//{*}vertices/{*}input") if entry.get("semantic") == "POSITION"]
-    names = {entry.get("source", "").removeprefix("#") for entry in inputs}
-    for source in root.iterfind(".//{*}source[@id]"):
-        words = (source.findtext("{*}float_array") or "").split() if source.get("id") in names else []
-        try:
-            with np.errstate(over="ignore"):
-                is_finite = bool(np.isfinite(np.array(words, np.float64).astype(np.float32)).all())
-        except ValueError:
-            is_finite = False
-        if not is_finite:
-            raise _unreadable(f"{path} has corners that are not finite numbers")
-    found = root.find(".//{*}unit[@meter]")
-    try:
-        unit = float(found.get("meter", "1")) if found is not None else 1.0
-    except ValueError:
-        return 1.0
-    return unit if math.isfinite(unit) and unit > 0 else 1.0
 
 
 def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Floats, Colour | None]]:
@@ -246,12 +211,10 @@ def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Flo
     import trimesh
 
     options: dict[str, Any] = {"process": False}
-    if kind == "gltf":
-        options["resolver"] = _Resolver(partial(_buffer, path.parent))
-    if kind == "obj" and coloured:
-        options["resolver"] = _Resolver(partial(_materials, path.parent))
-    elif kind in ("obj", "gltf", "glb"):
-        options["skip_materials"] = True
+    if kind == "gltf" or (kind == "obj" and coloured):
+        options["resolver"] = _Resolver(path.parent)
+    if kind != "obj" or not coloured:
+        options |= {"skip_materials": True} if kind in ("obj", "gltf", "glb") else {}
     log = logging.getLogger("trimesh")  # which logs whole tracebacks of a broken file, and goes on
     level = log.level
     log.setLevel(logging.CRITICAL + 1)
@@ -276,16 +239,19 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
     import numpy as np
     import trimesh
 
-    if isinstance(loaded, trimesh.Trimesh):
-        yield _triangles(path, loaded), _colour(loaded)
-    elif isinstance(loaded, trimesh.Scene):
-        for node in sorted(loaded.graph.nodes_geometry):
-            matrix, name = loaded.graph[node]
-            geometry = loaded.geometry.get(name)
-            if isinstance(geometry, trimesh.Trimesh):
-                matrix = np.asarray(matrix, dtype=np.float64)
-                moved = TriangleMesh.placed(_triangles(path, geometry), matrix[:3, :3].tolist(), matrix[:3, 3].tolist())
-                yield moved[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else moved, _colour(geometry)
+    nodes = [(np.eye(4), loaded)]
+    if isinstance(loaded, trimesh.Scene):
+        placed = [loaded.graph[node] for node in sorted(loaded.graph.nodes_geometry)]
+        nodes = [(np.asarray(matrix, dtype=np.float64), loaded.geometry.get(name)) for matrix, name in placed]
+    for matrix, mesh in nodes:
+        if not isinstance(mesh, trimesh.Trimesh):
+            continue
+        corners, faces = np.asarray(mesh.vertices, np.float64).reshape(-1, 3), np.asarray(mesh.faces).reshape(-1, 3)
+        broken = int(((faces < 0) | (faces >= len(corners))).any(axis=1).sum())
+        if broken:
+            raise _unreadable(f"{path} has {counted(broken, 'triangle')} with a corner that the file does not have")
+        triangles = TriangleMesh.placed(corners[faces], matrix[:3, :3].tolist(), matrix[:3, 3].tolist())
+        yield triangles[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else triangles, _colour(mesh)
 
 
 def _colour(mesh: Any) -> Colour | None:
@@ -298,41 +264,20 @@ def _colour(mesh: Any) -> Colour | None:
     return red, green, blue
 
 
-def _triangles(path: Path, mesh: Any) -> Floats:
-    """Return the triangles (n, 3, 3) of a Trimesh. Raises ExtractProblem for corners that the file does not have."""
-    import numpy as np
-
-    corners = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
-    faces = np.asarray(mesh.faces).reshape(-1, 3)
-    broken = int(((faces < 0) | (faces >= len(corners))).any(axis=1).sum())
-    if broken:
-        raise _unreadable(f"{path} has {counted(broken, 'triangle')} with a corner that the file does not have")
-    triangles: Floats = corners[faces]
-    return triangles
-
-
 class _Resolver:
-    """Give trimesh the side files of a mesh, by a function that raises FileNotFoundError."""
+    """Gives trimesh the side files of a mesh: the buffers of a .gltf, and materials of an .obj without images.
 
-    def __init__(self, get: Callable[[str], bytes]) -> None:
-        self.get = get
+    They are in the folder of the mesh or below. A material with an image is white.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
 
     def __getitem__(self, name: str) -> bytes:
-        return self.get(name)
-
-
-def _materials(folder: Path, name: str) -> bytes:
-    """Return the materials of an OBJ, without images: a material with an image is white."""
-    file = folder / name
-    if not name.lower().endswith(".mtl") or Path(name).is_absolute() or not files.is_file(file):
-        raise FileNotFoundError(f"{name} is not beside it")
-    blocks = re.split(rb"(?mi)^(?=[ \t]*newmtl\b)", files.read_bytes(file, _MAX_MATERIALS))
-    return b"".join(_WHITE.sub(b"Kd 1 1 1", _MAP.sub(b"", one)) if _MAP.search(one) else one for one in blocks)
-
-
-def _buffer(folder: Path, name: str) -> bytes:
-    """Return a buffer of a .gltf in its folder or below."""
-    file = files.resolve(folder / name)
-    if not file.is_relative_to(files.resolve(folder)) or not files.is_file(file):
-        raise FileNotFoundError(f'the buffer "{name}" is not beside it')
-    return files.read_bytes(file)
+        file = files.resolve(self.folder / name)
+        if not file.is_relative_to(files.resolve(self.folder)) or not files.is_file(file):
+            raise FileNotFoundError(f'the file "{name}" is not beside it')
+        if file.suffix.lower() != ".mtl":
+            return files.read_bytes(file)
+        blocks = re.split(rb"(?mi)^(?=[ \t]*newmtl\b)", files.read_bytes(file, _MAX_MATERIALS))
+        return b"".join(_WHITE.sub(b"Kd 1 1 1", _MAP.sub(b"", one)) if _MAP.search(one) else one for one in blocks)

@@ -1,4 +1,4 @@
-"""Vertices of STL, OBJ and MSH files, read without any package.
+"""Vertices of STL and OBJ files, read without any package.
 
 Every value in an artifact that follows from the size of a mesh comes from this reader, so artifacts do not depend on
 which extras are installed. Triangles and other formats are read by trimesh (``mesh_triangles``).
@@ -11,7 +11,6 @@ import re
 import struct
 from array import array
 from collections.abc import Callable, Sequence
-from sys import byteorder
 
 from rosorin_compile.source import files
 
@@ -21,10 +20,6 @@ from .shape import Mesh
 
 MAX_BYTES = 500_000_000
 STL_HEADER = 84  # bytes: 80 of text and the number of triangles; each triangle has 50 bytes
-_STL_RECORD = 50
-_STL_NORMAL, _STL_CORNERS = 12, 36  # bytes within a triangle
-_MSH_HEADER = struct.Struct("<4i")  # numbers of vertices, normals, texture coordinates and faces
-_LFS_POINTER = b"version https://git-lfs"
 _OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
 _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
 
@@ -83,7 +78,6 @@ def _read_cloud(robot: Robot, name: str, as_opened: bool) -> tuple[Vector, ...]:
         try:
             if path is None or not files.is_file(path):
                 raise UnreadableMesh("the file is not found")
-            check_readable(path.suffix.lower())
             if path.stat().st_size > MAX_BYTES:
                 raise UnreadableMesh(f"the file is larger than {MAX_BYTES:,} bytes")
             coordinates = read_vertices(files.read_bytes(path), path.suffix.lower())
@@ -96,12 +90,27 @@ def _read_cloud(robot: Robot, name: str, as_opened: bool) -> tuple[Vector, ...]:
 def read_vertices(data: bytes, ending: str) -> array[float]:
     """Return x, y and z of every vertex of a mesh file, in the order and the unit of the file.
 
-    ``ending`` is that of the file name, such as ".stl". An STL has three vertices for each triangle. Raises
-    UnreadableMesh.
+    ``ending`` is that of the file name, such as ".stl". An STL has three vertices for each triangle; vertices of an OBJ
+    without a face count, because MuJoCo takes them into the hull. Raises UnreadableMesh.
     """
     check_content(data)
-    check_readable(ending)
-    coordinates = _READERS[ending](data)
+    if ending not in (".stl", ".obj"):
+        raise UnreadableMesh("only STL and OBJ files are measured", "export it as STL or OBJ")
+    coordinates = array("d")
+    if ending == ".stl" and not is_ascii_stl(data):
+        if stl_count(data) is None:
+            raise UnreadableMesh("the STL is damaged")
+        for triangle in struct.iter_unpack("<12x9f2x", data[STL_HEADER:]):
+            coordinates.extend(triangle)
+    else:
+        for line in (_OBJ_VERTEX if ending == ".obj" else _STL_VERTEX).finditer(data):
+            try:
+                x, y, z = map(float, line[1].split()[:3])
+            except ValueError:
+                raise UnreadableMesh("a vertex is not three numbers") from None
+            coordinates.extend((x, y, z))
+        if ending == ".stl" and len(coordinates) % 9:
+            raise UnreadableMesh("the STL is damaged: a triangle has fewer than three vertices")
     if not coordinates:
         raise UnreadableMesh("it has no vertices")
     if not math.isfinite(sum(map(abs, coordinates))):
@@ -113,73 +122,16 @@ def check_content(data: bytes) -> None:
     """Raise UnreadableMesh for an empty file and for a pointer of Git LFS."""
     if not data.strip():
         raise UnreadableMesh("the file is empty")
-    if data.startswith(_LFS_POINTER):
+    if data.startswith(b"version https://git-lfs"):
         raise UnreadableMesh("it is a pointer of Git LFS, not the file itself", "fetch the file: git lfs pull")
-
-
-def check_readable(ending: str) -> None:
-    """Raise UnreadableMesh for the ending of a format that this reader does not read."""
-    if ending not in _READERS:
-        raise UnreadableMesh("only STL, OBJ and MSH files are measured", "export it as STL or OBJ")
 
 
 def stl_count(data: bytes) -> int | None:
     """Return the number of triangles of a binary STL, or None if the size of the file is not the size for it."""
     count = int(struct.unpack_from("<I", data, STL_HEADER - 4)[0]) if len(data) >= STL_HEADER else -1
-    return count if len(data) == STL_HEADER + _STL_RECORD * count else None
+    return count if len(data) == STL_HEADER + 50 * count else None
 
 
 def is_ascii_stl(data: bytes) -> bool:
     """Return True if an STL is text; the header of a binary one may begin with "solid", too."""
     return stl_count(data) is None and data.lstrip()[:5].lower() == b"solid"
-
-
-def _read_stl(data: bytes) -> array[float]:
-    if is_ascii_stl(data):
-        coordinates = _read_text(_STL_VERTEX, data)
-        if len(coordinates) % 9:
-            raise UnreadableMesh("the STL is damaged: a triangle has fewer than three vertices")
-        return coordinates
-    count = stl_count(data)
-    if count is None:
-        raise UnreadableMesh("the STL is damaged")
-    corners = bytearray(_STL_CORNERS * count)
-    for offset in range(_STL_CORNERS):
-        corners[offset::_STL_CORNERS] = data[STL_HEADER + _STL_NORMAL + offset :: _STL_RECORD]
-    return _floats(bytes(corners))
-
-
-def _read_obj(data: bytes) -> array[float]:
-    """Return all vertices, including those without a face: MuJoCo takes them into the hull."""
-    return _read_text(_OBJ_VERTEX, data)
-
-
-def _read_msh(data: bytes) -> array[float]:
-    counts = _MSH_HEADER.unpack_from(data) if len(data) >= _MSH_HEADER.size else (-1, 0, 0, 0)
-    vertices, normals, texture_coordinates, _ = counts
-    sizes = sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
-    whole = len(data) == _MSH_HEADER.size + sizes and min(counts) >= 0
-    if not whole or {normals, texture_coordinates} - {0, vertices}:
-        raise UnreadableMesh("the MSH is damaged")
-    return _floats(data[_MSH_HEADER.size :][: 12 * vertices])
-
-
-def _read_text(pattern: re.Pattern[bytes], data: bytes) -> array[float]:
-    coordinates = array("d")
-    for line in pattern.finditer(data):
-        try:
-            x, y, z = map(float, line[1].split()[:3])
-        except ValueError:
-            raise UnreadableMesh("a vertex is not three numbers") from None
-        coordinates.extend((x, y, z))
-    return coordinates
-
-
-def _floats(data: bytes) -> array[float]:
-    numbers = array("f", data)
-    if byteorder == "big":
-        numbers.byteswap()
-    return numbers
-
-
-_READERS = {".stl": _read_stl, ".obj": _read_obj, ".msh": _read_msh}

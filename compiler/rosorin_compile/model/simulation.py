@@ -5,8 +5,7 @@ Attributes that the language has no key for are kept under their names in MuJoCo
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, ClassVar
@@ -16,50 +15,12 @@ from .geometry import IDENTITY, Pose
 # The value of an attribute: a number in SI units, text, true or false, or several of them. None: left out.
 Attribute = float | str | bool | tuple[float | str | bool, ...] | None
 Values = Mapping[str, Attribute]
-Rename = Callable[[str], str]
-
-# Attributes whose value is the name of a link or of the frame of one, of a joint, of a shape.
-_LINKS = frozenset(("body", "body1", "body2", "target", "site", "site1", "site2", "refsite", "sidesite"))
-_LINKS |= {"slidersite", "cranksite", "objname", "refname", "subtree1", "subtree2"}
-_JOINTS = frozenset(("joint", "joint1", "joint2", "jointinparent"))
-_SHAPES = frozenset(("geom", "geom1", "geom2"))
-# The suffixes of the names that the MJCF derives from that of a joint with several coordinates, and of a link.
-_JOINT_SUFFIX = re.compile(r"(.+)(_TX|_TY|_TZ|_RZ|_R)")
-_SHAPE_SUFFIX = re.compile(r"(.+)(_(?:collision|visual)_\d+)")
 
 POSITION, VELOCITY, MOTOR, GENERAL = "position", "velocity", "motor", "general"
 SHARED_LAYER = "default"  # the contact layer of shapes that name no other
 SENSOR_ELEMENT, BODY_ELEMENT, TEMPLATE_ELEMENT = "sensor", "body", "template"
 AT_JOINT = "joint"
 CLASSIC = "classic"
-
-
-class Renames:
-    """New names of links and joints in attributes of MuJoCo, also where they are part of a name."""
-
-    def __init__(self, link: Rename, joint: Rename) -> None:
-        self.link = link
-        self._joint = joint
-
-    def joint(self, name: str) -> str:
-        """Return the new name of a joint, or of one of the several that MuJoCo has for it."""
-        return _rename(name, self._joint, _JOINT_SUFFIX)
-
-    def shape(self, name: str) -> str:
-        """Return the new name of a shape, which may contain that of its link."""
-        return _rename(name, self.link, _SHAPE_SUFFIX)
-
-    def values(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return attributes with the new names in them."""
-        made = dict(values)
-        for words, rename in ((_LINKS, self.link), (_JOINTS, self.joint), (_SHAPES, self.shape)):
-            made |= {word: rename(made[word]) for word in words & made.keys() if isinstance(made[word], str)}
-        return made
-
-
-def _rename(name: str, rename: Rename, suffix: re.Pattern[str]) -> str:
-    match = suffix.fullmatch(name)
-    return rename(match[1]) + match[2] if match and rename(name) == name else rename(name)
 
 
 @dataclass(frozen=True)
@@ -84,10 +45,6 @@ class Actuator:
     unlimited: bool = False
     force: tuple[float, float] | None = None
     mjcf: Values = field(default_factory=dict, hash=False)
-
-    def renamed(self, link: Rename, joint: Rename) -> Actuator:
-        """Return it with new names of links and joints."""
-        return replace(self, targets=Renames(link, joint).values(self.targets))
 
     @property
     def holds_position(self) -> bool:
@@ -146,10 +103,6 @@ class Entry:
     tag: str
     name: str
     values: Values = field(default_factory=dict, hash=False)
-
-    def renamed(self, link: Rename, joint: Rename) -> Entry:
-        """Return it with new names of links and joints."""
-        return replace(self, values=Renames(link, joint).values(self.values))
 
 
 @dataclass(frozen=True)

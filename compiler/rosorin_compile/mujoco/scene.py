@@ -18,7 +18,7 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats.format import Format
+from rosorin_compile.formats.format import Format, xml_syntax
 from rosorin_compile.model import Mesh, Output, Robot
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source import files
@@ -150,12 +150,6 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         yield case.problem("scene-without-robot", of[0], ("outputs", output.name, key), of[1])
 
 
-def _syntax(text: str) -> object:
-    from rosorin_compile.source.xml.elements import canonical, tree_of
-
-    return canonical(tree_of(text))
-
-
 def robot_of(path: Path) -> str:
     """Return the robot that a scene was generated for; empty if the file is not a scene. Raises OSError."""
     from html import unescape  # that of xml.sax.saxutils would load http
@@ -183,7 +177,7 @@ FORMAT = Format(
     write=write,
     measures=True,
     beside=lambda text: _INCLUDED.findall(text),
-    syntax=_syntax,
+    syntax=xml_syntax,
     folder="mjcf",
     robot_of=robot_of,
 )

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from rosorin_compile.compare.committed import compare
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
 from rosorin_compile.model.kinematics import NoWay
+from rosorin_compile.output.committed import compare
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, and_more, counted, did_you_mean, first_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress

@@ -16,7 +16,7 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.conditions import check_modes
+from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, RequestError, did_you_mean, error, has_errors
 from rosorin_compile.source.progress import Progress

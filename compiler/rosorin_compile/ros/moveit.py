@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 
 from rosorin_compile.model import DisabledCollision, Vector
 from rosorin_compile.model.link import NO_SOURCE, Source
@@ -87,16 +87,6 @@ class CollisionMatrix:
     shapes: Mapping[str, str] = field(default_factory=dict)
     joints: Mapping[str, str] = field(default_factory=dict)
 
-    def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> CollisionMatrix:
-        """Return it with other names of links and joints."""
-        shapes = {link(name): digest for name, digest in self.shapes.items()}
-        joints = {joint(name): digest for name, digest in self.joints.items()}
-        return replace(self, pairs=_disabled(self.pairs, link), shapes=shapes, joints=joints)
-
-
-def _disabled(pairs: tuple[DisabledCollision, ...], link: Callable[[str], str]) -> tuple[DisabledCollision, ...]:
-    return tuple(replace(one, links=(link(one.links[0]), link(one.links[1]))) for one in pairs)
-
 
 @dataclass(frozen=True)
 class Moveit:
@@ -124,26 +114,3 @@ class Moveit:
     def own_names(self) -> Mapping[str, Collection[str]]:
         """What may be named here, and is nothing of the robot, by kind: the virtual joint."""
         return {"joint": (self.virtual_joint.name,)} if self.virtual_joint is not None else {}
-
-    def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> Moveit:
-        """Return it with other names of links and joints."""
-        return replace(
-            self,
-            groups=tuple(
-                replace(
-                    one,
-                    chain=one.chain and (link(one.chain[0]), link(one.chain[1])),
-                    joints=tuple(map(joint, one.joints)),
-                    links=tuple(map(link, one.links)),
-                )
-                for one in self.groups
-            ),
-            end_effectors=tuple(replace(one, parent=link(one.parent)) for one in self.end_effectors),
-            passive_joints=tuple(map(joint, self.passive_joints)),
-            disabled=_disabled(self.disabled, link),
-            checked=tuple((link(one), link(other)) for one, other in self.checked),
-            unchecked_links=tuple(map(link, self.unchecked_links)),
-            spheres={link(name): balls for name, balls in self.spheres.items()},
-            joint_properties={joint(name): said for name, said in self.joint_properties.items()},
-            matrix=self.matrix and self.matrix.renamed(link, joint),
-        )

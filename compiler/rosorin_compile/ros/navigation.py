@@ -12,8 +12,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Output, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.conditions import holds, modes_in
-from rosorin_compile.rules.tf_tree import is_tree
+from rosorin_compile.rules.publishers import holds, modes_in
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, did_you_mean, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, exists
@@ -172,7 +171,7 @@ def stated_topic(robot: Robot, name: str) -> str:
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Found]]) -> Iterator[Diagnostic]:
     """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is no tree."""
-    if not is_tree(case):
+    if not case.robot.is_tree:
         return
     entry: Path = ("outputs", output.name)
     for one in find(case.robot, output):

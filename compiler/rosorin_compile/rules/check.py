@@ -7,13 +7,13 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.language.accepting import accepted, unused
-from rosorin_compile.language.accepting import settled as without_accepted
 from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
+from rosorin_compile.language.lower.links import RULES as LINK_RULES
 from rosorin_compile.language.lower.sections import is_resolved
-from rosorin_compile.language.lower.shapes import RULES as _OF_SHAPES
-from rosorin_compile.language.section_registry import plugged as sections_of_plugins
+from rosorin_compile.language.section_registry import plugged as plugged_sections
+from rosorin_compile.language.suppressions import accepted, unused
+from rosorin_compile.language.suppressions import settled as without_accepted
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import own_sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
@@ -25,75 +25,39 @@ from rosorin_compile.source.tree import Path as TreePath
 
 from . import (
     bodies,
-    conditions,
     containment,
     drive,
     frames,
     joints,
     kinematics,
-    lacking,
     magnitudes,
-    materials,
-    mimic,
-    misplaced_elements,
-    mjcf_elements,
     names,
     outputs,
-    poses,
+    positions,
     publishers,
-    ranges,
-    servos,
-    sight,
-    signs,
-    simulated_marks,
-    simulated_names,
-    simulated_values,
-    sizes,
-    stamps,
-    stand_ins,
+    shapes,
+    simulated,
     tf_tree,
-    two_words,
-    xml_elements,
+    urdf_elements,
 )
 from .case import Case
-from .magnitudes import collect
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 # The modules whose checks run, in this order; then those of sections for ROS and MuJoCo.
 _MODULES = (
-    kinematics,
-    frames,
-    joints,
-    mimic,
-    drive,
-    bodies,
-    sizes,
-    lacking,
-    ranges,
-    servos,
-    signs,
-    conditions,
-    containment,
-    publishers,
-    tf_tree,
-    stamps,
-    poses,
-    outputs,
-    magnitudes,
-    materials,
-    xml_elements,
-    misplaced_elements,
-    simulated_names,
-    simulated_values,
-    mjcf_elements,
-    simulated_marks,
-    two_words,
-    stand_ins,
-    names,
-    sight,
+    *(kinematics, frames, joints, positions, drive, bodies, containment, shapes, publishers, tf_tree, outputs),
+    *(magnitudes, urdf_elements, simulated, names),
 )
+_ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")
+# Rules that compare a number with another, such as a size or a limit.
+_COMPARING = (
+    *("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible"),
+    *("mimic-beyond-limit", "pose-beyond-limit", "size-implausible"),
+)
+# Rules about all numbers of a robot together: one wrong number is reason enough.
+_OF_ALL_NUMBERS = ("collisions-stale",)
 
 
 @cache
@@ -104,7 +68,7 @@ def checks() -> tuple[Check, ...]:
 
 
 class Plugged(NamedTuple):
-    """The checks that plug-ins add, and what is wrong with plug-ins of this kind."""
+    """The checks that plug-ins add, and the diagnostics of invalid plug-ins."""
 
     checks: tuple[tuple[Plugin, Check], ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -112,53 +76,45 @@ class Plugged(NamedTuple):
 
 @cache
 def plugged() -> Plugged:
-    """Return the checks of plug-ins, and what is wrong with their rules, those of sections included."""
+    """Return the checks of plug-ins, and diagnostics of their invalid rules, those of sections included."""
     loaded, diagnostics = load("rules", Check, _ids, lambda id: bool(find([id])))
-    of_sections = [(plugin, check) for plugin, one in sections_of_plugins().sections for check in one.checks]
-    wrong = [(plugin, problem) for plugin, check in of_sections if (problem := _wrong(check))]
-    refused = [broken(plugin, f"has a check that is none: {problem}") for plugin, problem in wrong]
-    plugged = Plugged(loaded, (*diagnostics, *refused))
-    OF_PLUGINS.update((rule.id, rule) for _, check in plugged.checks for rule in check.rules)
-    return plugged
+    refused = []
+    for plugin, check in _section_checks():
+        try:
+            _ids(check)
+        except (TypeError, ValueError) as problem:
+            refused.append(broken(plugin, f"has a check that is none: {problem}"))
+    OF_PLUGINS.update((rule.id, rule) for _, check in loaded for rule in check.rules)
+    return Plugged(loaded, (*diagnostics, *refused))
 
 
-def _wrong(check: Check) -> str:
-    """Return what is wrong with the rules of a check; empty if nothing is."""
-    try:
-        _ids(check)
-    except (TypeError, ValueError) as problem:
-        return str(problem)
-    return ""
+def _section_checks() -> list[tuple[Plugin, Check]]:
+    return [(plugin, check) for plugin, section in plugged_sections().sections for check in section.checks]
 
 
 def _ids(check: Check) -> list[str]:
-    """Return the ids of a plug-in's check. Raises ValueError if they are none."""
+    """Return the ids of a plug-in's check. Raises TypeError or ValueError if its rules are invalid."""
     for rule in check.rules:
         check_texts(rule)
         if not is_id(rule.id):
             raise ValueError(f'"{rule.id}" is no id of a rule: small letters, digits and single hyphens')
-        if rule.accept not in _OF or rule.imported not in _IMPORTED:
-            raise ValueError(f"accept of {rule.id} is one of {_OF}, imported one of {_IMPORTED}")
+        if rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
+            raise ValueError(f"accept of {rule.id} is one of {_ACCEPT}, imported one of {_IMPORTED}")
     if not check.rules:
         raise ValueError("it declares no rule; put @rule above the function")
     return [rule.id for rule in check.rules]
 
 
-_OF = ("", "link", "joint", "link or joint")
-_IMPORTED = ("", "always", "lenient")
-
-
 def is_id(text: str) -> bool:
-    """Say whether a text has the form of an id: kebab-case."""
+    """Return True if a text has the form of an id: kebab-case."""
     return all(word.isascii() and word.isalnum() and word == word.lower() for word in text.split("-"))
 
 
 @cache
 def acceptable() -> Mapping[str, Rule]:
     """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
-    of_sections = (check for _, section in sections_of_plugins().sections for check in section.checks)
-    all_checks = (*checks(), *(check for _, check in plugged().checks), *of_sections)
-    rules = (*_OF_SHAPES, *(rule for check in all_checks for rule in check.rules))
+    all_checks = (*checks(), *(check for _, check in (*plugged().checks, *_section_checks())))
+    rules = (*LINK_RULES, *(rule for check in all_checks for rule in check.rules))
     return {rule.id: rule for rule in sorted(rules, key=lambda rule: rule.id) if rule.accept}
 
 
@@ -170,25 +126,27 @@ def check(
     scope: Scope | None = None,
     wanted: Collection[str] = (),
 ) -> list[Diagnostic]:
-    """Return what is wrong with the meaning of a description, and what is worth a note.
+    """Check a robot against all rules and return the diagnostics.
 
     ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``lower``); ``formats`` are
-    those that outputs may name, ``scope`` has what the names of the description stand for, ``wanted`` as in ``Case``.
+    those that outputs may name, ``scope`` has the names of expressions, ``wanted`` as in ``Case``.
     """
-    case = Case(robot, tree, places, collect(tree), formats, scope, wanted)
+    case = Case(robot, tree, places, magnitudes.collect(tree), formats, scope, wanted)
     diagnostics: list[Diagnostic] = []
     for number, one in enumerate(checks()):
         Progress.step("checking", number, len(checks()))
         diagnostics += one(case)
-    diagnostics += [diagnostic for plugin, one in plugged().checks for diagnostic in _guarded(plugin, one, case)]
-    for plugin, section in sections_of_plugins().sections:
+    others = list(plugged().checks)
+    for plugin, section in plugged_sections().sections:
         if section in robot.sections and is_resolved(robot, case.symbols, section.name):
-            diagnostics += [found for one in section.checks for found in _guarded(plugin, one, case)]
+            others += [(plugin, one) for one in section.checks]
+    for plugin, one in others:
+        diagnostics += _guarded(plugin, one, case)
     return _causes(tree, _joined(tree, diagnostics))
 
 
 def _guarded(plugin: Plugin, check: Check, case: Case) -> list[Diagnostic]:
-    """Return what a plug-in's check finds until it does something wrong, and that."""
+    """Return the diagnostics of a plug-in's check until it does something wrong, and an error about that."""
     ids = [rule.id for rule in check.rules]
     found: list[Diagnostic] = []
     try:
@@ -204,41 +162,22 @@ def _guarded(plugin: Plugin, check: Check, case: Case) -> list[Diagnostic]:
 
 
 def _joined(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics, those on one value that is used many times as one; what is accepted is so by name."""
+    """Merge the diagnostics of one rule at one value that is used many times; accepted ones stay apart, by name."""
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
-        uses = tuple(related for related in diagnostic.related if related.message == USED)
-        alone = not uses or accepted(tree, diagnostic, acceptable())
-        key: object = (len(found), diagnostic) if alone else (diagnostic.rule, diagnostic.span)
-        if key not in found:
-            found[key] = diagnostic
-            continue
-        first = found[key].related
-        more = tuple(use for use in uses if use not in first)
-        last = max(index for index, related in enumerate(first) if related.message == USED) + 1
-        found[key] = replace(found[key], related=(*first[:last], *more, *first[last:]))
+        uses = [related for related in diagnostic.related if related.message == USED]
+        is_alone = not uses or accepted(tree, diagnostic, acceptable())
+        key: object = (len(found), diagnostic) if is_alone else (diagnostic.rule, diagnostic.span)
+        first = found.setdefault(key, diagnostic)
+        if first is not diagnostic:
+            last = max(index for index, related in enumerate(first.related) if related.message == USED) + 1
+            more = [use for use in uses if use not in first.related]
+            found[key] = replace(first, related=(*first.related[:last], *more, *first.related[last:]))
     return list(found.values())
 
 
-# What is said of a number because of another one: a size, a limit.
-_COMPARING = (
-    "centre-outside",
-    "collision-elsewhere",
-    "inertia-implausible",
-    "mass-implausible",
-    "mimic-beyond-limit",
-    "pose-beyond-limit",
-    "size-implausible",
-)
-# Remarks that hold or not by all numbers of a robot together: a wrong one alone is reason enough.
-_OF_ALL_NUMBERS = ("collisions-stale",)
-
-
 def _causes(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics without remarks on numbers that are told to be wrong: who corrects those is done.
-
-    What is accepted hides nothing: it stays as it is.
-    """
+    """Drop warnings and notes that follow from numbers with an error; an accepted diagnostic hides nothing."""
     wrong = [
         one
         for one in diagnostics
@@ -246,16 +185,15 @@ def _causes(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
         and not accepted(tree, one, acceptable())
     ]
     refused = {one.span for one in wrong if one.severity == ERROR}
-    said = refused.union(*map(_spans, wrong))
+    places = refused.union(*map(_spans, wrong))
 
-    def is_told(one: Diagnostic) -> bool:
-        return one.severity != ERROR and (
-            one.span in refused
-            or (one.rule in _COMPARING and not said.isdisjoint(_spans(one)))
-            or (one.rule in _OF_ALL_NUMBERS and bool(refused))
-        )
+    def follows(one: Diagnostic) -> bool:
+        if one.severity == ERROR or one.span is None:
+            return False
+        is_compared = one.rule in _COMPARING and not places.isdisjoint(_spans(one))
+        return is_compared or one.span in refused or (one.rule in _OF_ALL_NUMBERS and bool(refused))
 
-    return [one for one in diagnostics if one.span is None or not is_told(one)]
+    return [one for one in diagnostics if not follows(one)]
 
 
 def _spans(diagnostic: Diagnostic) -> set[Span | None]:
@@ -268,9 +206,9 @@ def accepts(case: Case, found: Diagnostic) -> bool:
 
 
 def settled(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
-    """Return the diagnostics that are not accepted, and a warning for each entry that accepts nothing.
+    """Return the diagnostics that are not accepted, and a warning for each unused entry of ``accept``.
 
-    ``asked`` is what the run asked for (``Rule.asked``).
+    ``asked`` is the kind of rules that the run checks (``Rule.asked``).
     """
     left = without_accepted(case.tree, found, acceptable())
     return [*left.diagnostics, *unused(case.tree, left.used, acceptable(), (asked,))]

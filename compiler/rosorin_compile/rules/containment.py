@@ -19,17 +19,9 @@ _SIDES = [side for side in product((-1, 0, 1), repeat=3) if any(side)]
 _TURNS = [math.pi / 4 * step for step in range(8)]
 
 
-@rule(
-    "link-inside-link",
-    "A warning: all shapes of a link are inside one shape of another link, with joints at zero. Links that are fixed to"
-    " each other, or that a joint connects, and meshes are not examined.",
-    "Correct `xyz` of a joint, or a size; a pair that is meant goes under `disabled_contacts`.",
-    JOINTS,
-    accept="link",
-    imported="always",
-)
+@rule("link-inside-link", help="Correct `xyz`, or disable the contact.", topic=JOINTS, accept="link", imported="always")
 def contained_links(case: Case) -> Iterator[Diagnostic]:
-    """Links that are entirely inside another link."""
+    """A warning: a link is entirely inside one shape of another link, with joints at zero; meshes are not examined."""
     robot = case.robot
     if not robot.is_tree:
         return

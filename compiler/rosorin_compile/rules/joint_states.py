@@ -1,18 +1,20 @@
-"""Positions of joints: named poses, positions with units, pulses, and sweeps."""
+"""Requested positions of joints: named poses, positions with units, pulses, and sweeps."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from itertools import product
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.kinematics import Position, Positions, position_of
-from rosorin_compile.model.servos import to_radians
+from rosorin_compile.model.servos import ServoGroup, nearest, servo_of, to_radians, within
 from rosorin_compile.model.tf2 import of_rows, rows_of_rpy
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, did_you_mean
 from rosorin_compile.source.numbers import exact
@@ -30,32 +32,18 @@ from rosorin_compile.source.units import (
 
 from .case import Case
 
-RULES = (
-    Rule(
-        "position-beyond-limit",
-        "A position that is asked for is beyond the limit of a joint; a warning, with `--strict` an error.",
-        "Another position, or another limit.",
-        ASKING,
-    ),
-)
+RULES = (Rule("position-beyond-limit", "A requested position is beyond a limit: a warning.", "Change it.", ASKING),)
 
 NOTHING: Mapping[str, object] = MappingProxyType({})
-# Positions come from pulses and printed limits: a hair beyond is rounding (as in the rules about poses).
-ROUNDING = 1e-6
+ROUNDING = 1e-6  # positions come from pulses and printed limits: a hair beyond is rounding
 MAX_STATES = 100_000
 _WHOLE = re.compile(r"[+-]?[0-9]{1,9}")
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-_TURNS = ("revolute", "continuous")
-# The numbers of a joint as people write them, and the dimension of each.
-FORMS: Mapping[str, tuple[tuple[str, ...], ...]] = {
+# The numbers of a joint as people write them.
+_FORMS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "planar": (("x", "y", "angle"),),
     "floating": (("x", "y", "z", "roll", "pitch", "yaw"), ("x", "y", "z", "qx", "qy", "qz", "qw")),
     "ball": (("roll", "pitch", "yaw"), ("qx", "qy", "qz", "qw")),
-}
-KINDS = {
-    **dict.fromkeys(("x", "y", "z"), LENGTH),
-    **dict.fromkeys(("angle", "roll", "pitch", "yaw"), ANGLE),
-    **dict.fromkeys(("qx", "qy", "qz", "qw"), NUMBER),
 }
 
 
@@ -85,10 +73,10 @@ def pose_of(robot: Robot, name: str) -> dict[str, float]:
 
 def split(text: str, example: str) -> tuple[str, str]:
     """Return the name and the value of NAME=VALUE. Raises RequestError."""
-    name, equals, value = text.partition("=")
-    if not equals or not name.strip() or not value.strip():
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not name or not value:
         raise RequestError(f'"{text}" is not {example}')
-    return name.strip(), value.strip()
+    return name, value
 
 
 def free_joint(robot: Robot, name: str) -> Joint:
@@ -106,16 +94,17 @@ def free_joint(robot: Robot, name: str) -> Joint:
 
 
 def place(robot: Robot, name: str, text: str) -> Position:
-    """Return where a joint is as it is written: of a planar or floating one several numbers. Raises RequestError."""
+    """Return the position of a joint from its text: several numbers for a planar one. Raises RequestError."""
     joint = robot.joint.get(name)
-    if joint is None or joint.type not in FORMS:
+    if joint is None or joint.type not in _FORMS:
         return position(free_joint(robot, name), text)
     parts = [part.strip() for part in text.split(",")]
-    form = next((form for form in FORMS[joint.type] if len(form) == len(parts)), None)
+    form = next((form for form in _FORMS[joint.type] if len(form) == len(parts)), None)
     if form is None:
-        forms = " or ".join(f"{name}={','.join(form)}" for form in FORMS[joint.type])
+        forms = " or ".join(f"{name}={','.join(form)}" for form in _FORMS[joint.type])
         raise RequestError(f'joint "{name}" is {joint.type}: write {forms}')
-    numbers = tuple(_number(joint, part, KINDS[key]) for part, key in zip(parts, form, strict=True))
+    kinds = [LENGTH if key in "xyz" else NUMBER if key.startswith("q") else ANGLE for key in form]
+    numbers = tuple(_number(joint, part, kind) for part, kind in zip(parts, kinds, strict=True))
     if "roll" in form:
         *xyz, roll, pitch, yaw = numbers
         return (*xyz, *of_rows(rows_of_rpy((roll, pitch, yaw))))
@@ -125,39 +114,32 @@ def place(robot: Robot, name: str, text: str) -> Position:
 
 
 def position(joint: Joint, text: str) -> float:
-    """Return a position as it is written: a number in SI units, a quantity, an expression. Raises RequestError."""
-    return _number(joint, text, ANGLE if joint.type in _TURNS else LENGTH)
+    """Return a position from its text: a number in SI units, a quantity, an expression. Raises RequestError."""
+    return _number(joint, text, ANGLE if joint.type in ("revolute", "continuous") else LENGTH)
 
 
-def _number(joint: Joint, text: str, wanted: Dimension) -> float:
-    quantity = Quantity.parse(text)
-    value = _evaluated(joint, text) if quantity is None else quantity
-    dimension = dimension_of(value)
-    if dimension not in (None, NUMBER, wanted):
-        raise RequestError(
-            f'joint "{joint.name}" is {joint.type}: {text} is {describe(dimension)}, not {describe(wanted)}'
-        )
-    if not math.isfinite(value):
-        raise RequestError(f'the position of joint "{joint.name}" is not finite: {text}')
-    return float(value)
-
-
-def _evaluated(joint: Joint, text: str) -> float:
-    def lookup(name: str) -> object:
-        raise KeyError(name)
-
-    if _NUMBER.fullmatch(text):
-        return float(text)
-    unit = unknown_unit(text)
-    if unit is not None:
-        raise RequestError(f'the position of joint "{joint.name}" has a unit that nobody knows: "{unit}"')
-    try:
-        value = evaluate(text, lookup)
-    except ExpressionError as problem:
-        raise RequestError(f'the position of joint "{joint.name}" cannot be read: {text}: {problem.message}') from None
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise RequestError(f'the position of joint "{joint.name}" is no number: {text}')
-    return value
+def _number(joint: Joint, text: str, expected: Dimension) -> float:
+    subject = f'the position of joint "{joint.name}"'
+    number: object = Quantity.parse(text)
+    if number is None and _NUMBER.fullmatch(text):
+        number = float(text)
+    elif number is None:
+        unit = unknown_unit(text)
+        if unit is not None:
+            raise RequestError(f'{subject} has an unknown unit: "{unit}"')
+        try:
+            number = evaluate(text, dict[str, object]().__getitem__)
+        except ExpressionError as problem:
+            raise RequestError(f"{subject} cannot be read: {text}: {problem.message}") from None
+    if isinstance(number, bool) or not isinstance(number, (int, float)):
+        raise RequestError(f"{subject} is no number: {text}")
+    dimension = dimension_of(number)
+    if dimension not in (None, NUMBER, expected):
+        what = f"{text} is {describe(dimension)}, not {describe(expected)}"
+        raise RequestError(f'joint "{joint.name}" is {joint.type}: {what}')
+    if not math.isfinite(number):
+        raise RequestError(f"{subject} is not finite: {text}")
+    return float(number)
 
 
 def positions(
@@ -168,9 +150,7 @@ def positions(
     Positions are numbers in rad or m, or texts such as "30deg". Raises RequestError, and NoPulse for a pulse that does
     not exist.
     """
-    found: dict[str, Position] = {}
-    if pose:
-        found |= pose_of(robot, pose)
+    found: dict[str, Position] = {**(pose_of(robot, pose) if pose else {})}
     for name, pulse in pulses.items():
         found |= to_radians(robot, {name: whole(str(pulse))})
     for name, value in joints.items():
@@ -180,26 +160,23 @@ def positions(
 
 
 def whole(text: str) -> int:
-    """Return a pulse as it is written. Raises RequestError if it is no whole number."""
+    """Return a pulse from its text. Raises RequestError if it is no whole number."""
     if not _WHOLE.fullmatch(text):
         raise RequestError(f"a pulse is a whole number, {text} is none")
     return int(text)
 
 
 def sweep_of(robot: Robot, text: str) -> Sweep:
-    """Return the sweep that JOINT=FROM:TO:COUNT says. Raises RequestError."""
+    """Return the sweep of JOINT=FROM:TO:COUNT. Raises RequestError."""
     name, value = split(text, "JOINT=FROM:TO:COUNT")
-    joint, parts = free_joint(robot, name), value.split(":")
-    if len(parts) != 3 or not _WHOLE.fullmatch(parts[2].strip()):
+    joint, parts = free_joint(robot, name), [part.strip() for part in value.split(":")]
+    if len(parts) != 3 or not _WHOLE.fullmatch(parts[2]):
         raise RequestError(f'"{text}" is not JOINT=FROM:TO:COUNT')
-    first, last, count = position(joint, parts[0].strip()), position(joint, parts[1].strip()), int(parts[2])
+    first, last, count = position(joint, parts[0]), position(joint, parts[1]), int(parts[2])
     if not 1 <= count <= MAX_STATES:
         raise RequestError(f"a sweep has 1 to {MAX_STATES:,} states, not {count:,}")
-    steps = max(count - 1, 1)
-    positions = [first + (last - first) * i / steps for i in range(count)]
-    if count > 1:
-        positions[-1] = last
-    return Sweep(name, tuple(positions))
+    steps = [first + (last - first) * i / max(count - 1, 1) for i in range(count)]
+    return Sweep(name, (*steps[:-1], last if count > 1 else first))
 
 
 def states(start: Positions, sweeps: Sequence[Sweep]) -> Iterator[dict[str, Position]]:
@@ -219,8 +196,7 @@ def beyond(robot: Robot, state: Positions) -> Iterator[Beyond]:
             leader = robot.joint[leader.mimic.joint]
         if leader.name not in state or joint.limit is None or joint.type == "continuous":
             continue
-        here = position_of(robot, joint, state)
-        lower, upper = joint.limit.lower, joint.limit.upper
+        here, lower, upper = position_of(robot, joint, state), joint.limit.lower, joint.limit.upper
         if isinstance(here, tuple):
             continue
         if lower is not None and here < lower - ROUNDING:
@@ -230,13 +206,110 @@ def beyond(robot: Robot, state: Positions) -> Iterator[Beyond]:
 
 
 def beyond_limit(case: Case, found: Beyond, severity: str = WARNING) -> Diagnostic:
-    """Return what is to say about a position beyond a limit, at the place of the limit."""
+    """Return the diagnostic of a position beyond a limit, at the place of the limit."""
     joint, side = found.joint, "below" if found.side == "lower" else "above"
-    unit = "m" if joint.type == "prismatic" else "rad"
-    message = (
-        f'joint "{joint.name}" at {exact(found.position)} {unit} is {side} its {found.side} limit'
-        f" of {exact(found.limit)} {unit}"
-    )
-    help = "the joint does not get there; with --strict this is an error"
-    path = case.joint(joint, "limit", found.side)
+    message = f'joint "{joint.name}" at {exact(found.position)} {joint.unit} is {side} its {found.side} limit'
+    message += f" of {exact(found.limit)} {joint.unit}"
+    help, path = "the joint does not get there; with --strict this is an error", case.joint(joint, "limit", found.side)
     return case.problem("position-beyond-limit", message, path, help, severity=severity)
+
+
+# --- pulses of servos ---
+
+
+@dataclass(frozen=True)
+class Servos:
+    """Servos with the same calibration: position = (pulse - zero) * rad_per_pulse, negated if ``flipped``.
+
+    ``rad_per_pulse`` is metres for a sliding joint. ``pulse_range`` has the smallest and largest valid pulse.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    rad_per_pulse: float
+    zero: int
+    flipped: bool
+    pulse_range: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class JointPulse:
+    """A pulse of a joint, and the position that it sets, in ``unit``.
+
+    ``asked`` is the requested position and ``off`` its difference; both are None if a pulse was requested. ``degrees``
+    is None for a sliding joint.
+    """
+
+    joint: str
+    servos: str
+    pulse: int
+    position: float
+    unit: Literal["rad", "m"]
+    degrees: float | None
+    asked: float | None
+    off: float | None
+    pulses_within_limits: tuple[int, int] | None
+
+
+def servos(robot: Robot) -> tuple[ServoGroup, ...]:
+    """Return the servo groups of a robot. Raises RequestError if it has none."""
+    groups: tuple[ServoGroup, ...] = robot.servos
+    if not groups:
+        raise RequestError(f'the robot "{robot.name}" has no servos')
+    return groups
+
+
+def summary(group: ServoGroup) -> Servos:
+    """Return the calibration of a group."""
+    low, high = group.pulse_range
+    return Servos(group.name, tuple(group.joints), group.rad_per_pulse, group.zero_pulse, group.flipped, (low, high))
+
+
+def joint_pulses(robot: Robot, values: Mapping[str, object], pose: str = "", unit: str = "") -> list[JointPulse]:
+    """Return the pulses of a named pose, then of values by joint: whole numbers are pulses, texts may have units.
+
+    Numbers without a unit are positions in rad or m with ``unit`` "rad", in degrees or m with "deg". Raises
+    RequestError for an invalid value, and NoPulse for a pulse that does not exist.
+    """
+    made: dict[str, JointPulse] = {}
+    if pose:
+        positions = pose_of(robot, pose)
+        pulses = next(one.pulses for one in robot.poses if one.name == pose)
+        for name in (name for group in servos(robot) for name in group.joints if name in positions):
+            requested = None if name in pulses else positions[name]
+            made[name] = _joint_pulse(robot, name, pulses.get(name), requested)
+        if not made:
+            raise RequestError(f'no joint of the pose "{pose}" has a servo')
+    for name, value in values.items():
+        servo_of(robot, name)
+        text, is_number = str(value), False
+        with suppress(ValueError):
+            is_number = math.isnan(float(text)) or True
+        joint = robot.joint[name]
+        if is_number and not unit:
+            made[name] = _joint_pulse(robot, name, whole(text), None)
+        else:
+            text += " deg" if is_number and unit == "deg" and joint.type != "prismatic" else ""
+            made[name] = _joint_pulse(robot, name, None, position(joint, text))
+    return list(made.values())
+
+
+def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float | None) -> JointPulse:
+    """Return the row of a pulse, or of the pulse nearest to a position."""
+    joint, group = robot.joint[name], servo_of(robot, name)
+    if pulse is None:
+        found = nearest(group, requested or 0.0, name)
+        pulse, reached = found.pulse, found.position
+    else:
+        reached = to_radians(robot, {name: pulse})[name]
+    return JointPulse(
+        joint=name,
+        servos=group.name,
+        pulse=pulse,
+        position=reached,
+        unit="m" if joint.type == "prismatic" else "rad",
+        degrees=None if joint.type == "prismatic" else math.degrees(reached),
+        asked=requested,
+        off=None if requested is None else reached - requested,
+        pulses_within_limits=within(group, joint.limit),
+    )

@@ -1,196 +1,93 @@
-"""Joints: axes, limits and their units, and what has no effect on a joint of its type."""
+"""Joints: axes, limits and their units, signs, and keys that have no effect or contradict each other."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from functools import partial
 
 from rosorin_compile.language.schema import joint_unit, subject
-from rosorin_compile.model import Joint, Limit
-from rosorin_compile.model.geometry import norm
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic
-from rosorin_compile.source.rule_registry import JOINTS, Check, rule
+from rosorin_compile.model import Cylinder, Joint
+from rosorin_compile.model.geometry import dot, norm, unit
+from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, at, exists
 from rosorin_compile.source.units import Quantity, describe, parse_unit
-from rosorin_compile.source.wording import listed
+from rosorin_compile.source.wording import first_of, listed
 
-from .case import Case, joints_by_value, number
+from .case import Case, number, per_joint
 
-# Axes that were measured, printed to five digits, miss 1 by about 1e-5.
-AXIS_TOLERANCE = 1e-3
+AXIS_TOLERANCE = 1e-3  # axes that were measured, printed to five digits, miss 1 by about 1e-5
 ZERO_AXIS = 1e-9
-
-_WITHOUT_EFFECT = {
-    "fixed": ("axis", "limit", "dynamics", "actuator", "calibration", "safety_controller"),
-    "floating": ("axis", "limit", "actuator", "calibration", "safety_controller"),
-    "ball": ("axis", "limit", "actuator", "calibration", "safety_controller"),
-    "planar": ("actuator",),
-}
+DEFAULT_AXIS = (1.0, 0.0, 0.0)
+ALONG = 0.9  # cosine: an axle within 25 degrees of an axis is parallel to it
+SHOWN = 8
+ROUNDING = 1e-6  # relative, of numbers that are read from a file which has both
+_SEVERAL = ("axis", "limit", "actuator", "calibration", "safety_controller")
+_WITHOUT_EFFECT = {"fixed": (*_SEVERAL, "dynamics"), "floating": _SEVERAL, "ball": _SEVERAL, "planar": ("actuator",)}
 
 
 @rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
-@rule(
-    "axis-not-unit",
-    "An axis is not of unit length; readers differ in what they make of it.",
-    "The message gives the same direction with length 1.",
-    JOINTS,
-    accept="joint",
-    imported="always",
-)
-def axes(case: Case) -> Iterator[Diagnostic]:
-    """Axes that are zero, or not of unit length. Readers differ in whether they normalise."""
-    return joints_by_value(case.robot).problems(partial(_axis, case))
-
-
-def _axis(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+@rule("axis-not-unit", "An axis is not of unit length.", "Scale it to length 1.", JOINTS, "joint", "always")
+@per_joint
+def axes(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+    """Validate axes; readers differ in whether they normalise."""
     if joint.is_fixed or joint.is_axleless:
         return
-    length = norm(joint.axis)
-    path = case.joint(joint, "axis")
+    length, path = norm(joint.axis), case.joint(joint, "axis")
     if length < ZERO_AXIS:
-        help = "name the direction, such as [0, 0, 1]"
-        yield case.problem("axis-zero", f'the axis of joint "{joint.name}" is zero: no direction', path, help)
+        yield case.problem("axis-zero", f'the axis of joint "{joint.name}" is zero: no direction', path)
     elif abs(length - 1) > AXIS_TOLERANCE:
-        unit = ", ".join(number(c / length + 0.0) for c in joint.axis)
+        direction = ", ".join(number(c / length + 0.0) for c in joint.axis)
         message = f'the axis of joint "{joint.name}" has length {number(length)}, not 1'
-        yield case.problem("axis-not-unit", message, path, f"the same direction with length 1: [{unit}]")
+        yield case.problem("axis-not-unit", message, path, f"the same direction with length 1: [{direction}]")
 
 
-@rule(
-    "limit-missing",
-    "A revolute or prismatic joint has no limit, or a limit without `lower` and `upper`: locked in ROS, free in "
-    "MuJoCo.",
-    "Add them.",
-    JOINTS,
-    accept="joint",
-    imported="lenient",
-)
-@rule(
-    "limit-incomplete",
-    "A limit lacks `effort` or `velocity`; readers of URDF refuse that.",
-    "Add them.",
-    JOINTS,
-    accept="joint",
-    imported="lenient",
-)
-@rule(
-    "limit-swapped",
-    "`lower` is above `upper`.",
-    "Swap or correct them.",
-    JOINTS,
-    accept="joint",
-    imported="lenient",
-)
-@rule(
-    "limit-equal",
-    "`lower` is `upper`: locked in ROS, free in MuJoCo.",
-    "Make the joint fixed, or give it room.",
-    JOINTS,
-    accept="joint",
-    imported="always",
-)
-@rule(
-    "limit-negative",
-    "`effort` or `velocity` is below zero.",
-    "It is a size: write it without the sign.",
-    JOINTS,
-    accept="joint",
-    imported="lenient",
-)
-@rule(
-    "limit-zero",
-    "`effort` or `velocity` is zero: unlimited in MuJoCo, none in ROS.",
-    "Give the value that the joint has.",
-    JOINTS,
-    accept="joint",
-    imported="always",
-)
-@rule(
-    "limit-on-continuous",
-    "A continuous joint has `lower` or `upper`.",
-    "Make it revolute, or remove them.",
-    JOINTS,
-    accept="joint",
-    imported="always",
-)
-def limits(case: Case) -> Iterator[Diagnostic]:
-    """Limits that readers of URDF ask for and that are missing, and limits that no joint can have."""
-    return joints_by_value(case.robot).problems(partial(_limit, case))
-
-
-def _limit(case: Case, joint: Joint) -> Iterator[Diagnostic]:
-    if joint.type in ("revolute", "prismatic") and joint.limit is None:
-        help = "add limit: {lower: , upper: , effort: , velocity: }"
-        if joint.type == "revolute":
-            help += ", or make it continuous"
-        message = f'joint "{joint.name}" is {joint.type} and has no limit'
-        yield case.problem("limit-missing", message, case.joint(joint, "limit"), help)
-    elif (joint.moves or joint.type == "planar") and joint.limit is not None:
-        yield from _missing(case, joint, joint.limit)
-        yield from _span(case, joint, joint.limit)
-        yield from _strength(case, joint, joint.limit)
-
-
-def _missing(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
-    path = case.joint(joint, "limit")
-    ends = ["lower", "upper"] if joint.type in ("revolute", "prismatic") else []
+@rule("limit-missing", "A joint has no `lower` and `upper` limit.", "Add them.", JOINTS, "joint", "lenient")
+@rule("limit-incomplete", "A limit lacks `effort` or `velocity`.", "Add them.", JOINTS, "joint", "lenient")
+@rule("limit-swapped", "`lower` is above `upper`.", "Swap or correct them.", JOINTS, "joint", "lenient")
+@rule("limit-equal", "`lower` is `upper`: locked in ROS, free in MuJoCo.", "Make it fixed.", JOINTS, "joint", "always")
+@rule("limit-negative", "`effort` or `velocity` is below zero.", "Drop the sign.", JOINTS, "joint", "lenient")
+@rule("limit-zero", "`effort` or `velocity` is zero.", "Give the real value.", JOINTS, "joint", "always")
+@rule("limit-on-continuous", "A continuous joint has limits.", "Make it revolute.", JOINTS, "joint", "always")
+@per_joint
+def limits(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+    """Validate limits: readers of URDF require some, and no joint can have others."""
+    path, limit, called = case.joint(joint, "limit"), joint.limit, f'joint "{joint.name}"'
+    is_bounded = joint.type in ("revolute", "prismatic")
+    if limit is None or not (joint.moves or joint.type == "planar"):
+        if limit is None and is_bounded:
+            help = "add limit: {lower: , upper: , effort: , velocity: }, or make a revolute joint continuous"
+            yield case.problem("limit-missing", f"{called} is {joint.type} and has no limit", path, help)
+        return
+    ends = ["lower", "upper"] if is_bounded else []
     missing = [key for key in (*ends, "effort", "velocity") if getattr(limit, key) is None]
-    if not missing:
-        return
-    message = f'the limit of joint "{joint.name}" lacks {listed(missing)}'
-    if {"lower", "upper"} & set(missing):
-        rule, why = "limit-missing", "without lower and upper it is locked in ROS and free in MuJoCo"
-    else:
-        rule, why = "limit-incomplete", "readers of URDF refuse a limit without effort and velocity"
-    yield case.problem(rule, message, path, f"add {listed(missing)}: {why}", within=True)
-
-
-def _span(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
-    path, unit = case.joint(joint, "limit"), "rad" if joint.type in ("revolute", "continuous") else "m"
-    if joint.type == "continuous":
-        for key in ("lower", "upper"):
-            if getattr(limit, key) is not None:
-                message = f'joint "{joint.name}" is continuous: it turns without end and has no {key} limit'
-                help = "make it revolute, or remove lower and upper"
-                yield case.problem("limit-on-continuous", message, (*path, key), help, key=True)
-                return
-        return
-    if limit.lower is None or limit.upper is None or limit.lower < limit.upper:
-        return
-    lower, upper = f"lower limit {number(limit.lower)} {unit}", f"upper limit {number(limit.upper)} {unit}"
-    related = [case.related("the upper limit", (*path, "upper"))]
-    if limit.lower > limit.upper:
-        message = f'the {lower} of joint "{joint.name}" is above its {upper}'
-        yield case.problem("limit-swapped", message, (*path, "lower"), "swap or correct them", related=related)
-    else:
-        message = f'the {lower} of joint "{joint.name}" is its {upper}: locked in ROS, free in MuJoCo'
-        help = "make the joint fixed, or give it room to move"
-        yield case.problem("limit-equal", message, (*path, "lower"), help, related=related)
-
-
-def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
-    """Yield what is wrong with effort and velocity."""
-    units = {"effort": ("N*m", "N"), "velocity": ("rad/s", "m/s")}
-    zero = {
-        "effort": "no force in ROS, unlimited force in MuJoCo",
-        "velocity": "a controller that keeps to it never moves the joint",
-    }
-    for key, (turning, sliding) in units.items():
+    if missing:
+        id = "limit-missing" if {"lower", "upper"} & set(missing) else "limit-incomplete"
+        message = f"the limit of {called} lacks {listed(missing)}, which readers of URDF require"
+        yield case.problem(id, message, path, f"add {listed(missing)}", within=True)
+    lower, upper = limit.lower, limit.upper
+    key = "lower" if lower is not None else "upper"
+    if joint.type == "continuous" and getattr(limit, key) is not None:
+        message = f"{called} is continuous: it turns without end and has no {key} limit"
+        yield case.problem("limit-on-continuous", message, (*path, key), key=True)
+    elif joint.type != "continuous" and lower is not None and upper is not None and lower >= upper:
+        id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
+        message = f"the lower limit {number(lower)} {joint.unit} of {called} is {what} its upper limit {number(upper)}"
+        related = [("the upper limit", (*path, "upper"))]
+        yield case.problem(id, f"{message} {joint.unit}", (*path, "lower"), related=related)
+    for key in ("effort", "velocity"):
         value: float | None = getattr(limit, key)
-        path = case.joint(joint, "limit", key)
-        if value is not None and value < 0:
-            unit = sliding if joint.type in ("prismatic", "planar") else turning
-            message = f'the {key} limit of joint "{joint.name}" is {number(value)} {unit}, below zero'
-            yield case.problem("limit-negative", message, path, "it is a size: write it without the sign")
-        elif value == 0:
-            message = f'the {key} limit of joint "{joint.name}" is zero: {zero[key]}'
-            yield case.problem("limit-zero", message, path, f"give the {key} that the joint really has")
+        if value is not None and value <= 0:
+            id, what = ("limit-negative", "below zero") if value < 0 else ("limit-zero", "zero")
+            message = f"the {key} limit of {called} is {f'{number(value)}, ' if value else ''}{what}"
+            yield case.problem(id, message, (*path, key))
 
 
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
-    yield from joints_by_value(case.robot).problems(partial(_units, case))
+    yield from per_joint(_units)(case)
     for pose in case.robot.poses:
         for name in pose.positions:
             if name in case.robot.joint and case.robot.joint[name].moves:
@@ -208,40 +105,137 @@ def _units(case: Case, joint: Joint) -> Iterator[Diagnostic]:
 def _unit(case: Case, joint: Joint, path: Path) -> Iterator[Diagnostic]:
     value = at(case.tree, path)
     leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None
-    wanted = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader is not None else None)
-    unit = parse_unit(wanted) if wanted is not None else None
-    if not isinstance(value, Quantity) or unit is None or unit[1] == value.dimension:
+    expected = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader is not None else None)
+    parsed = parse_unit(expected) if expected is not None else None
+    if not isinstance(value, Quantity) or parsed is None or parsed[1] == value.dimension:
         return
     follows = "" if path[-1] != "multiplier" or leader is None else f" that follows a {leader.type} one"
-    message = f"{subject(list(path))} is {describe(unit[1])} for a {joint.type} joint{follows}, but "
+    message = f"{subject(list(path))} is {describe(parsed[1])} for a {joint.type} joint{follows}, but "
     message += f"{value.text or number(value)} is {describe(value.dimension)}"
-    way = f"write it in {wanted}" if wanted else "write the number alone"
+    way = f"write it in {expected}" if expected else "write the number alone"
     yield case.problem("wrong-unit", message, path, f"{way}, or correct the type of the joint")
 
 
-@rule(
-    "ignored-key",
-    "A warning: something that is said has no effect, such as the axis of a fixed joint, or `xyz` of a part of which "
-    "nothing is on the mount.",
-    "Remove it, or correct the type of the joint.",
-    JOINTS,
-)
+@rule("ignored-key", help="Remove it, or correct the type of the joint.", topic=JOINTS)
 def without_effect(case: Case) -> Iterator[Diagnostic]:
-    """Find what means nothing on a joint of its type, and in a shape that only has a mass."""
+    """A warning: a key has no effect, such as the axis of a fixed joint."""
     for joint in case.robot.joints:
-        keys = _WITHOUT_EFFECT.get(joint.type, ())
-        path = case.joint(joint) if keys else ("",)
-        for key in keys if path[0] == "joints" else ():
+        path = case.joint(joint)
+        for key in _WITHOUT_EFFECT.get(joint.type, ()) if path[0] == "joints" else ():
             if exists(case.tree, (*path, key)):
                 message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
                 help = f"remove {key}, or correct the type of the joint"
-                yield case.problem("ignored-key", message, (*path, key), help, severity=WARNING, key=True)
+                yield case.problem("ignored-key", message, (*path, key), help, key=True)
     for link in case.robot.links:
         path = case.link(link.name, "inertial", "of")
         shapes = at(case.tree, path)
         for index, shape in enumerate(shapes if isinstance(shapes, list) else ()):
-            for key in ("contact", "mjcf", "urdf_elements"):
-                if key in shape:
-                    message = f'a shape of the inertial of link "{link.name}" only has a mass: its {key} has no effect'
-                    help = f"move {key} to a collision shape, or to a visual"
-                    yield case.problem("ignored-key", message, (*path, index, key), help, severity=WARNING, key=True)
+            for key in [key for key in ("contact", "mjcf", "urdf_elements") if key in shape]:
+                message = f'a shape of the inertial of link "{link.name}" only has a mass: its {key} has no effect'
+                help = f"move {key} to a collision shape, or to a visual"
+                yield case.problem("ignored-key", message, (*path, index, key), help, key=True)
+
+
+@rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Drop the sign.", JOINTS, "joint", "always")
+@per_joint
+def negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+    """Validate the signs of what simulations and servos read."""
+    if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
+        return  # a part calculates the others from it
+    values: dict[tuple[str, str], object] = {
+        ("dynamics", key): joint.dynamics for key in ("damping", "friction", "armature", "stiffness")
+    }
+    values |= {("actuator", key): joint.actuator for key in ("damping", "armature", "kp", "kv")}
+    found = {path: getattr(owner, path[1], 0.0) or 0.0 for path, owner in values.items()}
+    found["mjcf", "springyield"] = joint.mjcf.get("springyield", 0.0)
+    pair = _numbers(joint, "springdamper")
+    if any(pair) and min(pair) <= 0:
+        found["mjcf", "springdamper"] = -1.0
+    for (part, key), value in found.items():
+        if isinstance(value, (int, float)) and value < 0:
+            path = case.joint(joint, part, key)
+            shown = "not above zero" if key == "springdamper" else f"{number(value)}{case.stands_in(path)}, below zero"
+            yield case.problem("dynamics-negative", f'the {key} of joint "{joint.name}" is {shown}', path)
+
+
+@rule("axis-missing", "A note: moving joints have no axis: x, the default.", "Write `axis: [0, 0, 1]`.", JOINTS)
+@rule("axis-across", "A warning: the axis of a joint is across its wheel.", "Correct it.", JOINTS, "joint", "always")
+def missing_axes(case: Case) -> Iterator[Diagnostic]:
+    """Find joints without an axis: one note for all, but for wheels that would tumble."""
+    moving = [joint for joint in case.robot.joints if joint.moves or joint.type == "planar"]
+    moving = [joint for joint in moving if joint.axis == DEFAULT_AXIS]
+    without = [joint for joint in moving if not exists(case.tree, case.joint(joint, "axis"))]
+    wheels = [joint for joint in without if joint.type == "continuous" and lies_across(case, joint)]
+    for joint in wheels:
+        message = f'joint "{joint.name}" has no axis and turns "{joint.child}" about x, across the wheel that it is'
+        help = "write the axis, such as axis: [0, 1, 0]"
+        yield case.problem("axis-across", message, case.joint(joint), help, key=True)
+    others = [joint for joint in without if joint not in wheels]
+    if others:
+        names = first_of([f'"{joint.name}"' for joint in others], SHOWN)
+        message = f"no axis: {names} {'turns' if len(others) == 1 else 'turn'} about x of the child, [1, 0, 0]"
+        yield case.problem("axis-missing", message, case.joint(others[0]), key=True)
+
+
+def lies_across(case: Case, joint: Joint) -> bool:
+    """Return True if the child of a joint is one disc, shorter than it is wide, across the axis of the joint."""
+    link = case.robot.link.get(joint.child)
+    shapes = (link.collision or link.visual) if link is not None else ()
+    if len(shapes) != 1 or not isinstance(shapes[0].geometry, Cylinder) or not any(joint.axis):
+        return False
+    disc, rows = shapes[0].geometry, shapes[0].pose.transform().rows
+    return disc.length < 2 * disc.radius and abs(dot(unit(joint.axis), (rows[0][2], rows[1][2], rows[2][2]))) < ALONG
+
+
+# --- keys of MuJoCo that contradict those of the language ---
+
+
+@rule("joint-word", help="Leave one of them out.", topic=SIMULATED)
+def contradictions(case: Case) -> Iterator[Diagnostic]:
+    """The `mjcf` of a joint or a tendon contradicts its other keys: formats would differ in what they take."""
+    for joint in case.robot.joints:
+        for word, other, theirs in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
+            path = case.joint(joint)
+            message = f'joint "{joint.name}" has another {word} in mjcf than {".".join(other)}, {number(theirs)}'
+            related = [("the other one", (*path, *other))]
+            yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
+        if joint.type == "continuous" and "range" in joint.mjcf:
+            message, path = f'joint "{joint.name}" is continuous, and has a range in mjcf', case.joint(joint)
+            yield case.problem("joint-word", message, (*path, "mjcf", "range"), key=True)
+    for name, entry in case.section("tendons").items():
+        for word in ("stiffness", "damping"):
+            values = (entry.get("mjcf") or {}).get(word)
+            if word in entry and values and not _same(values[0], entry[word]):
+                message = f'tendon "{name}" has a {word} of {number(values[0])} in mjcf, and {number(entry[word])}'
+                yield case.problem("joint-word", message, ("tendons", name, "mjcf", word), key=True)
+
+
+def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str], float]]:
+    """Yield the keys of ``mjcf`` that differ from other keys, with the path and the value of those."""
+    dynamics, drive = joint.dynamics or Dynamics(), joint.actuator.damping if joint.actuator else 0.0
+    pair = _numbers(joint, "springdamper")
+    for word, value in (("stiffness", dynamics.stiffness), ("damping", joint.braking)):
+        other = ("actuator" if word == "damping" and drive else "dynamics", word)
+        values, theirs = _numbers(joint, word), drive if other[0] == "actuator" else value
+        if value and values and not _same(values[0], value):
+            yield word, other, theirs
+        if value and pair and min(pair) > 0:  # MuJoCo makes another one of springdamper
+            yield "springdamper", other, theirs
+    limit = joint.limit if joint.moves else None
+    known = (limit.lower, limit.upper) if limit and joint.type != "continuous" else ()
+    for mine, end, key in zip(_numbers(joint, "range"), known, ("lower", "upper"), strict=False):
+        if end is not None and not _same(mine, end):
+            yield "range", ("limit", key), end
+            break
+    force = _numbers(joint, "actuatorfrcrange")
+    if force and limit and limit.effort is not None and not _same(max(map(abs, force)), limit.effort):
+        yield "actuatorfrcrange", ("limit", "effort"), limit.effort
+
+
+def _numbers(joint: Joint, word: str) -> tuple[float, ...]:
+    value = joint.mjcf.get(word)
+    return tuple(map(float, value)) if isinstance(value, tuple) else ()
+
+
+def _same(value: float, other: float) -> bool:
+    return math.isclose(value, other, rel_tol=ROUNDING, abs_tol=ROUNDING**2)

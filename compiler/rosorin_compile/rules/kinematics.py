@@ -1,11 +1,11 @@
-"""The tree of links and joints: every name is known, one root, one parent each, no cycle."""
+"""The tree of links and joints: every name exists, one root, one parent each, no cycle."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import count
 
-from rosorin_compile.language.lower import owner_of_frame
+from rosorin_compile.language.lower.lowering import owner_of_frame
 from rosorin_compile.language.symbols import MOUNT, Reference
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, nearest
@@ -17,58 +17,42 @@ from .case import Case
 
 # REP 105: frames of the world, which localisation places and no description owns.
 WORLD_FRAMES = ("earth", "map", "odom")
+MAX_NAMED = 20
 
 
 @rule("no-links", "The robot has no link at all.", "Add `links: {base_link: {}}`.", JOINTS)
-@rule("unknown-link", "A name is that of no link or frame.", "Correct the name, or add the link.", JOINTS)
-def known_links(case: Case) -> Iterator[Diagnostic]:
-    """Names of links that no entry of links or sensors defines; a robot without any link."""
-    if not case.robot.links:
-        help = "add links: {base_link: {}}"
-        yield case.problem("no-links", f'the robot "{case.robot.name}" has no links', ("robot",), help)
-    yield from _unknown(case, "link", {*case.robot.link, *WORLD_FRAMES})
+@rule("unknown-link", "There is no link or frame of a name.", "Correct the name, or add the link.", JOINTS)
+@rule("unknown-joint", "There is no joint of a name.", "Correct the name, or add the joint.", JOINTS)
+def known_names(case: Case) -> Iterator[Diagnostic]:
+    """Names of links and joints that nothing defines; the leaders of mimics have a rule of their own."""
+    robot = case.robot
+    if not robot.links:
+        yield case.problem("no-links", f'the robot "{robot.name}" has no links', ("robot",))
+    for kind, option, real in (("link", "rename", robot.link), ("joint", "joints", robot.joint)):
+        known = {*real, *(WORLD_FRAMES if kind == "link" else ())}
+        by_name: dict[str, list[Reference]] = {}
+        for use in _mentions(case, kind, option):
+            if use.name not in known:
+                by_name.setdefault(use.name, []).append(use)
+        for name, uses in by_name.items():
+            otherwise, own = f'add "{name}" to {kind}s, or name an existing one', (MOUNT,) if kind == "link" else ()
+            help = _namesake(robot, kind, name) or case.suggest(uses[0].path, name, real, otherwise, own)
+            yield from case.unknown(f"unknown-{kind}", f'there is no {kind} "{name}"', uses, help)
 
 
-@rule("unknown-joint", "A name is that of no joint.", "Correct the name, or add the joint.", JOINTS)
-def known_joints(case: Case) -> Iterator[Diagnostic]:
-    """Names of joints that no entry of joints or sensors defines; the leaders of mimics have a rule of their own."""
-    yield from _unknown(case, "joint", set(case.robot.joint))
-
-
-def _mentions(case: Case, kind: str) -> Iterator[Reference]:
-    """Yield what names links or joints in the description, and in the options of its outputs."""
+def _mentions(case: Case, kind: str, option: str) -> Iterator[Reference]:
+    """Yield the references to links or joints in the description, and in the options of its outputs."""
     named = [one for one in case.mentions(kind) if one.among == ""]
-    yield from sorted(named, key=lambda one: one.path[0] == "moveit")  # what planners are told comes after the robot
-    option = {"link": "rename", "joint": "joints"}[kind]
+    yield from sorted(named, key=lambda one: one.path[0] == "moveit")  # planning comes after the robot
     for output in case.robot.outputs:
         for index, name in enumerate(output.options.get(option, ())):
-            path: Path = ("outputs", output.name, option)
-            if kind == "link":
-                yield Reference(kind, name, (*path, name), True, f'renamed in output "{output.name}"', "")
-            else:
-                yield Reference(kind, name, (*path, index), False, f'asked for by output "{output.name}"', "")
+            is_link = kind == "link"
+            what = f'renamed in output "{output.name}"' if is_link else f'requested by output "{output.name}"'
+            yield Reference(kind, name, ("outputs", output.name, option, name if is_link else index), is_link, what, "")
 
 
-def _unknown(case: Case, kind: str, known: set[str]) -> Iterator[Diagnostic]:
-    """Yield one problem for each unknown name, however often it is used."""
-    by_name: dict[str, list[Reference]] = {}
-    for one in _mentions(case, kind):
-        if one.name not in known:
-            by_name.setdefault(one.name, []).append(one)
-    real = case.robot.link if kind == "link" else case.robot.joint
-    for name, (first, *others) in by_name.items():
-        otherwise = f'add "{name}" to {kind}s, or name one that is there'
-        own = (MOUNT,) if kind == "link" else ()
-        help = _namesake(case, kind, name) or case.suggest(first.path, name, real, otherwise, own)
-        also, same = case.also(first.path, ((one.path, one.what, one.key) for one in others), first.key)
-        for path, what, related in ((first.path, first.what, also), *((*one, []) for one in same)):
-            message = f'there is no {kind} "{name}", {what}'
-            yield case.problem(f"unknown-{kind}", message, path, help, related=related, key=first.key)
-
-
-def _namesake(case: Case, kind: str, name: str) -> str:
-    """Return the way out for a name that is that of something else, which brings what is meant."""
-    robot = case.robot
+def _namesake(robot: Robot, kind: str, name: str) -> str:
+    """Return the suggestion for a name that is that of something else, which has a link or joint."""
     if kind == "joint":
         joint = robot.joint_to.get(name)
         return f'"{name}" is a link; its joint is "{joint.name}"' if joint else ""
@@ -78,74 +62,80 @@ def _namesake(case: Case, kind: str, name: str) -> str:
     return f'"{name}" is a joint; its child is "{robot.joint[name].child}"' if name in robot.joint else ""
 
 
-@rule("two-parents", "A link is the child of two joints.", "Correct one `child`, or remove a joint.", JOINTS)
+@rule("two-parents", help="Correct one `child`, or remove a joint.", topic=JOINTS)
 def one_parent(case: Case) -> Iterator[Diagnostic]:
-    """Links that are the child of more than one joint."""
-    if case.robot.is_tree:
-        return
-    for child, joints in children(case.robot).items():
-        if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # what is not there is told by itself
+    """A link is the child of two joints."""
+    for child, joints in _children(case.robot).items() if not case.robot.is_tree else ():
+        if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # an unknown link is reported by itself
             continue
-        names = quoted(joint.name for joint in joints)
-        count = "two" if len(joints) == 2 else str(len(joints))
-        message = f'link "{child}" is the child of {count} joints, {names}: a link has one parent'
         *first, last = joints
-        left = _left_out(case)
-        path, help = case.end(last, "child"), "correct one child, or remove a joint"
-        if len(left) == 1:
-            help = f'correct one child: no joint reaches link "{left[0]}"'
-        elif left:
-            help = f"swap parent and child of one, or remove it: {quoted(left)} have no parent"
-        ends = [case.end(joint, "child") for joint in joints]
+        left, path, ends = _orphans(case), case.end(last, "child"), [case.end(joint, "child") for joint in joints]
+        message = f'link "{child}" is the child of {len(joints)} joints, {quoted(one.name for one in joints)}'
+        help = f"correct one child: no joint reaches {quoted(left)}" if left else ""
         if any(end[0] == "sensors" for end in ends):
-            message = f'frame "{child}" is defined {"twice" if len(ends) == 2 else f"{count} times"}: by '
+            message = f'frame "{child}" is defined {"twice" if len(ends) == 2 else f"{len(ends)} times"}: by '
             message += listed(map(owner_of_frame, ends))
-            alone = len(ends) == 2 and ends[0][0] != "sensors"
-            help = _own_frame(case, path) if alone else "give each a frame of its own"
-        related = [case.related(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in first]
+            is_pair = len(ends) == 2 and ends[0][0] != "sensors"
+            help = _own_frame(case, path) if is_pair else "give each a frame of its own"
+        related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in first]
         yield case.problem("two-parents", message, path, help, related=related)
 
 
-def _left_out(case: Case) -> list[str]:
+def _orphans(case: Case) -> list[str]:
     """Return the links that have no parent because one link has two: one that carries nothing, or two roots.
 
-    Where more is wrong than one child, each is told by itself.
+    Where more is wrong than one child, each is reported by itself.
     """
     robot = case.robot
-    twice = [joints for joints in children(robot).values() if len(joints) > 1]
+    doubles = [joints for joints in _children(robot).values() if len(joints) > 1]
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
-    if len(twice) != 1 or len(twice[0]) != 2 or len(roots) != 2:
+    if len(doubles) != 1 or len(doubles[0]) != 2 or len(roots) != 2:
         return []
-    if any(case.joint(joint)[0] == "sensors" for joint in twice[0]):
+    if any(case.joint(joint)[0] == "sensors" for joint in doubles[0]):
         return []
     return [name for name in roots if name not in robot.joints_from] or roots
 
 
-@rule("joint-cycle", "Joints lead back to where they began.", "Let one of them begin at another link.", JOINTS)
+def _children(robot: Robot) -> dict[str, list[Joint]]:
+    """Return the joints that a link is the child of, by link name, in the order of the description."""
+    above: dict[str, list[Joint]] = {}
+    for joint in robot.joints:
+        above.setdefault(joint.child, []).append(joint)
+    return above
+
+
+@rule("joint-cycle", help="Let one of these joints begin at another link.", topic=JOINTS)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
-    """Joints that lead back to where they began. Where a link of the circle has two parents, that is the cause."""
-    if case.robot.is_tree:
-        return
+    """Joints lead back to where they began; if a link of the circle has two parents, that is the cause."""
+    above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
     order = {name: index for index, name in enumerate(case.robot.joint)}
-    for circle in cycles(case.robot):
-        chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
+    done: set[str] = set()
+    for start in above if not case.robot.is_tree else ():
+        walked: list[Joint] = []
+        here = start
+        while here in above and here not in done:
+            done.add(here)
+            walked.append(above[here])
+            here = above[here].parent
+        begin = next((index for index, joint in enumerate(walked) if joint.child == here), None)
+        if begin is None:
+            continue
+        circle = walked[begin:][::-1]
         last = max(circle, key=lambda joint: order[joint.name])
-        if len(circle) == 1:
-            message = f'joint "{last.name}" attaches link "{last.child}" to itself'
-        else:
-            message = f"joints go round in a circle: {chain}"
+        chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
+        message = f"joints form a circle: {chain}"
+        message = f'joint "{last.name}" attaches link "{last.child}" to itself' if len(circle) == 1 else message
         others = [joint for joint in circle if joint is not last]
-        related = [case.related(f'"{joint.name}" is part of it', case.end(joint, "child")) for joint in others]
-        path, help = case.end(last, "parent"), "let one of these joints begin at another link"
-        frame = case.end(last, "child")
+        path, help, frame = case.end(last, "parent"), "", case.end(last, "child")
         if frame[0] == "sensors":
             path, help = frame, _own_frame(case, frame)
-            message = f'{owner_of_frame(frame)} makes the frame "{last.child}", and sits on that link itself: {chain}'
+            message = f'{owner_of_frame(frame)} makes the frame "{last.child}", and is on that link itself: {chain}'
+        related = [(f'"{joint.name}" is part of it', case.end(joint, "child")) for joint in others]
         yield case.problem("joint-cycle", message, path, help, related=related)
 
 
 def _own_frame(case: Case, path: Path) -> str:
-    """Return the way out for a sensor that makes a frame, at a path, of a link that is there."""
+    """Return the way out for a sensor that makes a frame, at a path, of an existing link."""
     sensor, key = str(path[1]), "optical" if "optical" in path else "link"
     taken = {*case.robot.link, *case.robot.joint}
     free = next(name for index in count(1) if (name := f"{sensor}_{key}{index if index > 1 else ''}") not in taken)
@@ -159,74 +149,32 @@ def _own_frame(case: Case, path: Path) -> str:
 def one_root(case: Case) -> Iterator[Diagnostic]:
     """More than one root, and links that no joint names. An unknown child is the cause of the root that it leaves."""
     robot = case.robot
-    if robot.is_tree:
-        return
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
-    for joint in robot.joints:
-        if joint.child in robot.link or joint.child in WORLD_FRAMES:
-            continue
-        meant = nearest(joint.child, roots)
-        if meant is None:
-            return
-        roots.remove(meant)
-    left = _left_out(case)
+    for joint in robot.joints if not robot.is_tree else ():
+        if joint.child not in robot.link and joint.child not in WORLD_FRAMES:
+            suggestion = nearest(joint.child, roots)
+            if suggestion is None:
+                return
+            roots.remove(suggestion)
+    left = _orphans(case) if not robot.is_tree else roots
     roots = [name for name in roots if name not in left]
-    parents = {joint.parent for joint in robot.joints}
-    carrying = [name for name in roots if name in parents]
-    alone = [name for name in roots if name not in parents]
+    carrying = [name for name in roots if name in robot.joints_from]
+    alone = [name for name in roots if name not in robot.joints_from]
     if not carrying:
-        carrying, alone = (alone, []) if len(alone) > 1 else ([], [])
+        carrying, alone = alone, []
     if len(carrying) > 1:
-        yield _several_roots(case, carrying)
-    frames = {sensor.frame for sensor in robot.sensors} - set(case.tree.get("links") or ())
+        main = max(carrying, key=lambda name: (len(robot.below(name)), name.startswith("base")))
+        others = [name for name in carrying if name != main]
+        message = f"the robot has {len(carrying)} roots, {quoted([main, *others], MAX_NAMED)}: one link is the root"
+        related = [case.related("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])]
+        help = f'add a joint with "child: {others[0]}"'
+        yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
+    frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
     for name in alone:
-        help = f'add a joint with "child: {name}", or remove the link'
-        meant, related = nearest(name, frames), []
-        if meant:
-            help = f'did you mean "{meant}"? else {help}'
-            path = case.link(meant)
-            path = (*path, "frame") if path[-1] != "frame" else path
-            related = [case.related("a frame without a link of its own", path)]
+        help, related_frame = f'add a joint with "child: {name}", or remove the link', []
+        suggestion = nearest(name, frames)
+        if suggestion:
+            related_frame = [("a frame without a link of its own", case.value(case.link(suggestion), "frame"))]
+            help = f'did you mean "{suggestion}"? else {help}'
         message = f'no joint reaches link "{name}"'
-        yield case.problem("unreached-link", message, case.link(name), help, related=related, key=True)
-
-
-MAX_NAMED = 20
-
-
-def _several_roots(case: Case, roots: list[str]) -> Diagnostic:
-    main = max(roots, key=lambda name: (len(case.robot.below(name)), name.startswith("base")))
-    others = [name for name in roots if name != main]
-    count = {2: "two", 3: "three"}.get(len(roots), str(len(roots)))
-    named = [main, *others[: MAX_NAMED - 1]]
-    more = "" if len(named) == len(roots) else " among them"
-    message = f"the robot has {count} roots,{more} {quoted(named)}: one link is the root, joints reach the others"
-    related = [case.related("a root too", case.link(name), key=True) for name in named if name != others[0]]
-    help = f'add a joint with "child: {others[0]}"'
-    return case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
-
-
-def children(robot: Robot) -> dict[str, list[Joint]]:
-    """Return the joints that a link is the child of, by link name, in the order of the description."""
-    above: dict[str, list[Joint]] = {}
-    for joint in robot.joints:
-        above.setdefault(joint.child, []).append(joint)
-    return above
-
-
-def cycles(robot: Robot) -> list[list[Joint]]:
-    """Return each circle of joints, parents before children; links with several parents are left out."""
-    above = {child: joints[0] for child, joints in children(robot).items() if len(joints) == 1}
-    done: set[str] = set()
-    circles = []
-    for start in above:
-        walked: list[Joint] = []
-        here = start
-        while here in above and here not in done:
-            done.add(here)
-            walked.append(above[here])
-            here = above[here].parent
-        ends = [index for index, joint in enumerate(walked) if joint.child == here]
-        if ends:
-            circles.append(walked[ends[0] :][::-1])
-    return circles
+        yield case.problem("unreached-link", message, case.link(name), help, related=related_frame, key=True)

@@ -1,10 +1,10 @@
-"""Names: letters that nobody sees, names that only look alike, and the slash that tf2 takes for none of the name."""
+"""Names: invisible letters, names that look alike, swapped letters, and the slash that tf2 drops."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from rosorin_compile.language.schema import sections
@@ -12,14 +12,12 @@ from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
 from rosorin_compile.source.messages import Offer, placed
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
-from rosorin_compile.source.tree import Map, Path, exists
+from rosorin_compile.source.tree import Path, exists
 from rosorin_compile.source.wording import difference, foreign, in_words, look, unseen
 
 from .case import Case
 from .magnitudes import NOT_XML
 
-# Links and joints have names that come from elsewhere, too.
-_APART = ("link", "joint")
 _WORDS = re.compile(r"[^\W\d_]+")
 # Words of which names of robots, files and packages are made; none is another word with two letters swapped.
 _USUAL_WORDS = """
@@ -30,8 +28,6 @@ mount odom optical pan pose position rear right robot roller scan scene sensor s
 steering system thigh tool toolbox torque trajectory trunk upper urdf velocity wheel wrist yaml
 """
 _USUAL = frozenset(_USUAL_WORDS.split())
-# Where names that differ in case alone are nothing to speak of, as with the colours of a bought robot.
-_BY_CASE = ("material", "output")
 
 
 class Name(NamedTuple):
@@ -44,194 +40,119 @@ class Name(NamedTuple):
 
 
 def named_sections() -> Iterator[tuple[str, str]]:
-    """Yield the sections whose keys are names, with the word for one; those of links and joints are told apart."""
+    """Yield the sections whose keys are names, with the word for one, except links and joints."""
     for section, node in sections().items():
-        if node.called and node.keys is not None and node.keys.gives and node.keys.gives not in _APART:
+        if node.called and node.keys is not None and node.keys.gives and node.keys.gives not in ("link", "joint"):
             yield section, node.called
 
 
-def names(case: Case) -> Iterator[Name]:
-    """Yield every name that the description gives; what follows from another name is none."""
-    for link in dict.fromkeys((*(case.tree.get("links") or ()), *case.robot.link)):
+def _names(case: Case) -> Iterator[Name]:
+    """Yield every name that the description gives, without those that follow from another name."""
+    for link in dict.fromkeys((*case.section("links"), *case.robot.link)):
         path = case.link(link)
         yield Name(link, "link" if path[0] == "links" else "frame", path, path[0] == "links")
-    taken = set(case.robot.link)
+    frames: dict[str, Path] = {}
     for index, edge in enumerate(case.robot.edges):
-        for which, frame in (("parent", edge.parent), ("child", edge.child)):
-            if frame not in taken:
-                taken.add(frame)
-                yield Name(frame, "frame", case.edge(index, which), False)
+        frames.setdefault(edge.parent, case.edge(index, "parent"))
+        frames.setdefault(edge.child, case.edge(index, "child"))
+    yield from (Name(frame, "frame", path, False) for frame, path in frames.items() if frame not in case.robot.link)
     for joint in case.robot.joints:
         path = case.joint(joint)
         if path[0] == "joints" or exists(case.tree, (*path, "joint")):
             yield Name(joint.name, "joint", path if path[0] == "joints" else (*path, "joint"), path[0] == "joints")
     for section, called in named_sections():
-        for name in case.tree.get(section) or ():
-            yield Name(name, called, (section, name), True)
-    for name, entry in (case.tree.get("publishers") or {}).items():
+        yield from (Name(name, called, (section, name), True) for name in case.section(section))
+    for name, entry in case.section("publishers").items():
         if entry and "node" in entry:
             yield Name(entry["node"], "node", ("publishers", name, "node"), False)
     yield Name(case.robot.name, "robot", ("robot",), False)
 
 
-@rule(
-    "invisible-letter",
-    "A name has a letter that nobody sees: a control character, a mark of writing direction, a letter without width.",
-    "Remove it: type the name anew.",
-    ARGUMENTS,
-    accept="link or joint",
-    imported="lenient",
-)
-@rule(
-    "names-look-alike",
-    "A warning: two names differ in upper and lower case alone, in the Unicode form of a letter, or in a letter of "
-    "another script; or such a letter stands in a Latin word.",
-    "Rename one; type the name anew.",
-    ARGUMENTS,
-    accept="link or joint",
-    imported="always",
-)
-@rule(
-    "letters-swapped",
-    "A warning: a word of a name, or the ending of a file, is a usual one with two letters swapped, or one of several "
-    "other names here.",
-    "Correct it; every other program takes a name as it is written.",
-    ARGUMENTS,
-    accept="link or joint",
-    imported="always",
-)
-@rule(
-    "leading-slash",
-    "A warning: a name begins with `/`. tf2 drops the slash of a frame that is published, and refuses to look one up "
-    "that has it.",
-    "Write it without.",
-    FRAMES,
-    accept="link or joint",
-    imported="always",
-)
-def letters(case: Case) -> Iterator[Diagnostic]:
-    """Names that are not what they look like."""
-    kinds: dict[str, list[Name]] = {}
-    named = list(names(case))
-    yield from _misspelt(case, [*named, *_further(case)])
-    for name in named:
-        kinds.setdefault("link" if name.kind == "frame" else name.kind, []).append(name)
-    for kind, group in kinds.items():
-        text = "".join(one.name for one in group)
-        plain = text.isascii() and text.isprintable()
-        if not plain:
-            yield from _unseen(case, group)
-        if not plain or len({look(one.name) for one in group}) < len(group):
-            yield from _alike(case, group, by_case=kind not in _BY_CASE)
-        if kind in ("link", "joint") and "/" in text:
-            yield from _slashes(case, group)
-
-
 def _further(case: Case) -> Iterator[Name]:
-    """Yield names that nothing else of the description has to know: of files, plugins, packages, topics, groups."""
-    for name, entry in (case.tree.get("outputs") or {}).items():
-        if isinstance(entry, Map):
-            yield from _texts(entry, ("outputs", name))
+    """Yield names of files, topics, plugins, packages and nodes: nothing else of the description refers to them."""
+    for output in case.robot.outputs:
+        path: Path = ("outputs", output.name)
+        yield Name(output.file, "file", (*path, "file"), False)
+        for key, value in output.options.items():
+            for word, name in value.items() if isinstance(value, Mapping) else ():
+                if key == "rename" or word == "topic":
+                    yield Name(name, "frame" if key == "rename" else "topic", (*path, key, word), False)
     yield from (Name(name, called, path, is_key) for called, name, path, is_key in case.symbols.spelt())
     for joint in case.robot.joints:
-        if joint.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            path = (*case.publisher(joint), STATIC_TRANSFORM_PUBLISHER)
-            if exists(case.tree, path):
-                yield Name(joint.publisher.name, "node", path, False)
+        path = (*case.publisher(joint), STATIC_TRANSFORM_PUBLISHER)
+        if joint.publisher.kind == STATIC_TRANSFORM_PUBLISHER and exists(case.tree, path):
+            yield Name(joint.publisher.name, "node", path, False)
 
 
-def _texts(entry: Map, path: Path) -> Iterator[Name]:
-    """Yield the file of an output, the topics that it names, and what it calls frames."""
-    for key, value in entry.items():
-        if isinstance(value, Map):
-            yield from _texts(value, (*path, key))
-        elif isinstance(value, str) and (key in ("file", "topic") or path[-1] == "rename"):
-            yield Name(value, "frame" if path[-1] == "rename" else key, (*path, key), False)
+@rule("invisible-letter", "A name has an invisible letter.", "Type it again.", ARGUMENTS, "link or joint", "lenient")
+@rule("names-look-alike", "A warning: two names look alike.", "Rename one.", ARGUMENTS, "link or joint", "always")
+def letters(case: Case) -> Iterator[Diagnostic]:
+    """Names with invisible letters or letters of another script, and names that look like another one of a kind."""
+    first: dict[tuple[str, str], Name] = {}
+    for one in _names(case):
+        kind = "link" if one.kind == "frame" else one.kind
+        # The case of letters distinguishes materials and outputs, as the colours of a bought robot.
+        other = first.setdefault((kind, look(one.name, kind not in ("material", "output"))), one)
+        letter, strange = unseen(one.name), foreign(one.name)
+        if letter and not NOT_XML.search(one.name):  # else no file can carry it, which is reported
+            # ``accept`` can name no material or robot: these do not prevent the import of somebody else's robot.
+            is_mild = case.robot.source.status == "imported" and one.kind in ("material", "robot")
+            message = f'{one.kind} "{one.name}" has an invisible letter: {in_words(letter)}'
+            severity = WARNING if is_mild else ERROR
+            yield case.problem("invisible-letter", message, one.path, severity=severity, key=one.key)
+        elif not letter and other.name != one.name and not unseen(other.name):
+            message = f'{one.kind} "{one.name}" differs from {other.kind} "{other.name}" only in '
+            related = [case.related("the other one", other.path, key=other.key)]
+            message += difference(one.name, other.name)
+            yield case.problem("names-look-alike", message, one.path, related=related, key=one.key)
+        elif not letter and strange and other.name == one.name:
+            message = f'{one.kind} "{one.name}" has a letter of another script in a Latin word: {in_words(strange)}'
+            help = "type the name again: other programs look for it in Latin letters"
+            yield case.problem("names-look-alike", message, one.path, help, key=one.key)
 
 
-def _misspelt(case: Case, named: list[Name]) -> Iterator[Diagnostic]:
-    """Yield a warning for each word that stands once, and is another one with two letters swapped."""
+@rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")
+def swapped_letters(case: Case) -> Iterator[Diagnostic]:
+    """A warning: a word that occurs once in names, or a file ending, is another one with two letters swapped."""
+    named = [*_names(case), *_further(case)]
     counts = Counter(_WORDS.findall("\n".join(one.name for one in named)))
-    usual = _USUAL.union(word for word, count in counts.items() if count > 1)
-    slips = {}
-    for word, count in counts.items():
-        if len(word) > 3 and word not in _USUAL:
-            # A word that stands several times, and is no slip of a usual one, was chosen.
-            meant = next((one for one in swaps(word) if one in (usual if count == 1 else _USUAL)), None)
-            if meant is not None:
-                slips[word] = meant
-    told: set[Span | None] = set()
+    usual = _USUAL.union(word for word, number in counts.items() if number > 1)
+    slips: dict[str, str] = {}
+    for word, number in counts.items():
+        if len(word) > 3 and word not in _USUAL:  # a word that occurs several times was chosen
+            right = next((one for one in swaps(word) if one in (usual if number == 1 else _USUAL)), None)
+            slips |= {word: right} if right else {}
+    reported: set[Span | None] = set()
     for one in named:
-        words = _WORDS.findall(one.name) if slips else ()
-        slip = next(((word, slips[word]) for word in words if word in slips), None) or _ending(case, one)
+        slip = next(((word, slips[word]) for word in _WORDS.findall(one.name) if word in slips), _ending(case, one))
         if slip is not None:
+            fixed = one.name.replace(*slip)
             message = f'{one.kind} "{one.name}" has "{slip[0]}", which looks like "{slip[1]}" with two letters swapped'
-            help = f'did you mean "{one.name.replace(*slip)}"?'
-            found = case.problem("letters-swapped", message, one.path, help, severity=WARNING, key=one.key)
-            found = placed(found, Offer(one.name, one.name.replace(*slip)))
-            if found.span not in told:  # of one use of a part come several names
-                told.add(found.span)
+            found = case.problem("letters-swapped", message, one.path, f'did you mean "{fixed}"?', key=one.key)
+            found = placed(found, Offer(one.name, fixed))
+            if found.span not in reported:  # a use of a part makes several names
+                reported.add(found.span)
                 yield found
 
 
 def _ending(case: Case, one: Name) -> tuple[str, str] | None:
     """Return the ending of the file of an output, and the one that it should have, if two letters are swapped."""
-    if one.kind != "file":
-        return None
-    output = next((output for output in case.robot.outputs if output.name == one.path[1]), None)
-    format = case.formats.get(output.backend) if output else None
+    outputs = case.robot.outputs if one.kind == "file" else ()
+    format = next((case.formats.get(output.backend) for output in outputs if output.name == one.path[1]), None)
+    endings = [known.rpartition(".")[2] for known in (format.file, *format.endings)] if format else []
     ending = one.name.rpartition(".")[2]
-    endings = (
-        [] if format is None else [format.file.rpartition(".")[2], *(known.lstrip(".") for known in format.endings)]
-    )
-    meant = next((known for known in swaps(ending) if known in endings), None)
-    return (f".{ending}", f".{meant}") if meant and ending not in endings else None
+    right = next((known for known in swaps(ending) if known in endings), None)
+    return (f".{ending}", f".{right}") if right and ending not in endings else None
 
 
-def _unseen(case: Case, group: Iterable[Name]) -> Iterator[Diagnostic]:
-    imported = case.robot.source.status == "imported"
-    for one in group:
-        letter = unseen(one.name)
-        if letter and not NOT_XML.search(one.name):  # else no file can carry it, which is said
-            message = f'{one.kind} "{one.name}" has a letter that nobody sees: {in_words(letter)}'
-            # What no entry of accept can name does not keep the robot of somebody else out.
-            lets_in = imported and one.kind in ("material", "robot")
-            severity, help = WARNING if lets_in else ERROR, "type the name anew, without it"
-            yield case.problem("invisible-letter", message, one.path, help, severity=severity, key=one.key)
-
-
-def _alike(case: Case, group: list[Name], by_case: bool) -> Iterator[Diagnostic]:
-    """Yield a warning for each name that looks like one before it, and for a letter that only seems to belong there."""
-    first: dict[str, Name] = {}
-    for one in group:
-        twin = first.setdefault(look(one.name, by_case), one)
-        strange = foreign(one.name)
-        if unseen(one.name) or unseen(twin.name):  # which is said, and the cause
-            continue
-        if twin.name != one.name:
-            message = f'{one.kind} "{one.name}" differs from {twin.kind} "{twin.name}" in '
-            message += f"{difference(one.name, twin.name)} alone"
-            related = [case.related("the other one", twin.path, key=twin.key)]
-            help = "give one of them another name"
-        elif strange:
-            message = f'{one.kind} "{one.name}" has a letter of another script in a Latin word: {in_words(strange)}'
-            related, help = [], "type the name anew: other programs look for it in Latin letters"
-        else:
-            continue
-        yield case.problem("names-look-alike", message, one.path, help, related=related, severity=WARNING, key=one.key)
-
-
-def _slashes(case: Case, group: list[Name]) -> Iterator[Diagnostic]:
-    taken = {one.name for one in group}
-    for one in group:
+@rule("leading-slash", help="Write it without.", topic=FRAMES, accept="link or joint", imported="always")
+def slashes(case: Case) -> Iterator[Diagnostic]:
+    """A warning: a name begins with `/`. tf2 drops the slash of a published frame, and refuses to look one up."""
+    for one in _names(case):
         bare = one.name.lstrip("/")
-        if bare == one.name:
-            continue
-        if one.kind == "joint":
-            message = f'joint "{one.name}" begins with "/", by which controllers part a joint from its interface'
-        else:
-            also = ", a frame that there is already" if bare in taken else ""
-            message = f'the frame "{one.name}" begins with "/": tf2 publishes it as "{bare}"{also}, and refuses to look'
-            message += f' up "{one.name}"'
-        help = f'write "{bare}"' if bare else "give it a name"
-        yield case.problem("leading-slash", message, one.path, help, severity=WARNING, key=one.key)
+        if bare != one.name and one.kind in ("link", "frame", "joint"):
+            why = f'tf2 publishes it as "{bare}", and refuses to look up "{one.name}"'
+            why = "by which controllers separate a joint from its interface" if one.kind == "joint" else why
+            message = f'{one.kind} "{one.name}" begins with "/": {why}'
+            help = f'write "{bare}"' if bare else "give it a name"
+            yield case.problem("leading-slash", message, one.path, help, key=one.key)

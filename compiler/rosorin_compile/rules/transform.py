@@ -15,29 +15,13 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ASKING, Rule
 from rosorin_compile.source.wording import listed
 
-from . import conditions
 from .case import Case
+from .publishers import holds
 
 RULES = (
-    Rule(
-        "transform-not-known",
-        "On the way between two frames there is a transform whose numbers another node alone knows, or one that "
-        "depends on the mode; or the frames are in trees that do not meet.",
-        "Ask the running robot; give the edge `xyz` and `rpy`; `--mode NAME`.",
-        ASKING,
-    ),
-    Rule(
-        "transform-unpublished",
-        "A note: nobody publishes a transform of the way.",
-        "The answer is that of the description; tf2 has none there.",
-        ASKING,
-    ),
-    Rule(
-        "transform-sometimes",
-        "A note: a transform of the way is published in some modes only.",
-        "`--mode NAME` asks about one of them.",
-        ASKING,
-    ),
+    Rule("transform-not-known", "The description has no numbers for a transform.", "Try `--mode NAME`.", ASKING),
+    Rule("transform-unpublished", "A note: nobody publishes a transform of the chain.", "Publish it.", ASKING),
+    Rule("transform-sometimes", "A note: some modes do not publish a transform.", "Try `--mode NAME`.", ASKING),
 )
 
 
@@ -83,15 +67,23 @@ class FrameTransform:
     chain: tuple[TransformStep, ...]
 
 
+class NotPublished(RequestError):
+    """No node publishes a frame in the requested modes."""
+
+
 def transforms(
     case: Case, source: str, target: str, states: Sequence[Mapping[str, Position]], modes: Mapping[str, bool]
 ) -> tuple[list[FrameTransform], list[Diagnostic]]:
-    """Return the pose of one frame in another at each state of the joints, and diagnostics about the way.
+    """Return the pose of one frame in another at each state of the joints, and diagnostics about the chain.
 
     With ``modes``, only edges that are published in these modes are used, and modes that are left out are off. Raises
-    UnknownName for an unknown frame, and RequestError for one that nobody publishes in these modes.
+    UnknownName for an unknown frame, and NotPublished for one that nobody publishes in these modes.
     """
-    graph, every = Graph(_in_modes(case.robot, modes)), Graph(case.robot)
+    robot, every = case.robot, Graph(case.robot)
+    if modes:
+        combination = {**dict.fromkeys(robot.modes, False), **modes}
+        robot = replace(robot, edges=tuple(edge for edge in robot.edges if holds(edge.when, combination)))
+    graph = Graph(robot)
     for frame in (source, target):
         if frame not in every.moves:
             raise UnknownName(f'there is no frame "{frame}"; {did_you_mean(frame, every.frames)}')
@@ -107,42 +99,24 @@ def transforms(
     return [_result(one, state) for one, state in zip(answers, states, strict=True)], _remarks(case, answers[0])
 
 
-class NotPublished(RequestError):
-    """No node publishes a frame in the requested modes."""
-
-
 def _result(answer: Answer, positions: Mapping[str, Position]) -> FrameTransform:
     rows = [(*row, x) for row, x in zip(answer.rows, answer.translation, strict=True)]
-    chain = tuple(
-        TransformStep(
-            move.step.parent,
-            move.step.child,
-            "up" if move.up else "down",
-            None if move.step.joint is None else move.step.joint.name,
-            "node" if move.step.joint is None else move.step.joint.type,
-            tuple(TransformPublisher(one.name, one.kind, when or "always") for one, when in move.step.publishers),
-        )
-        for move in answer.way
-    )
+    chain = []
+    for step, up in ((move.step, move.up) for move in answer.way):
+        name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
+        nodes = tuple(TransformPublisher(one.name, one.kind, when or "always") for one, when in step.publishers)
+        chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
     return FrameTransform(
-        answer.source,
-        answer.target,
-        dict(positions),
-        answer.translation,
-        answer.quaternion,
-        answer.rpy,
-        answer.degrees,
-        (*rows, (0.0, 0.0, 0.0, 1.0)),
-        chain,
+        source=answer.source,
+        target=answer.target,
+        positions=dict(positions),
+        translation=answer.translation,
+        quaternion=answer.quaternion,
+        rpy=answer.rpy,
+        rpy_degrees=answer.degrees,
+        matrix=(*rows, (0.0, 0.0, 0.0, 1.0)),
+        chain=tuple(chain),
     )
-
-
-def _in_modes(robot: Robot, modes: Mapping[str, bool]) -> Robot:
-    """Return the robot with the edges of some modes only; of all if none are named."""
-    if not modes:
-        return robot
-    combination = {**dict.fromkeys(robot.modes, False), **modes}
-    return replace(robot, edges=tuple(edge for edge in robot.edges if conditions.holds(edge.when, combination)))
 
 
 def _no_way(case: Case, problem: NoWay) -> Diagnostic:
@@ -152,20 +126,19 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
         help = "declare the transform that joins them under edges, with who publishes it"
         return error("transform-not-known", f"{source} and {target} are in trees that do not meet", None, help)
     related = []
-    for step in problem.missing:
-        for edge in step.edges:
-            words = "a pose of its own" if edge.pose is not None else "known to that node alone"
-            when = f"when {edge.when}" if edge.when else "always"
-            said = f"{edge.parent} -> {edge.child}: {_publisher(edge.publisher)} publishes it {when}, {words}"
-            related.append(case.related(said, ("edges", _index(case.robot, edge))))
+    missing = [edge for step in problem.missing for edge in step.edges]
+    for edge in missing:
+        numbers = "a pose of its own" if edge.pose is not None else "known to that node alone"
+        when = f"when {edge.when}" if edge.when else "always"
+        message = f"{edge.parent} -> {edge.child}: {_publisher(edge.publisher)} publishes it {when}, {numbers}"
+        related.append(case.related(message, _path(case.robot, edge)))
     edges = listed(f"{step.parent} -> {step.child}" for step in problem.missing)
     message = f"the description has no numbers for {edges}, on the way from {source} to {target}"
     help = f"ask the running robot, ros2 run tf2_ros tf2_echo {source} {target}; or give the edge xyz and rpy"
-    if all(edge.pose is not None for step in problem.missing for edge in step.edges):
+    if all(edge.pose is not None for edge in missing):
         message = f"{edges}, on the way from {source} to {target}, depends on the mode"
-        help = "say which mode is on: --mode NAME"
-    path = ("edges", _index(case.robot, problem.missing[0].edges[0]))
-    return case.problem("transform-not-known", message, path, help, related=related)
+        help = "choose a mode: --mode NAME"
+    return case.problem("transform-not-known", message, _path(case.robot, missing[0]), help, related=related)
 
 
 def _publisher(publisher: Publisher) -> str:
@@ -175,24 +148,22 @@ def _publisher(publisher: Publisher) -> str:
 
 
 def _remarks(case: Case, answer: Answer) -> list[Diagnostic]:
-    """Return notes on transforms of the way that the running robot has only sometimes, or not at all."""
+    """Return notes on transforms of the chain that the running robot has only sometimes, or not at all."""
     notes = []
     for step in (move.step for move in answer.way):
-        path: tuple[str | int, ...] = (
-            ("edges", _index(case.robot, step.edges[0])) if step.joint is None else case.joint(step.joint)
-        )
+        path = _path(case.robot, step.edges[0]) if step.joint is None else case.joint(step.joint)
         if not step.publishers:
             why = step.joint.publisher.about if step.joint is not None else ""
-            said = f"nobody publishes {step.parent} -> {step.child}{f': {why}' if why else ''}"
+            message = f"nobody publishes {step.parent} -> {step.child}{f': {why}' if why else ''}"
             help = "the answer is that of the description; tf2 on the robot may have none, or another one"
-            notes.append(case.problem("transform-unpublished", said, path, help, severity=NOTE))
+            notes.append(case.problem("transform-unpublished", message, path, help, severity=NOTE))
         elif all(when for _, when in step.publishers):
             whens = " or ".join(dict.fromkeys(when for _, when in step.publishers))
-            said = f"{step.parent} -> {step.child} is published when {whens}"
-            notes.append(case.problem("transform-sometimes", said, path, "", severity=NOTE))
+            message = f"{step.parent} -> {step.child} is published when {whens}"
+            notes.append(case.problem("transform-sometimes", message, path, severity=NOTE))
     return notes
 
 
-def _index(robot: Robot, edge: Edge) -> int:
-    """Return the index of an edge in the list of the description."""
-    return next(index for index, one in enumerate(robot.edges) if one is edge)
+def _path(robot: Robot, edge: Edge) -> tuple[str | int, ...]:
+    """Return the path of an edge in the list of the description."""
+    return "edges", next(index for index, one in enumerate(robot.edges) if one is edge)

@@ -1,86 +1,47 @@
 """SDF: the robot for Gazebo and Drake.
 
-Written by ``write``, from which links are bodies and which are frames (``bodies``), and from what a description keeps
-for Gazebo (``kept``).
-
-Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
-name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
-``verbatim`` (what stays as it stands). ``words`` is what both sides know, ``grammar`` what both readers know.
+``content`` decides which links are bodies and which are frames, and ``write`` writes them. Foreign files are read by
+``read`` (the file), ``models`` (models within models, and names), ``bodies`` (what hangs on what), ``read_links``,
+``read_joints`` and ``reading`` (numbers, poses, included files). ``elements`` are those without a key in the language.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import (
-    BOXES_OF_HEIGHT_MAPS,
-    FORMS_OF_BOXES,
-    NUMBER_FORMAT,
-    Asked,
-    Format,
-)
+from rosorin_compile.formats.format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
+from rosorin_compile.formats.urdf import syntax
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.format import Opened
-    from rosorin_compile.formats.imported import Imported
-    from rosorin_compile.formats.templating import Templates
-    from rosorin_compile.model import Output, Robot
-    from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.tree import Map
 
 __all__ = ["FORMAT"]
 
 
+def _lazy(module: str, name: str) -> Callable[..., Any]:
+    """Return a function of a module that is imported at the first call: few runs need all of them."""
+
+    def call(*arguments: Any) -> Any:
+        return getattr(import_module(f"{__name__}.{module}"), name)(*arguments)
+
+    return call
+
+
 def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
-    """Return the output of a robot that comes of an SDF; others are not asked for one."""
-    wishes = (tree.get("outputs") or {}).get("sdf")
-    return None if wishes is None else Asked({"file": "", **wishes} | {"file": f"{name}.sdf"})
+    """Return the output of a robot that is imported from an SDF; others get none."""
+    options = (tree.get("outputs") or {}).get("sdf")
+    return None if options is None else Asked({"file": "", **options} | {"file": f"{name}.sdf"})
 
 
-def _syntax(text: str) -> object:
-    from rosorin_compile.source.xml.elements import canonical, tree_of
-
-    return canonical(tree_of(text))
-
-
-def _view(robot: Robot, output: Output) -> Robot:
-    from .robot import view
-
-    return view(robot, output)
-
-
-def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .words import check
-
-    return check(case, output)
-
-
-def _read(opened: Opened) -> Imported:
-    from .robot import read_sdf
-
-    return read_sdf(opened)
-
-
-def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
-
-    return write(robot, output, templates)
-
-
-def _read_back(text: str) -> Robot:
-    from .robot import read
-
-    return read(text)
-
-
+_FIXED = Unsupported("links that are fixed to each other need no joint", quiet=True)
 _UNSUPPORTED = {
     **OF_MUJOCO,
     **OF_PUBLISHERS,
-    "sensors.*.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
-    "sensors.*.optical.joint": Unsupported("links that are fixed to each other need no joint", quiet=True),
+    "sensors.*.joint": _FIXED,
+    "sensors.*.optical.joint": _FIXED,
     "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
     "tendons": Unsupported("no tendons"),
     "joints.*.calibration": Unsupported("no calibration of joints"),
@@ -94,10 +55,7 @@ FORMAT = Format(
     article="an",
     about="the model for Gazebo and Drake",
     rank=22,
-    covers=(
-        *MODEL_KEYS,
-        "urdf_elements",
-    ),
+    covers=(*MODEL_KEYS, "urdf_elements"),
     unsupported=_UNSUPPORTED,
     options={
         "number_format": NUMBER_FORMAT,
@@ -124,19 +82,19 @@ FORMAT = Format(
     file="{}.sdf",
     endings=(".sdf",),
     roots=("sdf",),
-    check=_check,
-    write=_write,
-    load=_read,
-    view=_view,
+    check=_lazy("content", "check"),
+    write=_lazy("write", "write"),
+    load=_lazy("read", "read_sdf"),
+    view=_lazy("content", "view"),
     partial=True,
-    read=_read_back,
+    read=_lazy("read", "read"),
     asked=_asked,
     lacks=frozenset(
         {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
         | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
     ),
     meshes=True,
-    syntax=_syntax,
+    syntax=syntax,
     folder="sdf",
     deploys=True,
 )

@@ -6,247 +6,235 @@ import os
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed
-from rosorin_compile.formats.urdf.reading import NAME, Reading, named
+from rosorin_compile.formats.urdf.reading import NAME, correction, named
 from rosorin_compile.model import Transform
+from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_of, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element
 
-from .reading import Numbers, Said, converted, entry_of, others
-from .scopes import FRAME, LINK, Models, Node, Scope
-from .trees import Tree
-from .verbatim import keep, text_of, wrapped
-from .words import INERTIA, OF_LINK, PARTS_OF_LINK, SOLIDS
+from .bodies import Bodies
+from .elements import OF_LINK, keep, wrapped
+from .models import FRAME, LINK, Node, Scope, relative_to
+from .reading import WrittenPose, is_true
 
 RULES = (
     Rule(
         "sdf-inertia",
-        "An inertial of an SDF is to be computed, and of what it is not done here: meshes, several densities.",
+        "An inertial of an SDF is to be computed from meshes, or with several densities.",
         "Say mass and inertia; `--lenient` takes 1 kg.",
         Heading.READING,
     ),
 )
 
-_OF_COLOUR = ("ambient", "diffuse", "specular", "emissive")
-_OF_SHAPE = ("pose", "geometry", "material")
-_OF_MESH = ("uri", "scale")
-_KEPT_OF_SHAPE = (
-    *("surface", "laser_retro", "max_contacts", "cast_shadows", "transparency", "meta", "plugin"),
-    *("visibility_flags", "density", "auto_inertia_params"),
-)
-_KEPT_OF_MATERIAL = ("script", "shader", "render_order", "lighting", "double_sided", "shininess", "pbr")
-_OPAQUE = 1
-_WATER = 1000  # kg/m^3, the density of an inertial that is to be computed and says none
+_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+# The sizes of solids, with how many numbers each is.
+_SOLIDS = {
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "ellipsoid": {"radii": 3},
+    "mesh": {"scale": 3},
+}
+_OUTLINE = "polyline"  # a geometry may have several: one within another is a hole in it
+_WATER = 1000  # kg/m^3, the density of an inertial that is to be computed and has none
 
 
 class Entries(NamedTuple):
-    """The entries that are made, by name, and those for Gazebo by the link or joint that they refer to."""
+    """The entries of links and joints by name, and elements for Gazebo by the link or joint that they refer to."""
 
     links: dict[str, dict[str, Any]]
+    joints: dict[str, Placed]
     gazebo: dict[str, list[tuple[Element, str]]]
 
 
 class Links:
-    """Reads the links of a tree into entries."""
+    """Reads the links of a model into entries."""
 
-    def __init__(self, tree: Tree, entries: Entries) -> None:
-        self.tree = tree
-        self.models: Models = tree.models
-        self.reading: Reading = tree.reading
-        self.numbers: Numbers = tree.models.numbers
-        self.entries = entries
+    def __init__(self, bodies: Bodies, entries: Entries) -> None:
+        self.bodies, self.entries = bodies, entries
+        self.models, self.reading = bodies.models, bodies.reading
         self.without_mass: list[Node] = []
 
     def read(self) -> None:
         """Fill the entries of all links."""
-        for link in self.tree.links:
-            self._link(link)
-        if self.without_mass:
-            self._told_of_mass()
+        for link in self.bodies.links:
+            element = link.element
+            self._inertial(link, self.entries.links[link.called])
+            for child in element.children:
+                if child.tag in ("visual", "collision"):
+                    self._shape(child, link)
+            for child in self.reading.rest(element, ("pose", "inertial", "visual", "collision"), ("name",)):
+                if child.tag in OF_LINK:
+                    pose = self.reading.single(child, "pose")
+                    owner = self._owner(pose, link)
+                    text = self.models.text_of(child, link.scope, None if owner is link else pose)
+                    self.entries.gazebo.setdefault(owner.called, []).append((child, text))
+                else:
+                    self._keep(child, link)
+        names = [node.called for node in self.without_mass]
+        if names:
+            which = f'link "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'link')} have"
+            message = (
+                f"{which} no <inertial>{f' ({first_of(names, 3)})' if len(names) > 1 else ''}: readers of SDF take"
+            )
+            message += " 1 kg, and so does the description"
+            self.reading.note("import-converted", message, self.without_mass[0].element.span)
 
-    def _told_of_mass(self) -> None:
-        nodes = self.without_mass
-        what = f'link "{nodes[0].called}" has' if len(nodes) == 1 else f"{counted(len(nodes), 'link')} have"
-        which = "" if len(nodes) == 1 else f" ({first_of([one.called for one in nodes], 3)})"
-        message = f"{what} no <inertial>{which}: readers of SDF take 1 kg, and so does the description"
-        converted(self.reading, message, nodes[0].element.span)
+    def _keep(self, element: Element, link: Node) -> None:
+        text = wrapped("sdf", [self.models.text_of(element, link.scope)])
+        index = keep(self.entries.links[link.called], element, text)
+        self.reading.paths[id(element)] = ("links", link.called, "urdf_elements", index)
 
-    def _link(self, node: Node) -> None:
-        element = node.element
-        self._inertial(node, self.entries.links[node.called])
-        for child in element.children:
-            if child.tag in ("visual", "collision"):
-                self._shape(child, node)
-            elif child.tag in OF_LINK:
-                self.entries.gazebo.setdefault(node.called, []).append((child, self._text(child, node)))
-        for child in others(self.reading, element, (*PARTS_OF_LINK, *OF_LINK), ("name",)):
-            self._keep(child, node)
-
-    def _keep(self, element: Element, node: Node) -> None:
-        """Keep an element of a link unchanged."""
-        entry = self.entries.links[node.called]
-        keep(entry, element, wrapped("sdf", [self._text(element, node)]))
-        self.reading.paths[id(element)] = ("links", node.called, "urdf_elements", len(entry["urdf_elements"]) - 1)
-
-    def _text(self, element: Element, node: Node) -> str:
-        return text_of(element, node.scope, self.models)
-
-    def _inertial(self, node: Node, entry: dict[str, Any]) -> None:
+    def _inertial(self, link: Node, entry: dict[str, Any]) -> None:
         """Set the inertial; the defaults are 1 kg, and 1 kg*m^2 about each axis."""
-        element = self.reading.single(node.element, "inertial")
-        span = (element or node.element).span
-        default = Placed({"mass": 1, "inertia": {key: Placed(1, span) for key in INERTIA[:3]}}, span)
+        reading = self.reading
+        element = reading.single(link.element, "inertial")
+        span = (element or link.element).span
         if element is None:
-            self.without_mass.append(node)
-            entry["inertial"] = default
+            self.without_mass.append(link)
+        else:
+            reading.paths[id(element)] = ("links", link.called, "inertial")
+        is_automatic = element is not None and is_true(element.get("auto"))
+        if element is None or (is_automatic and not self._can_be_computed(element, link)):
+            entry["inertial"] = Placed({"mass": 1, "inertia": {key: Placed(1, span) for key in _INERTIA[:3]}}, span)
             return
-        self.reading.paths[id(element)] = ("links", node.called, "inertial")
-        if element.get("auto").lower() in ("true", "1"):
-            if self._can_be_computed(element, node):
-                density = self.numbers.one(element, "density") or Placed(_WATER, span)
-                entry["inertial"] = Placed({"of": "collision", "density": density}, span)
-                self.reading.check(element, ("density",), ("auto",), None)
-            else:
-                entry["inertial"] = default
+        if is_automatic:
+            density = reading.one(element, "density") or Placed(_WATER, span)
+            entry["inertial"] = Placed({"of": "collision", "density": density}, span)
+            reading.check(element, ("density",), ("auto",), None)
             return
-        made: dict[str, Any] = {"mass": self.numbers.one(element, "mass") or Placed(1, span)}
-        made |= entry_of(self._seen_from(self.reading.single(element, "pose"), node.scope, node), span)
-        inertia = self.reading.single(element, "inertia")
+        inertia = reading.single(element, "inertia")
         at = (inertia or element).span
-        moments = {key: self.numbers.one(inertia, key) if inertia is not None else None for key in INERTIA}
-        moments |= {key: Placed(1, at) for key in INERTIA[:3] if moments[key] is None}
+        moments = {key: reading.one(inertia, key) or (Placed(1, at) if key[1] == key[2] else None) for key in _INERTIA}
         if inertia is not None:
-            self.reading.check(inertia, INERTIA, (), None)
+            reading.check(inertia, _INERTIA, (), None)
+        made: dict[str, Any] = {"mass": reading.one(element, "mass") or Placed(1, span)}
+        made |= self._pose_in(link, reading.single(element, "pose"), link.scope).entry(span)
         made["inertia"] = Placed({key: one for key, one in moments.items() if one is not None}, at)
-        self.reading.check(element, ("pose", "mass", "inertia"), ("auto",), None)
+        reading.check(element, ("pose", "mass", "inertia"), ("auto",), None)
         entry["inertial"] = Placed(made, span)
 
-    def _can_be_computed(self, element: Element, node: Node) -> bool:
-        """Return True if the inertial follows from collision shapes; else report it."""
-        own = [child for child in node.element.children if child.tag == "collision"]
-        parts = [part for child in own for part in child.children]
+    def _can_be_computed(self, element: Element, link: Node) -> bool:
+        """Return True if the inertial follows from the collision shapes; else report it."""
+        parts = [part for child in link.element.children if child.tag == "collision" for part in child.children]
         shapes = {inner.tag for part in parts if part.tag == "geometry" for inner in part.children}
         uneven = any(part.tag in ("density", "auto_inertia_params") for part in parts)
-        if shapes and shapes <= SOLIDS.keys() - {"mesh"} and not uneven:
+        if shapes and shapes <= _SOLIDS.keys() - {"mesh"} and not uneven:
             return True
-        what = "that is done of solids of one density, and no meshes" if shapes else "there is no shape to do that of"
-        message = f"the inertial of {named(node.element)} is to be computed: {what}"
-        self.reading.lenient("sdf-inertia", message, element.span, "say mass and inertia", "takes 1 kg")
+        message = f"the inertial of {named(link.element)} is to be computed: that is done of solids of one density, and"
+        help = "say mass and inertia"
+        self.reading.lenient("sdf-inertia", f"{message} no meshes", element.span, help, "takes 1 kg")
         return False
 
-    def _seen_from(self, pose: Element | None, scope: Scope, link: Node, owner: Node | None = None) -> Said:
-        """Return a pose as seen from a link, or from ``owner``, whatever it was relative to."""
-        said = self.numbers.pose(pose)
-        seen = self._relative_to(pose, scope)
-        if seen is None or seen is (owner or link):
-            return said
-        here = self.tree.pose(owner or link).inverse().then(self.tree.pose(seen))
-        return said if here == Transform() else Said(here.then(said.transform), element=pose)
+    def _pose_in(self, owner: Node, pose: Element | None, scope: Scope) -> WrittenPose:
+        """Return a pose relative to a link or frame, whatever it is written relative to."""
+        written, base = self.reading.pose(pose), self._base(pose, scope)
+        if base is None or base is owner:
+            return written
+        here = self.bodies.pose(owner).inverse().then(self.bodies.pose(base))
+        return written if here == Transform() else WrittenPose(here.then(written.transform), element=pose)
 
-    def _relative_to(self, pose: Element | None, scope: Scope) -> Node | None:
-        """Return what a pose in a link is relative to; None for the link, and after an error."""
-        attribute = None if pose is None else pose.attributes.get("relative_to") or pose.attributes.get("frame")
-        if attribute is None or not attribute.value:
+    def _base(self, pose: Element | None, scope: Scope) -> Node | None:
+        """Return what a pose in a link is relative to, or None for the link, and after an error."""
+        attribute = relative_to(pose)
+        if attribute is None or pose is None:
             return None
-        what = f"relative_to of {named(pose)}" if pose is not None else ""
-        return self.models.asked(scope, attribute.value, attribute.span, what)
+        return self.models.require(scope, attribute.value, attribute.span, f"relative_to of {named(pose)}")
+
+    def _owner(self, pose: Element | None, link: Node) -> Node:
+        """Return the frame of a body that a pose in its link is relative to, or the link."""
+        base = self._base(pose, link.scope)
+        is_in_body = base is not None and base.kind in (LINK, FRAME) and self.bodies.body_of(base) is link
+        return base if base is not None and is_in_body else link
 
     def _shape(self, element: Element, link: Node) -> None:
-        """Add a visual or a collision to what it is placed in, a frame of the body or the link."""
-        pose = self.reading.single(element, "pose")
-        seen = self._relative_to(pose, link.scope)
-        of_body = seen is not None and seen.kind in (LINK, FRAME) and self.tree.body_of(seen) is link
-        owner = seen if of_body and seen is not None else link
-        entry = self.entries.links[owner.called]
-        geometry = self.reading.single(element, "geometry")
+        """Add a visual or a collision to the entry of a frame of the body or of the link."""
+        reading = self.reading
+        pose = reading.single(element, "pose")
+        owner = self._owner(pose, link)
+        geometry = reading.single(element, "geometry")
         if geometry is None:
-            self.reading.error("missing-element", f"{named(element)} has no <geometry>", element.span, "add one")
+            reading.error("missing-element", f"{named(element)} has no <geometry>", element.span, "add one")
             return
         made: dict[str, Any] = {}
         solid = self._solid(geometry, made, link)
         if solid is None:
             return
-        if solid.tag not in SOLIDS:
+        if solid.tag not in _SOLIDS:
             message = f"<{solid.tag}> of {named(element)} is a shape of its own kind: kept as it is"
-            self.reading.diagnostics.append(Diagnostic("import-kept", NOTE, message, solid.span))
+            reading.diagnostics.append(Diagnostic("import-kept", NOTE, message, solid.span))
             self._keep(element, link)
             return
-        shapes = entry.setdefault(element.tag, [])
-        self.reading.paths[id(element)] = ("links", owner.called, element.tag, len(shapes))
-        self._name(element, owner, len(shapes) + 1, made)
-        made |= entry_of(self._seen_from(pose, link.scope, link, owner), element.span)
-        self._more(element, solid, made, link)
-        shapes.append(Placed(made, element.span))
-
-    def _name(self, element: Element, owner: Node, number: int, made: dict[str, Any]) -> None:
+        shapes = self.entries.links[owner.called].setdefault(element.tag, [])
+        reading.paths[id(element)] = ("links", owner.called, element.tag, len(shapes))
         attribute = element.attributes.get("name")
         if attribute is None or not attribute.value:
             message = f"a <{element.tag}> of {named(element.parent or element)} has no name"
-            help = 'add name="..."'
-            self.reading.lenient("missing-attribute", message, element.span, help, "takes it without")
-        elif attribute.value == f"{owner.called}_{element.tag}_{number}":
-            return  # what the SDF of a description calls a shape without a name
-        elif NAME.match(attribute.value):
+            reading.lenient("missing-attribute", message, element.span, 'add name="..."', "takes it without")
+        elif not NAME.match(attribute.value):
+            reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
+        elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # as we name shapes without a name
             made["name"] = Placed(attribute.value, attribute.span)
-        else:
-            self.reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
+        made |= self._pose_in(owner, pose, link.scope).entry(element.span)
+        self._details(element, solid, made, link)
+        shapes.append(Placed(made, element.span))
 
-    def _more(self, element: Element, solid: Element, made: dict[str, Any], link: Node) -> None:
-        """Set the looks of a shape, and keep what the language has no word for."""
+    def _details(self, element: Element, solid: Element, made: dict[str, Any], link: Node) -> None:
+        """Set the look and the friction of a shape, and keep what the language has no key for."""
+        reading = self.reading
+
+        def text(child: Element) -> str:
+            return self.models.text_of(child, link.scope)
+
         rest: list[str] = []
-        inner = others(self.reading, solid, _OF_MESH if solid.tag == "mesh" else SOLIDS[solid.tag], ("optimization",))
+        inner = reading.rest(
+            solid, (*_SOLIDS[solid.tag], *(("uri",) if solid.tag == "mesh" else ())), ("optimization",)
+        )
         if inner:
-            rest.append(wrapped(solid.tag, [self._text(child, link) for child in inner]))
+            rest.append(wrapped(solid.tag, [text(child) for child in inner]))
             if any(child.tag == "submesh" for child in inner):
                 message = f"the submesh of {named(element)} is kept for SDF alone: other formats have the whole mesh"
-                converted(self.reading, message, solid.span)
-        material = self.reading.single(element, "material")
+                reading.note("import-converted", message, solid.span)
+        material = reading.single(element, "material")
         if material is not None and element.tag == "collision":
-            self.reading.ignored("the material of a collision: what collides is not seen", material.span)
+            reading.ignored("the material of a collision: what collides is not seen", material.span)
         elif material is not None:
-            looks = self._looks(material, made, link)
+            looks = [text(child) for child in self._look(material, made, link)]
             rest += [wrapped("material", looks)] if looks else []
-        more = others(self.reading, element, (*_OF_SHAPE, *_KEPT_OF_SHAPE), ("name",))
-        for child in element.children:
+        for child in reading.rest(element, ("pose", "geometry", "material"), ("name",)):
             friction = self._friction(child) if child.tag == "surface" else None
             if friction is not None:
                 made["contact"] = Placed({"friction": Placed([friction], friction.span)}, child.span)
-            elif child.tag in _KEPT_OF_SHAPE or child in more:
-                rest.append(self._text(child, link))
+            else:
+                rest.append(text(child))
         if rest:
             keep(made, element, wrapped("sdf", rest))
 
     def _friction(self, surface: Element) -> Placed | None:
-        """Return the coefficient of friction of a surface that says nothing else, the same in both directions."""
-        here = surface
-        for tag in ("friction", "ode"):
-            if [child.tag for child in here.children] != [tag]:
-                return None
-            here = here.children[0]
-        found = {child.tag: self.numbers.one(here, child.tag) for child in here.children}
+        """Return the coefficient of a surface that has nothing else, equal in both directions."""
+        ode = _only_descendant(surface, "friction", "ode")
+        if ode is None:
+            return None
+        found = {child.tag: self.reading.one(ode, child.tag) for child in ode.children}
         mu, other = found.get("mu"), found.get("mu2")
         same = other is None or (mu is not None and mu.value == other.value)
         return mu if found.keys() <= {"mu", "mu2"} and same else None
 
-    def _looks(self, material: Element, made: dict[str, Any], link: Node) -> list[str]:
-        """Set colour and image of a visual; return what else is said of its surface."""
-        colours = {tag: self._colour(material, tag) for tag in _OF_COLOUR}
-        diffuse = colours["diffuse"]
+    def _look(self, material: Element, made: dict[str, Any], link: Node) -> list[Element]:
+        """Set the colour and the image of a visual; return what else its material has."""
+        diffuse, ambient = (self._colour(material, tag) for tag in ("diffuse", "ambient"))
         if diffuse is not None:
             made["rgba"] = diffuse
+        same = diffuse is not None and ambient is not None and _values(ambient) == _values(diffuse)
         rest = []
-        others(self.reading, material, (*_OF_COLOUR, *_KEPT_OF_MATERIAL), ())
-        for child in material.children:
-            if child.tag == "diffuse":
-                continue
-            colour = colours.get(child.tag)
-            if child.tag == "ambient" and diffuse is not None and colour is not None and _same(colour, diffuse):
-                continue
-            image = _only_image(child)
-            if image is not None:
+        for child in self.reading.rest(material, ("diffuse", "ambient") if same else ("diffuse",)):
+            image = _only_descendant(child, "metal", "albedo_map") if child.tag == "pbr" else None
+            if image is not None and image.text:
                 made["texture"] = Placed(self._address(image.text, link), image.span)
             else:
-                rest.append(self._text(child, link))
+                rest.append(child)
         return rest
 
     def _colour(self, material: Element, tag: str) -> Placed | None:
@@ -255,84 +243,60 @@ class Links:
         if child is None:
             return None
         count = 3 if len(child.text.split()) == 3 else 4
-        values = self.numbers.all_of(child, count)
-        if values is None:
-            return None
-        return Placed(values if count == 4 else [*values, Placed(_OPAQUE, child.span)], child.span)
+        values = self.reading.all_of(child, count)
+        return None if values is None else Placed([*values, Placed(1, child.span)][:4], child.span)
 
     def _solid(self, geometry: Element, made: dict[str, Any], link: Node) -> Element | None:
         """Set the shape of an entry and return its element; None after an error."""
+        reading = self.reading
         children = [child for child in geometry.children if child.tag != "empty"]
         if len(children) > 1 and {child.tag for child in children} != {_OUTLINE}:
             message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in children)}; it takes one"
-            self.reading.error("duplicate-element", message, children[1].span, "make a second shape of it")
+            reading.error("duplicate-element", message, children[1].span, "make a second shape of it")
             return None
         if not geometry.children:
-            message = f"{named(geometry)} is empty"
-            help = f"it takes one of {', '.join(SOLIDS)}"
-            self.reading.error("missing-element", message, geometry.span, help)
+            help = f"it takes one of {', '.join(_SOLIDS)}"
+            reading.error("missing-element", f"{named(geometry)} is empty", geometry.span, help)
             return None
-        solid = (children or geometry.children)[0]
-        if solid.tag not in SOLIDS:
-            before = len(self.reading.diagnostics)
-            self.reading.check(geometry, (*SOLIDS, *_OTHER_SHAPES), (), None)
-            broken = any(one.rule == "misspelt" for one in self.reading.diagnostics[before:])
-            del self.reading.diagnostics[before if not broken else len(self.reading.diagnostics) :]
-            return None if broken else solid
-        before = len(self.reading.diagnostics)
-        sizes = self._mesh(solid, link) if solid.tag == "mesh" else self._sizes(solid)
-        if any(one.severity == "error" for one in self.reading.diagnostics[before:]):
-            return None
-        made[solid.tag] = Placed(sizes, solid.span)
-        return solid
-
-    def _sizes(self, solid: Element) -> dict[str, Any]:
-        """Return the sizes of a solid, by the words that both languages have."""
+        solid, before = (children or geometry.children)[0], len(reading.diagnostics)
+        if solid.tag not in _SOLIDS:
+            known = sdf_elements()["geometry"]
+            near = None if solid.tag in known or reading.options.lenient else correction(solid.tag, known)
+            if near is not None:
+                reading.misspelt(f"<{solid.tag}>", f"<{near}>", geometry, solid.span)
+            return solid if near is None else None
         sizes: dict[str, Any] = {}
-        for key, count in SOLIDS[solid.tag].items():
-            child = self.reading.single(solid, key)
-            if child is None:
-                message = f"{named(solid)} has no <{key}>"
-                self.reading.error("missing-element", message, solid.span, f"add <{key}>")
-                continue
-            values = self.numbers.all_of(child, count, "m")
-            if values is not None:
+        uri = reading.text(solid, "uri") if solid.tag == "mesh" else None
+        if uri is not None and uri.value != "__default__":
+            sizes["file"] = Placed(self._address(str(uri.value), link), uri.span)
+        elif solid.tag == "mesh":
+            reading.error("missing-element", f"{named(solid)} has no <uri>", solid.span, "name the mesh")
+        for key, count in _SOLIDS[solid.tag].items():
+            child = reading.single(solid, key)
+            if child is None and key != "scale":
+                reading.error("missing-element", f"{named(solid)} has no <{key}>", solid.span, f"add <{key}>")
+            values = None if child is None else reading.all_of(child, count, "" if key == "scale" else "m")
+            if child is not None and values and (key != "scale" or [one.value for one in values] != [1, 1, 1]):
                 sizes[key] = values[0] if count == 1 else Placed(values, child.span)
-        return sizes
-
-    def _mesh(self, solid: Element, link: Node) -> dict[str, Any]:
-        made: dict[str, Any] = {}
-        uri = self.numbers.text(solid, "uri")
-        if uri is None or uri.value == "__default__":
-            self.reading.error("missing-element", f"{named(solid)} has no <uri>", solid.span, "name the mesh")
-            return made
-        made["file"] = Placed(self._address(str(uri.value), link), uri.span)
-        scale = self.reading.single(solid, "scale")
-        if scale is not None:
-            values = self.numbers.all_of(scale, SOLIDS["mesh"]["scale"])
-            if values is not None and [float(one.value) for one in values] != [1.0, 1.0, 1.0]:
-                made["scale"] = Placed(values, scale.span)
-        return made
+        made[solid.tag] = Placed(sizes, solid.span)
+        return solid if len(reading.diagnostics) == before else None
 
     def _address(self, uri: str, link: Node) -> str:
-        """Return an address as seen from the file that is imported, for one in a file that it includes."""
-        first, own = self.models.included.files[0], link.scope.file
+        """Return an address relative to the file that is imported, for one in a file that it includes."""
+        first, own = self.reading.files[0], link.scope.file
         if "://" in uri or uri.startswith("/") or first.parent == own.parent:
             return uri
         return os.path.relpath(own.parent / uri, first.parent).replace(os.sep, "/")
 
 
-_OUTLINE = "polyline"  # a geometry may have several: one within another is a hole in it
-_OTHER_SHAPES = ("plane", _OUTLINE, "heightmap", "image", "empty", "cone")
+def _only_descendant(element: Element, *tags: str) -> Element | None:
+    """Return the element at the end of a path of tags, if nothing else is in the elements on the way."""
+    for tag in tags:
+        if [child.tag for child in element.children] != [tag]:
+            return None
+        element = element.children[0]
+    return element
 
 
-def _only_image(pbr: Element) -> Element | None:
-    """Return the image of a <pbr> that says nothing else."""
-    here, way = pbr, ["pbr", "metal", "albedo_map"]
-    while here.tag == way[0] and len(way) > 1 and len(here.children) == 1:
-        here, way = here.children[0], way[1:]
-    return here if [here.tag] == way and here.text else None
-
-
-def _same(one: Placed, other: Placed) -> bool:
-    return [float(number.value) for number in one.value] == [float(number.value) for number in other.value]
+def _values(colour: Placed) -> list[float]:
+    return [float(number.value) for number in colour.value]

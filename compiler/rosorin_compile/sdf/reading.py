@@ -1,175 +1,52 @@
-"""Reading: the numbers and poses of an SDF, which stand in the text of its elements, each with its place."""
+"""Read values of SDF elements: numbers, poses, kept elements, and the files that an <include> names."""
 
 from __future__ import annotations
 
 import math
+import os
 import re
-from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed
-from rosorin_compile.formats.urdf.reading import Reading, correction, named
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, UNITS, Reading, correction, named
 from rosorin_compile.model import Pose, Transform
-from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, counted
-from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
-from rosorin_compile.source.xml.markup import TEXT, Element, Remark, Word
+from rosorin_compile.rules.urdf_elements import sdf_elements
+from rosorin_compile.source.diagnostics import Span
+from rosorin_compile.source.files import exists, is_file, is_folder, resolve
+from rosorin_compile.source.packages import OF_GAZEBO, Packages
+from rosorin_compile.source.units import Quantity
+from rosorin_compile.source.xml.files import read_source
+from rosorin_compile.source.xml.markup import TEXT, Document, Element, MarkupError, Remark, Word, parse
 
-_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
-_ENDLESS = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
+_INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
 _OF_POSE = ("relative_to", "frame", "rotation_format", "degrees")
-UNLIMITED = 1e16  # from here on, a limit is none
-_UNITS = {"rad": (ANGLE, FULL_TURN), "m": (LENGTH, FAR)}
+UNLIMITED = 1e16  # a limit from here on is none
 # As ``Pose`` has it: below this, the numbers of a pose are what rounding has left of a way there and back.
 _ROUNDING = 1e-15
 
+# The files that one robot may consist of; each of them may include others twice.
+MAX_MODELS = 1_000
+MAX_ELEMENTS = 200_000
+_ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 
-class Said(NamedTuple):
-    """A pose as it was written: its transform, its numbers with their places where they can stay, its element."""
+
+class WrittenPose(NamedTuple):
+    """A pose as it is written: its transform, its numbers with their places if they can be kept, its element."""
 
     transform: Transform
     xyz: Sequence[Placed] = ()
     rpy: Sequence[Placed] = ()
     element: Element | None = None
 
-
-def words(element: Element) -> list[Word]:
-    """Return the words of the text of an element, each with its place."""
-    text = element.document.source.text
-    found: list[Word] = []
-    for item in element.content:
-        if not isinstance(item, Remark) or item.kind != TEXT:
-            continue
-        raw = text[item.start : item.end]
-        if "&" in raw or "<" in raw:  # references, CDATA
-            found += [Word(word, element.span) for word in item.text.split()]
-            continue
-        for match in re.finditer(r"\S+", raw):
-            found.append(Word(match[0], element.document.span(item.start + match.start(), len(match[0]))))
-    return found
-
-
-def place(element: Element) -> Span:
-    """Return the place of what an element says: its first word, or the element itself."""
-    found = words(element)
-    return found[0].span if len(found) == 1 else element.span
-
-
-class Numbers:
-    """Takes numbers out of elements; what is wrong with them goes to ``reading``."""
-
-    def __init__(self, reading: Reading) -> None:
-        self.reading = reading
-
-    def text(self, element: Element, tag: str) -> Placed | None:
-        """Return the text of a child, with its place; None if it is not there or empty."""
-        child = self.reading.single(element, tag)
-        if child is None or not child.text:
-            return None
-        return Placed(child.text, place(child))
-
-    def flag(self, element: Element, tag: str) -> bool:
-        """Say whether a child says true."""
-        child = self.reading.single(element, tag)
-        return child is not None and child.text.lower() in ("1", "true")
-
-    def all_of(self, element: Element, count: int, unit: str = "") -> list[Placed] | None:
-        """Return the numbers that an element says; None after an error."""
-        found = words(element)
-        if len(found) != count:
-            have = "is empty" if not found else f"has {counted(len(found), 'number')}"
-            message = f"{named(element)} {have}; it takes {count}"
-            self.reading.error("wrong-count", message, element.span, f"give {count}")
-            return None
-        values = [self.number(element, word, unit) for word in found]
-        return None if None in values else [Placed(v, w.span) for v, w in zip(values, found, strict=True)]
-
-    def one(self, element: Element, tag: str, unit: str = "") -> Placed | None:
-        """Return the number of a child; None if it is not there, or after an error."""
-        child = self.reading.single(element, tag)
-        if child is None:
-            return None
-        found = self.all_of(child, 1, unit)
-        return found[0] if found else None
-
-    def limit(self, element: Element | None, tag: str, unit: str) -> Placed | None:
-        """Return a limit; None if it is not there, or none, or after an error."""
-        child = self.reading.single(element, tag) if element is not None else None
-        if child is None or _ENDLESS.match(child.text):
-            return None
-        found = self.all_of(child, 1, unit)
-        return found[0] if found and abs(found[0].value) < UNLIMITED else None
-
-    def number(self, element: Element, word: Word, unit: str) -> float | None:
-        """Return a number; one beyond any robot with its unit, so that nobody takes it for another unit."""
-        if not _NUMBER.match(word.text) or not math.isfinite(float(word.text)):
-            message = f'{named(element)}: "{word.text[:40]}" is not a number'
-            help = (
-                "write a finite number"
-                if _ENDLESS.match(word.text) or word.text.lower() == "nan"
-                else "write a number such as 0.5 or 1e-3"
-            )
-            self.reading.error("not-a-number", message, word.span, help)
-            return None
-        value = float(word.text)
-        if unit in _UNITS and abs(value) > _UNITS[unit][1]:
-            return Quantity(value, _UNITS[unit][0], f"{word.text} {unit}")
-        return int(value) if value.is_integer() and word.text.lstrip("+-").isdigit() and abs(value) < 1e15 else value
-
-    def pose(self, element: Element | None) -> Said:
-        """Return what a <pose> says; without one, or an empty one, nothing is moved."""
-        if element is None or not words(element):
-            return Said(Transform(), element=element)
-        form = element.get("rotation_format", "euler_rpy")
-        if form == "quat_xyzw":
-            return self._by_quaternion(element)
-        if form != "euler_rpy":
-            message, span = (
-                f'the rotation of {named(element)} is in "{form}"',
-                element.attributes["rotation_format"].span,
-            )
-            self.reading.error("wrong-value", message, span, "one of euler_rpy, quat_xyzw")
-        self.reading.known_attributes(element, _OF_POSE)
-        found = self.all_of(element, 6)
-        if found is None:
-            return Said(Transform(), element=element)
-        degrees = element.get("degrees").lower() in ("1", "true")
-        xyz = [self._with_unit(one, "m") for one in found[:3]]
-        turns = [math.radians(one.value) if degrees else one.value for one in found[3:]]
-        rpy = [self._with_unit(Placed(turn, one.span), "rad") for turn, one in zip(turns, found[3:], strict=True)]
-        x, y, z, a, b, c = (float(one.value) for one in (*xyz, *rpy))
-        return Said(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
-
-    def _with_unit(self, one: Placed, unit: str) -> Placed:
-        dimension, far = _UNITS[unit]
-        return Placed(Quantity(one.value, dimension, f"{one.value} {unit}"), one.span) if abs(one.value) > far else one
-
-    def _by_quaternion(self, element: Element) -> Said:
-        found = self.all_of(element, 7)
-        if found is None:
-            return Said(Transform(), element=element)
-        x, y, z, a, b, c, w = (float(one.value) for one in found)
-        if not any((a, b, c, w)):
-            message = f"the quaternion of {named(element)} is zero: no rotation"
-            self.reading.error("zero-quaternion", message, element.span, "correct it")
-            return Said(Transform(), element=element)
-        return Said(Transform.of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
-
-
-def others(reading: Reading, element: Element, known: Collection[str], attributes: Collection[str]) -> list[Element]:
-    """Return the elements within one that are none of the known words, nor misspelt ones, which are told."""
-    strange = [child for child in element.children if child.tag not in known and not child.tag.startswith("xacro:")]
-    found = [child for child in strange if correction(child.tag, known) is None]
-    reading.check(element, [*known, *(child.tag for child in found)], attributes, None)
-    return found
-
-
-def entry_of(said: Said, span: Span) -> dict[str, Placed]:
-    """Return ``xyz`` and ``rpy`` of an entry: the numbers as they were written, or those of the transform."""
-    xyz = said.xyz if said.xyz else [Placed(cleaned(value), span) for value in said.transform.xyz]
-    rpy = said.rpy if said.rpy else [Placed(cleaned(value), span) for value in said.transform.rpy()]
-    made = {"xyz": xyz, "rpy": rpy}
-    return {key: Placed(list(values), values[0].span) for key, values in made.items() if any(v.value for v in values)}
+    def entry(self, span: Span) -> dict[str, Any]:
+        """Return the keys ``xyz`` and ``rpy`` of an entry, without those that move nothing."""
+        xyz = self.xyz or [Placed(cleaned(value), span) for value in self.transform.xyz]
+        rpy = self.rpy or [Placed(cleaned(value), span) for value in self.transform.rpy()]
+        keys = (("xyz", xyz), ("rpy", rpy))
+        return {key: Placed(list(values), values[0].span) for key, values in keys if any(one.value for one in values)}
 
 
 def cleaned(value: float) -> float:
@@ -177,11 +54,181 @@ def cleaned(value: float) -> float:
     return 0.0 if abs(value) < _ROUNDING else float(f"{value:.15g}")
 
 
-def changed(reading: Reading, what: str, span: Span) -> None:
-    """Say that something is carried over, but not as the file says it."""
-    reading.diagnostics.append(Diagnostic("import-changed", NOTE, what, span))
+def words(element: Element) -> list[Word]:
+    """Return the words of the text of an element, each with its place."""
+    text, document = element.document.source.text, element.document
+    found: list[Word] = []
+    for item in element.content:
+        if not isinstance(item, Remark) or item.kind != TEXT:
+            continue
+        raw = text[item.start : item.end]
+        if "&" in raw or "<" in raw:  # references, CDATA
+            found += [Word(word, element.span) for word in item.text.split()]
+        else:
+            matches = re.finditer(r"\S+", raw)
+            found += [Word(m[0], document.span(item.start + m.start(), len(m[0]))) for m in matches]
+    return found
 
 
-def converted(reading: Reading, what: str, span: Span) -> None:
-    """Say that the same is said in another form."""
-    reading.diagnostics.append(Diagnostic("import-converted", NOTE, what, span))
+def place(element: Element) -> Span:
+    """Return the place of the text of an element: its only word, or the element itself."""
+    found = words(element)
+    return found[0].span if len(found) == 1 else element.span
+
+
+class SdfReading(Reading):
+    """One reading of an SDF and of the files that it includes; ``files`` are those, the first one first."""
+
+    def __init__(self, options: ReadOptions, file: Path) -> None:
+        super().__init__(options)
+        self.files: list[Path] = [file]
+        self.environment = os.environ if options.environment is None else options.environment
+        self.packages = Packages(options.packages, self.environment, file)
+        self._allowed = [Path(os.path.abspath(folder)) for folder in options.packages.values()]
+        self._allowed += [Path(os.path.abspath(entry)) for entry in self._entries((*OF_GAZEBO, *_ROS_PATHS))]
+        folders = (Path(os.path.abspath(file)).parent, resolve(file).parent)
+        self._resolved_allowed = [resolve(folder) for folder in (*folders, *self._allowed)]
+        self._elements = 0
+
+    # Values of elements
+
+    def text(self, element: Element, tag: str) -> Placed | None:
+        """Return the text of a child with its place, or None if it is missing or empty."""
+        child = self.single(element, tag)
+        return None if child is None or not child.text else Placed(child.text, place(child))
+
+    def all_of(self, element: Element, count: int, unit: str = "") -> list[Placed] | None:
+        """Return the numbers of an element, or None after an error."""
+        return self.numbers(words(element), named(element), element.span, count, unit)
+
+    def one(self, element: Element | None, tag: str, unit: str = "") -> Placed | None:
+        """Return the number of a child, or None if it is missing, or after an error."""
+        child = None if element is None else self.single(element, tag)
+        found = None if child is None else self.all_of(child, 1, unit)
+        return found[0] if found else None
+
+    def limit(self, element: Element | None, tag: str, unit: str) -> Placed | None:
+        """Return a limit, or None if it is missing or infinite, or after an error."""
+        child = None if element is None else self.single(element, tag)
+        if child is None or _INFINITE.match(child.text):
+            return None
+        found = self.one(element, tag, unit)
+        return found if found is not None and abs(found.value) < UNLIMITED else None
+
+    def pose(self, element: Element | None) -> WrittenPose:
+        """Return the pose of a <pose>; one that is missing or empty moves nothing."""
+        if element is None or not words(element):
+            return WrittenPose(Transform(), element=element)
+        form = element.get("rotation_format", "euler_rpy")
+        quaternion = form == "quat_xyzw"
+        if form not in ("euler_rpy", "quat_xyzw"):
+            span = element.attributes["rotation_format"].span
+            message = f'the rotation of {named(element)} is in "{form}"'
+            self.error("wrong-value", message, span, "one of euler_rpy, quat_xyzw")
+        elif not quaternion:
+            self.check_attributes(element, _OF_POSE)
+        found = self.all_of(element, 7 if quaternion else 6)
+        if found is None:
+            return WrittenPose(Transform(), element=element)
+        if quaternion:
+            x, y, z, a, b, c, w = (float(one.value) for one in found)
+            if any((a, b, c, w)):
+                return WrittenPose(Transform.of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
+            self.error(
+                "zero-quaternion",
+                f"the quaternion of {named(element)} is zero: no rotation",
+                element.span,
+                "correct it",
+            )
+            return WrittenPose(Transform(), element=element)
+        if is_true(element.get("degrees")):
+            found = [*found[:3], *(Placed(math.radians(one.value), one.span) for one in found[3:])]
+        xyz, rpy = ([_with_unit(one, unit) for one in found[at : at + 3]] for at, unit in ((0, LENGTHS), (3, ANGLES)))
+        x, y, z, a, b, c = (float(one.value) for one in (*xyz, *rpy))
+        return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
+
+    def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
+        """Return the children whose tags are not among those that are read; misspelt ones are reported."""
+        known = {*read, *sdf_elements().get("axis" if element.tag == "axis2" else element.tag, ())}
+        tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
+        self.check(element, {*known, *tags}, attributes, None)
+        found = [child for child in element.children if child.tag in tags and child.tag not in read]
+        return [child for child in found if not child.tag.startswith("xacro:")]
+
+    # Included files
+
+    def _entries(self, variables: tuple[str, ...]) -> Iterator[str]:
+        for variable in variables:
+            yield from (entry for entry in self.environment.get(variable, "").split(os.pathsep) if entry)
+
+    def included(self, file: Path, asked: Span) -> Document | None:
+        """Return a file that is included, and count it; None after an error, and when too much is included."""
+        if len(self.files) > MAX_MODELS or self._elements > MAX_ELEMENTS:
+            return None
+        try:
+            document = parse(read_source(file, asked))
+        except MarkupError as problem:
+            self.diagnostics.append(problem.diagnostic)
+            return None
+        self.files.append(file)
+        self._elements += sum(1 for _ in document.root.iter())
+        if len(self.files) > MAX_MODELS or self._elements > MAX_ELEMENTS:
+            message = f"more is included than a robot has: over {MAX_MODELS:,} models, or {MAX_ELEMENTS:,} elements"
+            self.error("include-too-many", message, asked, "do files include each other, or one many times?")
+            return None
+        return document
+
+    def find_file(self, uri: str, including: Path) -> tuple[Path | None, str, str]:
+        """Return the file of an address, or None with the reason (empty if it is not found) and what to do.
+
+        The file of a stranger decides which files are read with it. They have to be in the folder of the first file, in
+        a package or a model that is found by its name, or in a folder that the user named: with ``--package`` or in
+        the environment.
+        """
+        if re.match(r"https?://", uri):
+            return None, "", "download the model, and name the file: nothing is fetched from the net"
+        scheme, colon, rest = uri.partition("://")
+        folder, rest = Path(os.path.abspath(including)).parent, rest or uri
+        name, _, inside = rest.partition("/")
+        candidates = [folder / rest]
+        if colon and scheme != "file":
+            candidates += [above / rest for above in folder.parents]
+            package = self.packages.find(name)
+            if package is not None:
+                candidates.insert(0, package / inside)
+                if any(is_file(package / name) for name in ("model.config", "package.xml", "model.sdf")):
+                    self._resolved_allowed.append(resolve(package))
+        candidates += [Path(entry, rest) for entry in self._entries(OF_GAZEBO)]
+        files = [_model_in(path) if is_folder(path) else path for path in candidates]
+        files = [file for file in files if file is not None and exists(file)]
+        for file in files:
+            if any(map(Path(os.path.abspath(file)).is_relative_to, self._allowed)):
+                return file, "", ""
+            if any(map(resolve(file).is_relative_to, self._resolved_allowed)):
+                return file, "", ""
+        if files:
+            what = f"{uri} lies outside the folder of the robot, and is not read"
+            return None, what, "move it there, or allow its folder: --package NAME=FOLDER"
+        return None, "", f"put it beside the file, or say where it is: --package {name}=FOLDER"
+
+
+def _with_unit(one: Placed, unit: str) -> Placed:
+    dimension, far = UNITS[unit]
+    return Placed(Quantity(one.value, dimension, f"{one.value} {unit}"), one.span) if abs(one.value) > far else one
+
+
+def is_true(text: str) -> bool:
+    """Return True if a text of SDF is true."""
+    return text.lower() in ("1", "true")
+
+
+def _model_in(folder: Path) -> Path | None:
+    """Return the SDF of a model's folder, the newest that its model.config names; None if there is none."""
+    try:
+        root = parse(read_source(folder / "model.config")).root
+    except (MarkupError, OSError):
+        return folder / "model.sdf" if is_file(folder / "model.sdf") else None
+    named_there = [child for child in root.children if child.tag == "sdf"]
+    named_there.sort(key=lambda sdf: [int(digits) for digits in re.findall(r"\d+", sdf.get("version"))], reverse=True)
+    files = [folder / one.text for one in named_there]
+    return next((file for file in (*files, folder / "model.sdf") if is_file(file)), None)

@@ -1,6 +1,6 @@
 """The SDF of a robot, as text.
 
-Every frame of the description is in it: what has mass is a ``<link>``, the rest ``<frame attached_to>`` (``bodies``).
+Every frame of the description is in it: what has mass is a ``<link>``, the rest ``<frame attached_to>`` (``content``).
 Each pose is relative to the frame that the description has it in, so that its numbers are those of the description: a
 joint is placed in its parent, the child at the joint, a shape in its own frame.
 Rules of the readers: the specification files of libsdformat 12, and what Drake 1.51 refuses.
@@ -8,9 +8,8 @@ Rules of the readers: the specification files of libsdformat 12, and what Drake 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple
-from typing import NamedTuple
 
 from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
 from rosorin_compile.formats.templating import Templates, attributes, comment
@@ -32,15 +31,15 @@ from rosorin_compile.model import (
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.shape import ROWS
 from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, first_of, quoted
-from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
+from rosorin_compile.source.numbers import number_format, numbers, vector
 from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.escaping import escape
 from rosorin_compile.source.xml.imu import with_noise
 
-from .bodies import LEAST, bodies_of
-from .kept import at, kept, of_collision, own
-from .words import WORLD, world_of
+from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, content_of, joint_names, version_of, world_of
+from .elements import WORLD, collision_elements, kept, own_elements
 
 RULES = (
     Rule(
@@ -60,41 +59,12 @@ RULES = (
 )
 
 MODEL = "__model__"
-FOLLOWERS = "1.11"  # the first version with a word for mimic
-OLDEST, NEWEST = "1.9", "1.12"
-_FRAME_ID = "frame_id"  # the word of 1.12 for what each Gazebo before it has one of its own
-_SHAPES = ("visual", "collision")
+_FRAME_ID = "frame_id"  # the word of 1.12 for what each Gazebo before it has its own
 _LOOPS = ("connect", "weld")
 # Three points that are no line hold two bodies together like a weld (m); one is a ball joint.
 _CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
 _ROUNDING = 1e-12
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-
-
-class _Form(NamedTuple):
-    """How numbers are printed, the version of the SDF, the boxes of height maps."""
-
-    number: NumberFormat
-    version: str
-    boxes: str
-
-    def numbers(self, values: Sequence[float]) -> str:
-        return numbers(values, self.number)
-
-    def pose(self, pose: Pose, relative_to: str = "") -> str:
-        """Return a <pose>; empty for one that moves nothing."""
-        seen = attributes(relative_to=relative_to) if relative_to else ""
-        if pose == IDENTITY:
-            return f"<pose{seen}/>" if relative_to else ""
-        return f"<pose{seen}>{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}</pose>"
-
-
-def version_of(robot: Robot, output: Output) -> str:
-    """Return the version of an output; 1.9 is a number in YAML, and a name all the same."""
-    asked = output.options.get("version")
-    if asked is not None:
-        return "1.10" if asked == 1.1 else str(asked)
-    return FOLLOWERS if any(joint.mimic for joint in robot.joints) else OLDEST
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
@@ -104,48 +74,52 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     ``height_maps`` (the form of their boxes), ``visuals`` (from_collision, where a link has none), ``gazebo`` (false,
     or which Gazebo: harmonic, fortress or classic; by default sensors in the words of SDF alone).
     """
-    form = _Form(number_format(output.options), version_of(robot, output), str(output.options.get("height_maps", ROWS)))
     if output.options.get("visuals") == "from_collision":
         from rosorin_compile.model.looks import with_visuals
 
         robot = with_visuals(robot)
-    writer = _Writer(robot, form, output.options.get("gazebo"))
+    writer = _Writer(robot, output)
     return "".join(f"{line}\n" for line in writer.lines()), [*writer.diagnostics()]
 
 
-def _filled(start: str, lines: Sequence[str], end: str, indent: str) -> list[str]:
-    """Return an element with lines in it, without those that are empty."""
-    return [f"{indent}{start}", *filter(None, lines), f"{indent}{end}"]
+def _element(start: str, lines: Iterable[str], indent: str) -> list[str]:
+    """Return an element with lines in it, without those that are empty; its tag is the first word of ``start``."""
+    return [f"{indent}<{start}>", *filter(None, lines), f"{indent}</{start.split(' ')[0]}>"]
+
+
+def _indented(texts: Iterable[str], indent: str) -> list[str]:
+    return [indented(text, indent) for text in texts]
 
 
 class _Writer:
     """Writes one robot; ``names`` are the names of its joints in the SDF."""
 
-    def __init__(self, robot: Robot, form: _Form, gazebo: object) -> None:
-        self.robot, self.form, self.gazebo = robot, form, gazebo
-        self.bodies, self.world, self.names = bodies_of(robot), world_of(robot), joint_names(robot)
-        self.shapes = {purpose: self._named(purpose) for purpose in _SHAPES}
-        self.kept = kept(robot, self.bodies.carrier, [j.name for j in robot.joints if self.bodies.says(j)])
+    def __init__(self, robot: Robot, output: Output) -> None:
+        self.robot, self.gazebo = robot, output.options.get("gazebo")
+        self.number, self.version = number_format(output.options), version_of(robot, output)
+        self.boxes = str(output.options.get("height_maps", ROWS))
+        self.content, self.world, self.names = content_of(robot), world_of(robot), joint_names(robot)
+        carrier = self.content.carrier
+        self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
+        self.kept = kept(robot, carrier, [j.name for j in robot.joints if self.content.has_joint(j)])
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
-        self.open: list[str] = []
-        self.unseen: dict[str, list[str]] = {}
-        self.sensors: dict[str, list[str]] = {}
-        self.carried: dict[str, list[str]] = {}
-        for link in robot.links:
-            if link.name in self.bodies.carrier:
-                self.carried.setdefault(self.bodies.carrier[link.name], []).append(link.name)
-        if gazebo is not False:
-            frame_id = _FRAME_ID if form.version == NEWEST else DISTRIBUTIONS.get(distribution(gazebo), "")
-            self._sensors(frame_id, distribution(gazebo) == CLASSIC)
+        self.open: list[str] = []  # loops that are not written
+        self.unseen: dict[str, list[str]] = {}  # names of sensors by the reason
+        self.sensors: dict[str, list[str]] = {}  # texts by the link, or "joint NAME"
+        for sensor in robot.sensors if self.gazebo is not False else ():
+            for one in sensor.gazebo:
+                self._sensor(sensor, one)
 
     def _named(self, purpose: str) -> dict[str, list[tuple[str, Shape]]]:
         """Return the solids of each link, each with a name that is unique on the body."""
         taken: dict[str, set[str]] = {}
         found: dict[str, list[tuple[str, Shape]]] = {}
         for link in self.robot.links:
-            names = taken.setdefault(self.bodies.carrier.get(link.name, ""), set())
-            solids = [solid for shape in getattr(link, purpose) for solid in shape.solids(self.form.boxes)]
-            for index, solid in enumerate(solids if link.name in self.bodies.carrier else (), 1):
+            if link.name not in self.content.carrier:
+                continue
+            names = taken.setdefault(self.content.carrier[link.name], set())
+            solids = [solid for shape in getattr(link, purpose) for solid in shape.solids(self.boxes)]
+            for index, solid in enumerate(solids, 1):
                 name = solid.name or f"{link.name}_{purpose}_{index}"
                 if name in names and solid.name:
                     name = f"{link.name}_{name}"
@@ -154,6 +128,13 @@ class _Writer:
                 names.add(name)
                 found.setdefault(link.name, []).append((name, solid))
         return found
+
+    def pose(self, pose: Pose, relative_to: str = "") -> str:
+        """Return a <pose>, or an empty text for one that moves nothing."""
+        base = attributes(relative_to=relative_to) if relative_to else ""
+        if pose == IDENTITY:
+            return f"<pose{base}/>" if relative_to else ""
+        return f"<pose{base}>{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}</pose>"
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of the file."""
@@ -164,71 +145,89 @@ class _Writer:
         yield f"<!-- {made} -->"
         for text in sorted({one.stand_in for link in robot.links for one in link.collision if one.stand_in}):
             yield f"<!-- STAND-IN: {comment(text)} -->"
-        yield f'<sdf version="{self.form.version}"{of_drake}>'
-        yield f"  <model{attributes(name=robot.name, canonical_link=self.bodies.canonical)}>"
+        yield f'<sdf version="{self.version}"{of_drake}>'
+        yield f"  <model{attributes(name=robot.name, canonical_link=self.content.canonical)}>"
         if root.placed and not self.world and root.pose != IDENTITY:
-            yield f"    {self.form.pose(root.pose)}"
-        for name in self.bodies.in_order(robot.link):
-            yield from self._place(name)
+            yield f"    {self.pose(root.pose)}"
+        for name in self.content.in_order(robot.link):
+            yield from self._link(name)
         for joint in robot.joints:
-            if self.bodies.says(joint):
+            if self.content.has_joint(joint):
                 yield from self._joint(joint)
         yield from self._closed()
-        yield from at(self.kept.model, "    ")
+        yield from _indented(self.kept.model, "    ")
         yield "  </model>"
         yield "</sdf>"
 
-    def _place(self, name: str) -> list[str]:
+    def _link(self, name: str) -> list[str]:
         """Return a link, or a frame that is attached to one."""
-        above, attached = self.robot.joint_to.get(name), self.bodies.attached.get(name, "")
+        above, attached = self.robot.joint_to.get(name), self.content.attached.get(name, "")
         if above is None:
-            pose = self.form.pose(IDENTITY, MODEL) if attached else ""
-        elif self.bodies.says(above):
-            pose = self.form.pose(IDENTITY, self.names[above.name])
+            pose = self.pose(IDENTITY, MODEL) if attached else ""
+        elif self.content.has_joint(above):
+            pose = self.pose(IDENTITY, self.names[above.name])
         else:
-            seen = MODEL if above.parent == self.world else above.parent
-            pose = self.form.pose(above.origin, "" if seen == attached else seen)
+            base = MODEL if above.parent == self.world else above.parent
+            pose = self.pose(above.origin, "" if base == attached else base)
         if attached:
             names = attributes(name=name, attached_to=attached)
             return [f"    <frame{names}>{pose}</frame>" if pose else f"    <frame{names}/>"]
-        inertial = self.bodies.inertials[name]
-        texts = dict(zip(_MOMENTS, inertial.printed(self.form.number), strict=True))
+        inertial = self.content.inertials[name]
+        texts = dict(zip(_MOMENTS, inertial.printed(self.number), strict=True))
         moments = "".join(f"<{key}>{texts[key]}</{key}>" for key in sorted(_MOMENTS))
-        own_pose = self.form.pose(inertial.pose)
-        mass = [f"        <mass>{self.form.number(inertial.mass)}</mass>", f"        <inertia>{moments}</inertia>"]
+        centre = self.pose(inertial.pose)
+        mass = [f"        <mass>{self.number(inertial.mass)}</mass>", f"        <inertia>{moments}</inertia>"]
         lines = [pose and f"      {pose}"]
-        lines += _filled("<inertial>", [own_pose and f"        {own_pose}", *mass], "</inertial>", "      ")
-        for purpose in _SHAPES:
-            for link in self.carried[name]:
-                for called, solid in self.shapes[purpose].get(link, ()):
+        lines += _element("inertial", [centre and f"        {centre}", *mass], "      ")
+        carried = [link.name for link in self.robot.links if self.content.carrier.get(link.name) == name]
+        for purpose, shapes in self.shapes.items():
+            for link in carried:
+                for called, solid in shapes.get(link, ()):
                     lines += self._shape(link, called, solid, purpose)
-        lines += [*self.sensors.get(name, ()), *at(self.kept.links.get(name, ()), "      ")]
-        return _filled(f"<link{attributes(name=name)}>", lines, "</link>", "    ")
+        lines += [*self.sensors.get(name, ()), *_indented(self.kept.links.get(name, ()), "      ")]
+        return _element(f"link{attributes(name=name)}", lines, "    ")
 
     def _shape(self, link: str, name: str, solid: Shape, purpose: str) -> list[str]:
         """Return a visual or a collision of a link."""
-        mine = own(solid.urdf_elements, "material", "mesh")
-        pose = self.form.pose(solid.origin(), "" if self.bodies.carrier[link] == link else link)
-        geometry = f"<geometry>{_geometry(solid, self.form, mine.inner.get('mesh', ()))}</geometry>"
-        texts = [element.verbatim for element in mine.elements]
-        start = f"<{purpose}{attributes(name=name)}>"
+        own, inner = own_elements(solid.urdf_elements, "material", "mesh")
+        pose = self.pose(solid.origin(), "" if self.content.carrier[link] == link else link)
+        geometry = f"<geometry>{self._geometry(solid, inner.get('mesh', ()))}</geometry>"
+        texts = [element.verbatim for element in own]
+        start = f"{purpose}{attributes(name=name)}"
         if purpose == "visual":
-            look = self._look(solid, mine.inner.get("material", ()))
+            look = self._look(solid, inner.get("material", ()))
             lines = [pose and f"        {pose}", f"        {geometry}", look and f"        <material>{look}</material>"]
-            return _filled(start, [*lines, *at(texts, "        ")], "</visual>", "      ")
+            return _element(start, [*lines, *_indented(texts, "        ")], "      ")
         friction = solid.contact.sliding_friction if solid.contact else None
-        said = {} if friction is None else dict.fromkeys(("mu1", "mu2"), self.form.number(friction))
-        texts += of_collision(said | self.kept.collisions.get(link, {}), {element.tag for element in mine.elements})
+        surface = {} if friction is None else dict.fromkeys(("mu1", "mu2"), self.number(friction))
+        texts += collision_elements(surface | self.kept.collisions.get(link, {}), {element.tag for element in own})
         if not texts:
-            return [f"      {start}{pose}{geometry}</collision>"]
-        return _filled(start, [f"        {pose}{geometry}", *at(texts, "        ")], "</collision>", "      ")
+            return [f"      <{start}>{pose}{geometry}</collision>"]
+        return _element(start, [f"        {pose}{geometry}", *_indented(texts, "        ")], "      ")
+
+    def _geometry(self, solid: Shape, kept: Sequence[str]) -> str:
+        """Return the element of a geometry; ``kept`` is what else is in that of a mesh."""
+        shape, number = solid.geometry, self.number
+        if isinstance(shape, Box):
+            return f"<box><size>{numbers(shape.size, number)}</size></box>"
+        if isinstance(shape, (Cylinder, Capsule)):
+            tag = "cylinder" if isinstance(shape, Cylinder) else "capsule"
+            return f"<{tag}><radius>{number(shape.radius)}</radius><length>{number(shape.length)}</length></{tag}>"
+        if isinstance(shape, Sphere):
+            return f"<sphere><radius>{number(shape.radius)}</radius></sphere>"
+        if isinstance(shape, Ellipsoid):
+            return f"<ellipsoid><radii>{numbers(shape.radii, number)}</radii></ellipsoid>"
+        if isinstance(shape, Mesh):
+            scale = "" if shape.scale == (1.0, 1.0, 1.0) else f"<scale>{numbers(shape.scale, number)}</scale>"
+            return f"<mesh><uri>{escape(shape.file)}</uri>{scale}{''.join(kept)}</mesh>"
+        raise TypeError(f"{type(shape).__name__} is not a solid")
 
     def _look(self, visual: Shape, more: Sequence[str]) -> str:
-        """Return the contents of a material; ``more`` are those that the description has for SDF alone."""
+        """Return the contents of a material; ``more`` is what the description has for SDF alone."""
         rgba, texture = self.robot.colour(visual), self.robot.texture(visual)
         made = ""
         if rgba is not None:
-            colour = self.form.numbers(rgba)
+            colour = numbers(rgba, self.number)
             made = "" if any(text.startswith("<ambient") for text in more) else f"<ambient>{colour}</ambient>"
             made += f"<diffuse>{colour}</diffuse>"
         if texture:
@@ -237,27 +236,30 @@ class _Writer:
 
     def _joint(self, joint: Joint) -> list[str]:
         """Return a joint with its axis and what the description keeps for it."""
-        parent = WORLD if joint.parent == self.world else joint.parent
-        mine = own(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
-        lines = [f"      {self.form.pose(joint.origin, MODEL if parent == WORLD and self.world else parent)}"]
-        lines.append(f"      <parent>{escape(parent)}</parent><child>{escape(joint.child)}</child>")
+        own, inner = own_elements(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
+        lines = self._ends(joint.origin, joint.parent, joint.child)
         if not (joint.is_fixed or joint.is_axleless):
-            lines += _filled("<axis>", self._axis(joint, mine.inner), "</axis>", "      ")
-        texts = [*self.kept.joints.get(joint.name, ()), *(element.verbatim for element in mine.elements)]
-        lines += [*self.sensors.get(f"joint {joint.name}", ()), *at(texts, "      ")]
-        return _filled(f"<joint{attributes(name=self.names[joint.name], type=joint.type)}>", lines, "</joint>", "    ")
+            lines += _element("axis", self._axis(joint, inner), "      ")
+        texts = [*self.kept.joints.get(joint.name, ()), *(element.verbatim for element in own)]
+        lines += [*self.sensors.get(f"joint {joint.name}", ()), *_indented(texts, "      ")]
+        return _element(f"joint{attributes(name=self.names[joint.name], type=joint.type)}", lines, "    ")
+
+    def _ends(self, pose: Pose, parent: str, child: str) -> list[str]:
+        base, parent = (MODEL, WORLD) if parent == self.world else (parent, parent)
+        ends = f"<parent>{escape(parent)}</parent><child>{escape(child)}</child>"
+        return [f"      {self.pose(pose, base)}", f"      {ends}"]
 
     def _axis(self, joint: Joint, more: Mapping[str, Sequence[str]]) -> list[str]:
-        number, limit, dynamics, mimic = self.form.number, joint.limit, joint.dynamics, joint.mimic
+        number, limit, dynamics, mimic = self.number, joint.limit, joint.dynamics, joint.mimic
         keys = ("effort", "velocity") if joint.type == "continuous" else ("lower", "upper", "effort", "velocity")
         limits = [(key, limit.known(key)) for key in keys] if limit else []
-        words: list[tuple[str, float | None]] = []
+        motion: list[tuple[str, float | None]] = []
         if dynamics is not None:
-            words = [(key, getattr(dynamics, key) or None) for key in ("damping", "friction")]
+            motion = [(key, getattr(dynamics, key) or None) for key in ("damping", "friction")]
             if dynamics.stiffness:
-                words += [("spring_reference", dynamics.spring_reference), ("spring_stiffness", dynamics.stiffness)]
+                motion += [("spring_reference", dynamics.spring_reference), ("spring_stiffness", dynamics.stiffness)]
         lines = [f"        <xyz>{vector(joint.axis, number)}</xyz>"]
-        for tag, values in (("limit", limits), ("dynamics", words)):
+        for tag, values in (("limit", limits), ("dynamics", motion)):
             texts = [f"<{key}>{number(value)}</{key}>" for key, value in values if value is not None]
             text = "".join([*texts, *more.get(f"axis/{tag}", ())])
             lines.append(text and f"        <{tag}>{text}</{tag}>")
@@ -265,7 +267,7 @@ class _Writer:
             text = f"<multiplier>{number(mimic.multiplier)}</multiplier><offset>{number(mimic.offset)}</offset>"
             leader = attributes(joint=self.names[mimic.joint])
             lines.append(f"        <mimic{leader}>{text}<reference>0</reference></mimic>")
-        return [*lines, *at(more.get("axis", ()), "        ")]
+        return [*lines, *_indented(more.get("axis", ()), "        ")]
 
     def _closed(self) -> Iterator[str]:
         """Yield what closes each kinematic loop: a ball or fixed joint for Gazebo, or constraints for Drake.
@@ -274,172 +276,126 @@ class _Writer:
         """
         places = self.robot.poses_in_root({})
         taken = {link.name for link in self.robot.links} | set(self.names.values())
-        for one in self.loops:
-            ends = self._ends(one)
+        for loop in self.loops:
+            ends = self._loop_ends(loop)
             if ends is None:
-                self.open.append(one.name)
+                self.open.append(loop.name)
                 continue
-            (first, at_first), (second, _) = ends
+            first, second, at = ends
             if self.gazebo:
-                name = one.name
+                name = loop.name
                 while name in taken:
                     name += "_loop"
                 taken.add(name)
-                names = attributes(name=name, type="ball" if one.tag == "connect" else "fixed")
-                lines = [f"      {self.form.pose(Pose(at_first.xyz, IDENTITY.rpy), first)}"]
-                lines.append(f"      <parent>{escape(first)}</parent><child>{escape(second)}</child>")
-                yield from _filled(f"<joint{names}>", lines, "</joint>", "    ")
+                kind = "ball" if loop.tag == "connect" else "fixed"
+                lines = self._ends(Pose(at.xyz), first, second)
+                yield from _element(f"joint{attributes(name=name, type=kind)}", lines, "    ")
                 continue
-            point, word = places[first].then(at_first), "drake:ball_constraint"
-            for number, corner in enumerate(_CORNERS if one.tag == "weld" else _CORNERS[:1]):
+            point, word = places[first].then(at), "drake:ball_constraint"
+            for number, corner in enumerate(_CORNERS if loop.tag == "weld" else _CORNERS[:1]):
                 lines = []
                 for letter, end, link in (("A", "p_AP", first), ("B", "p_BQ", second)):
-                    carrier = self.bodies.carrier[link]
-                    place = places[carrier].inverse().apply(point.apply(corner))
-                    numbers = vector([0.0 if abs(value) < _ROUNDING else value for value in place], self.form.number)
+                    carrier = self.content.carrier[link]
+                    xyz = places[carrier].inverse().apply(point.apply(corner))
+                    text = vector([0.0 if abs(value) < _ROUNDING else value for value in xyz], self.number)
                     lines.append(f"      <{word}_body_{letter}>{escape(carrier)}</{word}_body_{letter}>")
-                    lines.append(f"      <{word}_{end}>{numbers}</{word}_{end}>")
-                names = attributes(name=f"{one.name}_{number}" if number else one.name)
-                yield from _filled(f"<{word}{names}>", lines, f"</{word}>", "    ")
+                    lines.append(f"      <{word}_{end}>{text}</{word}_{end}>")
+                name = f"{loop.name}_{number}" if number else loop.name
+                yield from _element(f"{word}{attributes(name=name)}", lines, "    ")
 
-    def _ends(self, one: Entry) -> tuple[tuple[str, Transform], tuple[str, Transform]] | None:
-        """Return the two links of a constraint, each with its point; None unless both are links of the SDF.
+    def _loop_ends(self, loop: Entry) -> tuple[str, str, Transform] | None:
+        """Return the links of a constraint and its place in the first, or None unless both are links of the SDF.
 
         MuJoCo holds together what coincides where all joints are at zero.
         """
-        if "relpose" in one.values:
+        if "relpose" in loop.values:
             return None
-        found: list[tuple[str, Transform]] = []
+        sites = {
+            mark.name: (link.name, mark.pose.transform())
+            for link in self.robot.links
+            for mark in link.marked
+            if mark.tag == "site"
+        }
+        ends = []
         for number in (1, 2):
-            name = str(one.values.get(f"body{number}", one.values.get(f"site{number}", "")))
-            place = Transform()
-            for link in self.robot.links:
-                for mark in link.marked:
-                    if "site1" in one.values and (mark.tag, mark.name) == ("site", name):
-                        name, place = link.name, mark.pose.transform()
-            if name not in self.bodies.carrier:
-                return None
-            found.append((name, place))
-        anchor = one.values.get("anchor")
+            name = str(loop.values.get(f"body{number}", loop.values.get(f"site{number}", "")))
+            ends.append(sites.get(name, ("", Transform())) if "site1" in loop.values else (name, Transform()))
+        (first, at), (second, _) = ends
+        anchor = loop.values.get("anchor")
         if isinstance(anchor, tuple):
             x, y, z = (float(value) for value in anchor)
-            found[0] = found[0][0], Transform(xyz=(x, y, z))
-        return found[0], found[1]
+            at = Transform(xyz=(x, y, z))
+        return (first, second, at) if {first, second} <= self.content.carrier.keys() else None
 
-    def _sensors(self, frame_id: str, classic: bool) -> None:
-        """Write the sensors of Gazebo by the link or joint that they are in; ``classic``: by its names."""
-        for sensor in self.robot.sensors:
-            for one in sensor.gazebo:
-                where = self._where(sensor, one)
-                if where:
-                    names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
-                    link = one.feels or one.link
-                    seen = "" if one.at_joint or self.bodies.carrier[link] == link else link
-                    pose = self.form.pose(IDENTITY if one.at_joint or one.feels else one.pose, seen)
-                    said = one.in_classic() if classic else one
-                    lines = sensor_lines(said, frame_id, self.form.number, "      ", pose, names)
-                    self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
-
-    def _where(self, sensor: Sensor, one: GazeboSensor) -> str:
-        """Return the link, or "joint NAME", that a sensor is in; empty where it cannot be, which is reported."""
-        if one.at_joint:
-            if self.bodies.says(self.robot.joint[one.link]):
-                return f"joint {one.link}"
-            why = f'joint "{one.link}" holds nothing that has mass'
-        elif one.feels and not self.shapes["collision"].get(one.feels):
-            why = f'link "{one.feels}" has no shape that could feel'
-        elif (one.feels or one.link) in self.bodies.carrier:
-            return self.bodies.carrier[one.feels or one.link]
+    def _sensor(self, sensor: Sensor, one: GazeboSensor) -> None:
+        """Write a sensor of Gazebo into the link or joint that it is in, or take down why it cannot be."""
+        kind = distribution(self.gazebo)
+        frame_id = _FRAME_ID if self.version == NEWEST else DISTRIBUTIONS.get(kind, "")
+        names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
+        link = one.feels or one.link
+        if one.at_joint and self.content.has_joint(self.robot.joint[one.link]):
+            where, base = f"joint {one.link}", ""
+        elif one.at_joint or (one.feels and not names) or link not in self.content.carrier:
+            why = f'link "{one.feels}" has no shape that could feel' if one.feels else f'"{one.link}" is the world'
+            why = f'joint "{one.link}" holds nothing that has mass' if one.at_joint else why
+            self.unseen.setdefault(why, []).append(sensor.name)
+            return
         else:
-            why = f'"{one.link}" is the world'
-        self.unseen.setdefault(why, []).append(sensor.name)
-        return ""
+            where = self.content.carrier[link]
+            base = "" if where == link else link
+        pose = self.pose(IDENTITY if one.at_joint or one.feels else one.pose, base)
+        lines = sensor_lines(one.in_classic() if kind == CLASSIC else one, frame_id, self.number, "      ", pose, names)
+        self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
 
     def diagnostics(self) -> Iterator[Diagnostic]:
         """Yield what the SDF does not contain, or contains in another form."""
 
-        def several(names: Sequence[str], what: str, verbs: tuple[str, str]) -> str:
-            one = len(names) == 1
-            return f"{what if one else f'{what}s'} {quoted(names, 3)} {verbs[0] if one else verbs[1]}"
+        def several(names: Sequence[str], what: str, verb: str = "is") -> str:
+            plural = {"is": "are", "has": "have"}[verb]
+            return f"{what} {quoted(names)} {verb}" if len(names) == 1 else f"{what}s {quoted(names, 3)} {plural}"
 
-        def lost(message: str, help: str = "", rule: str = "sdf-cannot-say") -> Diagnostic:
+        def lost(message: str, help: str, rule: str = "sdf-cannot-say") -> Diagnostic:
             return Diagnostic(rule, WARNING, message, help=help)
 
-        weightless, robot, version = self.bodies.weightless, self.robot, self.form.version
+        robot, weightless = self.robot, self.content.weightless
         if weightless:
-            message = f"{several(weightless, 'link', ('has', 'have'))} no mass, nor what is fixed there:"
-            message += f" {LEAST.mass:g} kg in the SDF, whose readers would take 1 kg"
+            message = f"{several(weightless, 'link', 'has')} no mass, nor what is fixed there: {LEAST.mass:g} kg in the"
             help = "give it an inertial" if len(weightless) == 1 else "give them inertials"
-            yield lost(message, help, "sdf-without-mass")
+            yield lost(f"{message} SDF, whose readers would take 1 kg", help, "sdf-without-mass")
         planar = [joint.name for joint in robot.joints if joint.type == "planar"]
         if planar:
-            what = f"{counted(len(planar), 'joint')} ({first_of(planar, 3)})"
-            what = f'joint "{planar[0]}"' if len(planar) == 1 else what
-            message = f"SDF has no planar joint: without {what} the link is free to move every way"
+            message = f"SDF has no planar joint: without {quoted(planar, 3)} the link is free to move every way"
             yield lost(message, "or make it two prismatic joints and a continuous")
-        several_axes = [j for j in robot.joints if not j.moves and not j.is_fixed]
-        names = [joint.name for joint in several_axes if joint.dynamics and any(astuple(joint.dynamics))]
+        axleless = [joint for joint in robot.joints if not joint.moves and not joint.is_fixed]
+        names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
         if names:
             message = f"SDF has no dynamics of joints that move in several directions: {quoted(names, 3)}"
             yield lost(message, "make each of them several joints, one for each axis")
         for name, other in self.names.items():
-            if name != other and self.bodies.says(robot.joint[name]):
+            if name != other and self.content.has_joint(robot.joint[name]):
                 message = f'joint "{name}" is called "{other}" in the SDF, where a link or a frame has that name'
                 yield lost(message, "give it another name in the description")
         followers = [joint.name for joint in robot.joints if joint.mimic]
-        if followers and version in (OLDEST, "1.10"):
-            message = f"SDF {version} has no mimic: Gazebo lets {quoted(followers, 3)} move freely"
+        if followers and self.version in (OLDEST, "1.10"):
+            message = f"SDF {self.version} has no mimic: Gazebo lets {quoted(followers, 3)} move freely"
             yield lost(message, f'say version: "{FOLLOWERS}"')
         for why, names in self.unseen.items():
-            message = f"{several(names, 'sensor', ('is', 'are'))} not seen by Gazebo: {why}"
+            message = f"{several(names, 'sensor')} not seen by Gazebo: {why}"
             yield lost(message, "or leave the sensor out: gazebo: []", "gazebo-cannot-see")
         closed = [one.name for one in self.loops if one.name not in self.open]
-        which = several(closed, "constraint", ("is", "are"))
-        if self.open:
-            message = f"{several(self.open, 'constraint', ('is', 'are'))} not in the SDF"
-            yield lost(message, "both ends have to be links of the SDF")
         couplings = [one.name for one in robot.constraints if one.tag not in _LOOPS]
-        if couplings:
-            message = f"{several(couplings, 'constraint', ('is', 'are'))} not in the SDF"
-            yield lost(message, "SDF couples joints by mimic alone")
+        for names, help in (
+            (self.open, "both ends have to be links of the SDF"),
+            (couplings, "SDF couples joints by mimic alone"),
+        ):
+            if names:
+                yield lost(f"{several(names, 'constraint')} not in the SDF", help)
         if closed and not self.gazebo:
-            help = 'write gazebo: "classic" for joints that close it'
-            yield lost(f"{which} closed in Drake alone: Drake refuses joints that form a loop", help)
+            message = f"{several(closed, 'constraint')} closed in Drake alone: Drake refuses joints that form a loop"
+            yield lost(message, 'write gazebo: "classic" for joints that close it')
         elif closed and self.gazebo != CLASSIC:
             help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes it"
-            yield lost(f"{which} open in Gazebo {distribution(self.gazebo)}", help)
+            yield lost(f"{several(closed, 'constraint')} open in Gazebo {distribution(self.gazebo)}", help)
         if self.kept.left_out:
             message = f"SDF cannot express {first_of(list(self.kept.left_out), 3)}: only readers of URDF know it"
             yield Diagnostic("not-in-format", NOTE, message)
-
-
-def joint_names(robot: Robot) -> Mapping[str, str]:
-    """Return what each joint is called: links, frames and joints of an SDF share their names."""
-    taken = {link.name for link in robot.links} | {joint.name for joint in robot.joints}
-    links = {link.name for link in robot.links}
-    names = {}
-    for joint in robot.joints:
-        name = joint.name
-        while name in links or (name != joint.name and name in taken):
-            name += "_joint"
-        taken.add(name)
-        names[joint.name] = name
-    return names
-
-
-def _geometry(solid: Shape, form: _Form, kept: Sequence[str] = ()) -> str:
-    """Return the element of a geometry; ``kept`` stands in that of a mesh. Raises TypeError if it is no solid."""
-    shape, number = solid.geometry, form.number
-    if isinstance(shape, Box):
-        return f"<box><size>{form.numbers(shape.size)}</size></box>"
-    if isinstance(shape, (Cylinder, Capsule)):
-        tag = "cylinder" if isinstance(shape, Cylinder) else "capsule"
-        return f"<{tag}><radius>{number(shape.radius)}</radius><length>{number(shape.length)}</length></{tag}>"
-    if isinstance(shape, Sphere):
-        return f"<sphere><radius>{number(shape.radius)}</radius></sphere>"
-    if isinstance(shape, Ellipsoid):
-        return f"<ellipsoid><radii>{form.numbers(shape.radii)}</radii></ellipsoid>"
-    if isinstance(shape, Mesh):
-        scale = "" if shape.scale == (1.0, 1.0, 1.0) else f"<scale>{form.numbers(shape.scale)}</scale>"
-        return f"<mesh><uri>{escape(shape.file)}</uri>{scale}{''.join(kept)}</mesh>"
-    raise TypeError(f"{type(shape).__name__} is not a solid")

@@ -1,11 +1,11 @@
-"""JSON, Python and YAML of others, parsed up to a depth that the code behind the parser can take.
+"""Parse JSON, Python and YAML of other programs up to a depth that recursive code can process.
 
-Parsers and what walks their trees are recursive: nested a hundred thousand times, some raise RecursionError or
-MemoryError, and libyaml's composer ends the whole program.
+Nested a hundred thousand times, parsers raise RecursionError or MemoryError, and libyaml's composer ends the program.
 """
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -14,21 +14,17 @@ if TYPE_CHECKING:
     import ast
 
 MAX_DEPTH = 100
-# Nodes of Python's syntax tree: a call in a list in a call is six of them.
-MAX_NODE_DEPTH = 150
+MAX_NODE_DEPTH = 150  # of Python's syntax tree: a call in a list in a call is six nodes
 _TOO_DEEP = f"nested deeper than {MAX_DEPTH} levels"
-_JSON = r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]'
+_JSON = re.compile(r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]')
 
 
 def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = None) -> Any:
-    """Parse JSON. Raises ValueError, with the place where there is one, also if it is nested too deep."""
-    import json
-
+    """Parse JSON. Raises ValueError, with the place if there is one, also if it is nested too deep."""
     if isinstance(text, bytes):
         text = text.decode(json.detect_encoding(text))
     depth = 0
-    is_flat = text.count("[") + text.count("{") <= MAX_DEPTH
-    for match in () if is_flat else re.finditer(_JSON, text):
+    for match in _JSON.finditer(text) if text.count("[") + text.count("{") > MAX_DEPTH else ():
         depth += (match[0] in "[{") - (match[0] in "]}")
         if depth > MAX_DEPTH:
             raise json.JSONDecodeError(_TOO_DEEP, text, match.start())
@@ -36,7 +32,7 @@ def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = Non
 
 
 def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expression:
-    """Return the syntax tree of a program, or of an expression. Raises SyntaxError; ValueError if it is too deep."""
+    """Parse a program or an expression. Raises SyntaxError; ValueError if it is nested too deep."""
     import ast
 
     try:
@@ -52,25 +48,22 @@ def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expressio
 
 
 def yaml_of(text: str) -> Any:
-    """Parse YAML. Raises ValueError, with what is wrong, also if it is nested too deep."""
+    """Parse YAML. Raises ValueError with the reason, also if it is nested too deep."""
     import yaml
 
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    # A level is a bracket, or is indented deeper than the one around it; a list may begin where its key does.
-    indent = max((len(blank) for blank in re.findall(r"(?m)^[ \t?-]+", text)), default=0)
     depth = 0
     try:
-        if text.count("[") + text.count("{") + 2 * indent + 2 > MAX_DEPTH:
-            for event in yaml.parse(text, Loader=loader):
-                depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-                if depth > MAX_DEPTH:
-                    raise ValueError(_TOO_DEEP)
+        for event in yaml.parse(text, Loader=loader):
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if depth > MAX_DEPTH:
+                raise ValueError(_TOO_DEEP)
         return yaml.load(text, Loader=loader)  # noqa: S506 - both are safe
-    except yaml.YAMLError as wrong:
-        reason = " ".join(str(getattr(wrong, "problem", None) or "it is no YAML").split())
-        raise ValueError(_TOO_DEEP if is_too_deep(wrong) else reason) from None
-    except (ValueError, LookupError, TypeError, AttributeError) as wrong:  # a value does not fit its tag
-        raise ValueError(_TOO_DEEP if str(wrong) == _TOO_DEEP else "it is no YAML") from None
+    except yaml.YAMLError as problem:
+        reason = " ".join(str(getattr(problem, "problem", None) or "not YAML").split())
+        raise ValueError(_TOO_DEEP if is_too_deep(problem) else reason) from None
+    except (ValueError, LookupError, TypeError, AttributeError) as problem:  # a value does not fit its tag
+        raise ValueError(_TOO_DEEP if str(problem) == _TOO_DEEP else "not YAML") from None
 
 
 def is_too_deep(problem: Exception) -> bool:

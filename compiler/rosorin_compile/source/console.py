@@ -1,8 +1,7 @@
-"""The console: diagnostics go to the person at once, or to a program as one document at the end.
+"""Print the output of a command: diagnostics at once for a person, or as one document at the end for a program.
 
-``Console`` is what a command talks to.
-``guarded`` stands between the whole program and the terminal: no text of a file, of a name or of another program steers
-it. What may go past it is said here: our own colours, and artifacts on their way into a file or a pipe.
+While ``guarded`` is active, no text of a file, of a name or of another program controls the terminal; ``paint`` and
+``give`` bypass it, for our own colours and for artifacts on their way into a file or a pipe.
 """
 
 from __future__ import annotations
@@ -25,21 +24,20 @@ from .wording import and_more, counted, inert, printable
 if TYPE_CHECKING:
     from .markdown import Block, Section
 
-# More than a person reads; a program gets all.
-MAX_SHOWN = 200
+MAX_SHOWN = 200  # more than a person reads; a program gets all
 
-PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # the variable; off: nothing is shown of what takes long
-MARKDOWN = "markdown"  # a form in which a run is told robot by robot
+PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # the variable; off: no progress is shown
+MARKDOWN = "markdown"
 ENVELOPE = "json"  # a result with all diagnostics of the run
 
-_STAND_IN = "stand-in"  # the rule, and what is counted of it
+_STAND_IN = "stand-in"
 _LISTED = ("not-in-format", "engine-missing")  # notes that are printed where others are counted
 _LAYOUT = "\n\t"
-_COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the midst of a text
+_COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write within a text
 
 
 class _Guard:
-    """A stream that makes control characters, and those that turn the order of letters round, visible."""
+    """A stream that makes control characters and bidi controls visible."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
@@ -61,9 +59,9 @@ class _Guard:
 
 @contextmanager
 def guarded() -> Iterator[None]:
-    """Let nothing steer the terminal that is printed meanwhile, whoever prints it."""
+    """Make control characters visible in whatever is printed in the block."""
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # whoever called has closed it
+        if getattr(sys, name) is None:  # the caller has closed it
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
     before = sys.stdout, sys.stderr
     guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
@@ -79,18 +77,14 @@ def _unguarded(stream: TextIO) -> TextIO:
 
 
 def show_progress() -> None:
-    """Show what takes long on the last line of standard error if it is the terminal of a person."""
-    if (
-        os.environ.get(PROGRESS, "") != "off"
-        and sys.stderr.isatty()
-        and "CI" not in os.environ
-        and os.environ.get("TERM", "") != "dumb"
-    ):
+    """Show progress on the last line of standard error if it is the terminal of a person."""
+    is_off = os.environ.get(PROGRESS) == "off" or os.environ.get("TERM") == "dumb" or "CI" in os.environ
+    if not is_off and sys.stderr.isatty():
         Progress.show(_unguarded(sys.stderr))
 
 
 def paint(text: str, stream: TextIO) -> None:
-    """Print a text in which our own colours are."""
+    """Print a text that contains our own colours."""
     pieces = re.split(_COLOUR, text)
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
     Progress.wipe()
@@ -98,7 +92,7 @@ def paint(text: str, stream: TextIO) -> None:
 
 
 def give(text: str) -> None:
-    """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
+    """Print an artifact: to the byte, in UTF-8 whatever the locale is, except on a terminal. Raises OSError."""
     if getattr(sys.stdout, "name", "") == os.devnull:
         raise OSError(errno.EBADF, "it is closed")
     Progress.wipe()
@@ -109,21 +103,18 @@ def give(text: str) -> None:
         return
     stream.flush()
     rest = memoryview(text.encode())
-    while rest:  # unbuffered, as PYTHONUNBUFFERED has it, a write may end early
+    while rest:  # with PYTHONUNBUFFERED a write may end early
         rest = rest[raw.write(rest) or 0 :]
 
 
 class Console:
-    """Prints what a run has to say, in one of the forms of ``report``.
+    """Prints the output of a run, in one of the forms of ``report``.
 
-    ``quiet``: only what keeps it from its end; ``verbose``: also which files were read; ``summary``: it is kept as
-    Markdown, too, whatever the form. ``collected`` takes what is said to a program.
+    ``quiet``: only errors; ``verbose``: also which files were read; ``summary``: sections of Markdown are collected,
+    whatever the form. ``collected`` and ``severities`` may be shared by several consoles.
     """
 
-    @staticmethod
-    def give(text: str) -> None:
-        """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
-        give(text)
+    give = staticmethod(give)
 
     def __init__(
         self,
@@ -135,6 +126,7 @@ class Console:
         severities: Counter[str] | None = None,
     ) -> None:
         self.form = form
+        self.for_people = form == "text"  # otherwise standard output is one document for a program
         self.quiet = quiet
         self.verbose = verbose
         self.keeps = summary or form == MARKDOWN
@@ -144,22 +136,17 @@ class Console:
         self.unlisted: Counter[str] = Counter()  # the notes that were counted, and not printed; stand-ins apart
         self.counts = False  # whether notes are counted for people, and not listed
         self.listing = "without -q they are listed"
-        self.differing: list[str] = []  # what differs of the robot at hand, in lines
-
-    @property
-    def for_people(self) -> bool:
-        """Whether the output is text; otherwise standard output is one document for a program."""
-        return self.form == "text"
+        self.differing: list[str] = []  # the differences of the current robot, in lines
 
     @property
     def section(self) -> Section:
-        """What is said of the robot at hand."""
+        """The section of the current robot."""
         if not self.sections:
             self.begin("")
         return self.sections[-1]
 
     def begin(self, name: str) -> None:
-        """Begin with what there is to say of one robot."""
+        """Begin with the output of one robot."""
         self.differing = []
         if self.keeps:
             from .markdown import Section
@@ -167,15 +154,12 @@ class Console:
             self.sections.append(Section(name))
 
     def end(self, failed: bool) -> None:
-        """End with one robot; what failed without a word about it is said to have failed all the same."""
+        """End with one robot; a failure without a message refers to the log."""
         if self.keeps and failed and not self.section.failed:
-            self.section.wrong.append("failed; the log of the run says why")
+            self.section.wrong.append("failed: see the log of the run")
 
     def differ(self, what: str, lines: Sequence[str], told: Diagnostic, blocks: Callable[[], Sequence[Block]]) -> None:
-        """Say that something differs: to a person in lines, to a program as a diagnostic, in Markdown as ``blocks``.
-
-        ``what`` says it in some words.
-        """
+        """Report a difference: as ``lines``, for a program as a diagnostic, in Markdown as ``what`` and ``blocks``."""
         self.differing += lines
         self.severities[told.severity] += 1
         if self.for_people:
@@ -189,7 +173,7 @@ class Console:
             self.section.said += [told.help] if told.help else []
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
-        """Print diagnostics, or keep them for the end; for people notes may only be counted, unless ``listed``."""
+        """Print diagnostics, or collect them; for people notes may only be counted, unless ``listed``."""
         self.severities.update(one.severity for one in diagnostics)
         if self.quiet:
             stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
@@ -211,21 +195,18 @@ class Console:
         text = report.text(diagnostics[:MAX_SHOWN], colour())
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
-        self._show(text)
-
-    def _show(self, shown: str) -> None:
         if colour():
-            paint(shown, sys.stderr)
+            paint(text, sys.stderr)
         else:
-            sys.stderr.write(printable(shown, _LAYOUT))
+            sys.stderr.write(printable(text, _LAYOUT))
 
     def ahead(self, diagnostic: Diagnostic) -> None:
-        """Print what has to be said before anything is run."""
+        """Print a diagnostic before anything is run."""
         if diagnostic.numbers != TRUSTED:
             self.show([diagnostic])
 
     def say(self, line: str, needed: bool = False) -> None:
-        """Print a line about the run as a whole; a quiet run prints only one that is ``needed``."""
+        """Print a line about the run as a whole; a quiet run prints it only if it is ``needed``."""
         if self.quiet and not needed:
             return
         print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
@@ -233,28 +214,20 @@ class Console:
             self.section.said.append(line.removeprefix(f"{self.section.name}: "))
 
     def tell_read(self, files: Iterable[object]) -> None:
-        """Say which files were read, for people who want to know."""
+        """Print which files were read, if the run is verbose."""
         if self.verbose and self.for_people:
             for file in dict.fromkeys(map(str, files)):
                 self.warn(f"read {file}")
 
     def warn(self, line: str) -> None:
-        """Print a line about what keeps a run from its end."""
+        """Print a line to standard error, also in a quiet run."""
         sys.stderr.write(f"{self._inert(line)}\n")
-
-    def _unlisted(self) -> str:
-        """Return how many notes there are that were not printed, and how they are."""
-        stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
-        said = [f"{counted(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
-        said += [counted(notes, NOTE)] if notes else []
-        listing = self.listing.replace("them", "it") if said == ["1 note"] else self.listing
-        return f"{', and '.join(said)}; {listing}"
 
     def _inert(self, line: str) -> str:
         return inert(line) if self.form == "github" else line
 
     def summary(self) -> str:
-        """Return what was said as Markdown."""
+        """Return the output as Markdown."""
         from .markdown import document
 
         return document(self.sections)
@@ -262,7 +235,11 @@ class Console:
     def finish(self) -> None:
         """Print how many notes were not listed. Documents for programs are printed at the end of the run."""
         if self.for_people and self.unlisted.total():
-            self.warn(self._unlisted())
+            stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
+            counts = [f"{counted(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
+            counts += [counted(notes, NOTE)] if notes else []
+            listing = self.listing.replace("them", "it") if counts == ["1 note"] else self.listing
+            self.warn(f"{', and '.join(counts)}; {listing}")
 
 
 def print_document(form: str, consoles: Iterable[Console], collected: Sequence[Diagnostic]) -> None:

@@ -1,6 +1,6 @@
-"""The pip command that installs an extra, from where this installation came.
+"""Build the pip command that installs an extra, from the origin of this installation.
 
-No index serves the package, so its name alone installs nothing. What pip wrote beside the package has its origin:
+No index serves the package, so its name alone installs nothing. pip records the origin beside the package:
 https://packaging.python.org/en/latest/specifications/direct-url/.
 """
 
@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
@@ -17,6 +16,7 @@ from urllib.request import url2pathname
 from . import files
 
 NAME = "rosorin-compile"
+_CHECKOUT = Path(__file__).absolute().parents[3]
 _OF_EXTRA = re.compile(r"""(?:^|\band\s+)extra\s*==\s*["']([^"']+)["']\s*$""")
 
 
@@ -26,12 +26,15 @@ def pip_install(extra: str) -> str:
 
     try:
         installed = distribution(NAME)
-    except PackageNotFoundError:  # run from a tree of sources
-        folder = _sources()
-        words: Sequence[str] = [f"{folder if _is_project(folder) else f'path/to/{NAME}'}[{extra}]"]
+    except PackageNotFoundError:  # run from a checkout
+        words = [f"{_CHECKOUT if _is_project(_CHECKOUT) else f'path/to/{NAME}'}[{extra}]"]
     else:
-        words = _of_origin(installed.read_text("direct_url.json") or "{}", extra)
-        words = words or _required(installed.requires or [], extra)
+        words = _from_origin(installed.read_text("direct_url.json") or "{}", extra)
+        for requirement in () if words else installed.requires or ():
+            what, _, marker = requirement.partition(";")
+            if (of := _OF_EXTRA.search(marker.strip())) and of[1] == extra:
+                rest = marker.strip()[: of.start()].strip()  # of the marker, such as python_version
+                words.append(f"{what.strip()}; {rest}" if rest else what.strip())
     return f"pip install {' '.join(map(shlex.quote, words))}"
 
 
@@ -51,16 +54,12 @@ def is_installed(name: str) -> bool:
     return bool(package_folders(name))
 
 
-def _sources() -> Path:
-    return Path(__file__).absolute().parents[3]
-
-
 def _is_project(folder: Path) -> bool:
     return files.is_file(folder / "pyproject.toml")
 
 
-def _of_origin(text: str, extra: str) -> Sequence[str]:
-    """Return the words for pip that install from an origin (direct_url.json), as long as that exists."""
+def _from_origin(text: str, extra: str) -> list[str]:
+    """Return the arguments of pip that install from an origin (direct_url.json), as long as that exists."""
     try:
         origin = json.loads(text)
         address = str(origin["url"])
@@ -71,24 +70,7 @@ def _of_origin(text: str, extra: str) -> Sequence[str]:
         return [f"{NAME}[{extra}] @ {about['vcs']}+{address}@{about['commit_id']}{folder}"]
     if not address.startswith("file:"):
         return [f"{NAME}[{extra}] @ {address}"]
-    path = Path(url2pathname(urlsplit(address).path))
-    is_folder = "dir_info" in origin
+    path, is_folder = Path(url2pathname(urlsplit(address).path)), "dir_info" in origin
     if not (_is_project(path) if is_folder else files.is_file(path)):
         return []
     return [*(["-e"] if is_folder and origin["dir_info"].get("editable") else []), f"{path}[{extra}]"]
-
-
-def _required(requirements: Sequence[str], extra: str) -> Sequence[str]:
-    """Return the requirements of an extra, with the rest of their markers.
-
-    >>> _required(["numpy>=1.26; extra == 'view'", 'mujoco; python_version >= "3.11" and extra == "view"'], "view")
-    ['numpy>=1.26', 'mujoco; python_version >= "3.11"']
-    """
-    found = []
-    for requirement in requirements:
-        what, _, marker = requirement.partition(";")
-        of = _OF_EXTRA.search(marker.strip())
-        if of and of[1] == extra:
-            left = marker.strip()[: of.start()].strip()
-            found.append(f"{what.strip()}; {left}" if left else what.strip())
-    return found

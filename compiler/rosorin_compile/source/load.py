@@ -1,4 +1,4 @@
-"""Load: the only stage that knows YAML. Text in, a plain tree with spans out.
+"""Read YAML: text in, a plain tree with spans out.
 
 Scalars have the meaning of the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema), not that of 1.1:
 ``1e-3`` is a number, ``on`` and ``12:30`` are text. One form is added: a plain scalar that is a number and a known
@@ -9,19 +9,19 @@ from __future__ import annotations
 
 import ast
 import math
-import operator
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 
 from . import files
+from .bounded import is_too_deep
 from .diagnostics import Diagnostic, Related, Source, Span, error, nearest
 from .project import stdin_of
 from .rule_registry import FILES, Rule
@@ -104,14 +104,12 @@ _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
 
 
 # The unit tags of xacro's YAML, which published tables of robots use (https://github.com/ros/xacro/wiki).
-_UNIT_TAGS = {
-    "!degrees": "deg",
-    "!radians": "rad",
-    "!meters": "m",
-    "!millimeters": "mm",
-    "!foot": "ft",
-    "!inches": "inch",
-}
+_UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
+_UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
+# What a calculation behind such a tag may contain.
+_CALCULATION = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Constant, ast.Name, ast.Call, ast.Load)
+_CALCULATION += (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.USub, ast.UAdd)
+_FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
 
 
 class LoadError(Exception):
@@ -121,16 +119,9 @@ class LoadError(Exception):
         super().__init__(diagnostic.message)
         self.diagnostic = diagnostic
 
-    @classmethod
-    def explained(cls, source: Source, problem: yaml.YAMLError) -> LoadError:
-        """Return what is wrong with a text that a parser of YAML refuses, in the words of people."""
-        from .yaml_mistakes import explained
-
-        return cls(explained(source, problem))
-
 
 def unreadable(problem: OSError) -> Diagnostic:
-    """Return the error about a file or folder that cannot be looked at."""
+    """Return the error about a file or folder that cannot be accessed."""
     message = f"cannot read {files.shown(os.fsdecode(problem.filename))}: {problem.strerror}"
     return error("file-unreadable", message, None, "check the permissions")
 
@@ -143,7 +134,7 @@ def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     help = "descriptions are UTF-8 text files; check the name and the permissions"
     data = stdin_of(path)
     try:
-        if data is None and files.is_special(path):  # a pipe or a device would be waited for
+        if data is None and files.is_special(path):  # reading a pipe or a device would wait
             raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
         if (path.stat().st_size if data is None and files.is_file(path) else len(data or b"")) > MAX_BYTES:
             raise LoadError(error("file-too-large", f"{shown} is larger than {MAX_BYTES:,} bytes", asked, help))
@@ -152,23 +143,59 @@ def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise LoadError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
     try:
-        text = data.decode().removeprefix("\ufeff")
+        return Source(shown, data.decode().removeprefix("\ufeff"))
     except UnicodeDecodeError as problem:
-        before = data[: problem.start].decode("utf-8", "replace")
         source = Source(shown, data.decode("utf-8", "replace"))
+        before = data[: problem.start].decode("utf-8", "replace")
         span = Span(source, before.count("\n") + 1, len(before) - before.rfind("\n"))
         message = f"{shown} is not UTF-8 text: byte {data[problem.start]:#04x} at offset {problem.start}"
         raise LoadError(error("not-utf8", message, span, "save the file as UTF-8")) from None
-    return Source(shown, text)
 
 
-def parse_yaml(source: Source, via: Instance | None = None) -> Any:
-    """Return the tree of a YAML source: Map, Seq or scalar. Raises LoadError with the place of what is wrong."""
+def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
+    """Read a YAML file whose top is a mapping. Raises LoadError."""
+    source = read_utf8(path, shown, asked)
+    tree = parse_yaml(source, via)
+    if isinstance(tree, Map):
+        return tree
+    if source.text.lstrip().startswith("<"):
+        marks = {"<sdf": "SDF", "<mujoco": "MJCF", "xmlns:xacro": "xacro", "<robot": "URDF", "": "XML"}
+        kind = next(kind for mark, kind in marks.items() if mark in source.text[:2_000])
+        message, help = f"{source.path} is {kind}, not a description", "`rosorin-compile import` converts robots in XML"
+    else:
+        kind = "empty" if tree is None else "a list" if isinstance(tree, Seq) else "not a mapping"
+        message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
+        help = "start from docs/tutorial.md"
+        if tree is None and stdin_of(path) is not None:
+            help = "the program before the pipe printed nothing"
+    raise LoadError(error("not-a-mapping", message, source.start(), help))
+
+
+@cache
+def load_own(path: Path, shown: str) -> Map:
+    """Read a file that ships with the tool, once a process; nobody may change the tree. Raises LoadError."""
+    return load_mapping(path, shown)
+
+
+def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX_NODES) -> Any:
+    """Return the tree of a YAML source: Map, Seq or scalar. Raises LoadError with the place of the problem."""
     _check_text(source)
     try:
-        return _Composer(source, via).document()
+        return _Composer(source, via, max_nodes).document()
     except yaml.YAMLError as problem:
-        raise _refused(source, problem) from None
+        refused = problem
+    mark = getattr(refused, "problem_mark", None)
+    if is_too_deep(refused) and mark is not None:  # libyaml looks ahead: the level too deep is before its place
+        try:
+            _Composer(Source(source.path, source.text[: mark.index]), None, max_nodes).document()
+        except LoadError as problem:
+            span = problem.diagnostic.span
+            raise LoadError(replace(problem.diagnostic, span=span and span._replace(source=source))) from None
+        except yaml.YAMLError:
+            pass
+    from .yaml_mistakes import explained
+
+    raise LoadError(explained(source, refused))
 
 
 _BIDI = re.compile("[\u202a-\u202e\u2066-\u2069]")
@@ -179,22 +206,26 @@ _DIRECTIVE = re.compile(r"(?:\s|#.*\n)*(%(?!YAML\s+1\.2\s)\S+.*)\n(?:.*\n)*?---"
 def _check_text(source: Source) -> None:
     """Refuse text that a reviewer reads differently than the parser. Raises LoadError."""
     text = source.text
+
+    def refuse(rule: str, message: str, offset: int, help: str) -> LoadError:
+        lines = re.split("\r\n|[\n\r\x85\u2028\u2029]", text[:offset])  # as YAML counts them
+        return LoadError(error(rule, message, Span(source, len(lines), len(lines[-1]) + 1), help))
+
     if directive := _DIRECTIVE.match(text) if "%" in text[:1_000] else None:
         message = f"{directive[1].split('#')[0].strip()} has no effect: files are read as YAML 1.2"
-        raise LoadError(error("yaml-directive", message, _span_at(source, directive.start(1)), "remove the line"))
+        raise refuse("yaml-directive", message, directive.start(1), "remove the line")
     if text.isascii():
         return
     if found := _BIDI.search(text):
         help = f'remove it, or write the text in double quotes with "\\u{ord(found[0]):04x}"'
         message = f"{in_words(found[0])} changes the order in which editors show this line"
-        raise LoadError(error("bidi-control", message, _span_at(source, found.start()), help))
+        raise refuse("bidi-control", message, found.start(), help)
     quoted: list[tuple[int, int]] = []
     for found in _LINE_ENDS.finditer(text):
         quoted = quoted or list(_quoted_texts(text)) or [(0, 0)]
         if not any(start <= found.start() < end for start, end in quoted):
             message = f"{in_words(found[0]).removesuffix(', a control character')} ends this line for YAML"
-            help = "remove it: most editors show it within the line"
-            raise LoadError(error("yaml-line-end", message, _span_at(source, found.start()), help))
+            raise refuse("yaml-line-end", message, found.start(), "remove it: most editors show it within the line")
 
 
 def _quoted_texts(text: str) -> Iterator[tuple[int, int]]:
@@ -207,123 +238,31 @@ def _quoted_texts(text: str) -> Iterator[tuple[int, int]]:
         return
 
 
-def _span_at(source: Source, offset: int) -> Span:
-    """Return the place of a character, with lines and columns as YAML counts them."""
-    lines = re.split("\r\n|[\n\r\x85\u2028\u2029]", source.text[:offset])
-    return Span(source, len(lines), len(lines[-1]) + 1)
-
-
-def _refused(source: Source, problem: yaml.YAMLError) -> LoadError:
-    from .bounded import is_too_deep
-
-    mark = getattr(problem, "problem_mark", None)
-    if is_too_deep(problem) and mark is not None:  # libyaml looks ahead: what stands before has the level too much
-        try:
-            _Composer(Source(source.path, source.text[: mark.index]), None).document()
-        except LoadError as told:
-            span = told.diagnostic.span
-            return LoadError(replace(told.diagnostic, span=span and span._replace(source=source)))
-        except yaml.YAMLError:
-            pass
-    return LoadError.explained(source, problem)
-
-
-class Entry(NamedTuple):
-    """One entry of a list (``key`` is None) or of a mapping."""
-
-    key: str | None
-    value: Any
-    key_span: Span
-    span: Span
-
-
-def each_entry(source: Source) -> Iterator[Entry]:
-    """Yield the entries of a YAML list or mapping one by one; none is held. Raises LoadError.
-
-    A mapping may have a key twice: who asks looks after that.
-    """
-    try:
-        yield from _Composer(source, None).entries()
-    except yaml.YAMLError as problem:
-        raise _refused(source, problem) from None
-
-
-def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
-    """Read a YAML file whose top is a mapping. Raises LoadError."""
-    source = read_utf8(path, shown, asked)
-    tree = parse_yaml(source, via)
-    if isinstance(tree, Map):
-        return tree
-    if source.text.lstrip().startswith("<"):
-        kind, help = _markup(source.text)
-        raise LoadError(error("not-a-mapping", f"{source.path} is {kind}, not a description", source.start(), help))
-    kind = "empty" if tree is None else "not a mapping"
-    kind = "a list" if isinstance(tree, Seq) else kind
-    message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
-    empty = tree is None and stdin_of(path) is not None
-    help = "did the program before the pipe say why?" if empty else "start from docs/tutorial.md"
-    raise LoadError(error("not-a-mapping", message, source.start(), help))
-
-
-@cache
-def load_own(path: Path, shown: str) -> Map:
-    """Read a file that ships with the tool, once a process; nobody may change the tree. Raises LoadError."""
-    return load_mapping(path, shown)
-
-
-def _markup(text: str) -> tuple[str, str]:
-    """Return what an XML file is, and the way out for one that stands in the place of a description."""
-    if "<sdf" in text[:2_000]:
-        return "SDF", "convert it to URDF first, then `rosorin-compile import` makes a description of it"
-    kind = "MJCF" if "<mujoco" in text[:2_000] else "xacro" if "xmlns:xacro" in text[:2_000] else "a URDF"
-    kind = kind if "<robot" in text[:2_000] or kind == "MJCF" else "XML"
-    return kind, "`rosorin-compile import` makes a description of it; `include` takes it as it is"
-
-
 class _Composer:
-    """Builds the tree from parser events, with its own stack, so that no nesting can exhaust the interpreter."""
+    """Builds the tree from parser events."""
 
-    def __init__(self, source: Source, via: Instance | None) -> None:
+    def __init__(self, source: Source, via: Instance | None, max_nodes: int) -> None:
         self.source = source
         self.via = via
+        self.max_nodes = max_nodes
         self.anchors: dict[str, tuple[Any, int, Span]] = {}
         self.nodes = 0
         # libyaml counts columns in code points of the text that it was given; NUL and the like raise ReaderError.
-        loader = getattr(yaml, "CLoader", yaml.Loader)
-        self.parser = loader(source.text)
+        self.parser = getattr(yaml, "CLoader", yaml.Loader)(source.text)
 
     def document(self) -> Any:
         """Return the value of the one document of the source; None if it is empty."""
         events = iter(self.parser.get_event, None)
         tree: Any = None
-        seen = 0
+        is_begun = False
         for event in events:
             if isinstance(event, yaml.DocumentStartEvent):
-                seen += 1
-                if seen > 1:
+                if is_begun:
                     raise self.fail("yaml-documents", "a description is one YAML document", event, 'remove the "---"')
+                is_begun = True
             elif isinstance(event, (yaml.NodeEvent, yaml.AliasEvent)):
                 tree = self.value(event, events, 0)
         return tree
-
-    def entries(self) -> Iterator[Entry]:
-        """Yield what the top of the document holds, each with as many values as a document may have."""
-        events = iter(self.parser.get_event, None)
-        for event in events:
-            if isinstance(event, yaml.DocumentStartEvent) and self.nodes:
-                raise self.fail("yaml-documents", "this is one YAML document", event, 'remove the "---"')
-            if isinstance(event, yaml.ScalarEvent) and event.value:
-                raise self.fail("not-a-mapping", f"{self.source.path} is a text", event, "write a list or a mapping")
-            if not isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)):
-                continue
-            named = isinstance(event, yaml.MappingStartEvent)
-            for first in events:
-                if isinstance(first, (yaml.MappingEndEvent, yaml.SequenceEndEvent)):
-                    break
-                key = self.key(first) if named else None
-                event = next(events) if named else first
-                self.nodes = 1
-                yield Entry(key, self.value(event, events, 1), self.span(first), self.span(event))
 
     def span(self, event: Any) -> Span:
         start, end = event.start_mark, event.end_mark
@@ -337,19 +276,21 @@ class _Composer:
 
     def value(self, event: Any, events: Iterator[Any], depth: int) -> Any:
         """Return the value that begins with ``event``; reads on in ``events`` to its end."""
-        self.nodes += 1
-        if self.nodes > MAX_NODES:
-            raise self.fail("yaml-too-large", f"more than {MAX_NODES:,} values", event, "split the file, or use a loop")
+        self.count(1, event)
         if depth > MAX_DEPTH:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
         if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # as nearly all are
             return Text(event.value) if event.style else plain_scalar(event.value)
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event)
-        self.check_tag(event)
-        before = self.nodes
-        if isinstance(event, yaml.ScalarEvent):
-            made = self.scalar(event)
+        is_scalar, before = isinstance(event, yaml.ScalarEvent), self.nodes
+        if event.tag not in (None, "!", "tag:yaml.org,2002:str") and not (is_scalar and event.tag in _UNIT_TAGS):
+            help = "list the file under include" if "include" in event.tag else "write the value without it"
+            raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, help)
+        if is_scalar and event.tag in _UNIT_TAGS:
+            made = self.tagged(event)
+        elif is_scalar:
+            made = Text(event.value) if event.style or event.tag is not None else plain_scalar(event.value)
         elif isinstance(event, yaml.MappingStartEvent):
             made = self.mapping(event, events, depth)
         else:
@@ -358,26 +299,23 @@ class _Composer:
             self.anchors[event.anchor] = (made, self.nodes - before + 1, self.span(event))
         return made
 
-    def check_tag(self, event: Any) -> None:
-        """Refuse tags: they would choose the type of a value, which the schema does here."""
-        if isinstance(event, yaml.ScalarEvent) and event.tag in _UNIT_TAGS:
-            return
-        if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
-            help = "list the file under include" if "include" in event.tag else "write the value without it"
-            raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, help)
+    def count(self, nodes: int, event: Any) -> None:
+        self.nodes += nodes
+        if self.nodes > self.max_nodes:
+            what = "aliases multiply to more" if isinstance(event, yaml.AliasEvent) else "more"
+            raise self.fail(
+                "yaml-too-large", f"{what} than {self.max_nodes:,} values", event, "split it, or use a loop"
+            )
 
     def alias(self, event: Any) -> Any:
         if event.anchor not in self.anchors:
-            help = "define it above, name a value in let, or put the text in quotes"
-            meant = nearest(event.anchor, self.anchors)
-            near = [Related("the suggestion is defined here", self.anchors[meant][2])] if meant else []
-            help = f'did you mean "*{meant}"? else {help}' if meant else help
-            message = f'no anchor "&{event.anchor}" stands before this alias'
-            raise LoadError(error("yaml-alias", message, self.span(event), help, near))
+            near = nearest(event.anchor, self.anchors)
+            related = [Related("the suggestion is defined here", self.anchors[near][2])] if near else []
+            help = f'did you mean "*{near}"?' if near else "define it above, or put the text in quotes"
+            message = f'no anchor "&{event.anchor}" is defined before this alias'
+            raise LoadError(error("yaml-alias", message, self.span(event), help, related))
         value, size, _ = self.anchors[event.anchor]
-        self.nodes += size
-        if self.nodes > MAX_NODES:
-            raise self.fail("yaml-too-large", f"aliases multiply to more than {MAX_NODES:,} values", event, "")
+        self.count(size, event)
         return value
 
     def mapping(self, event: Any, events: Iterator[Any], depth: int) -> Map:
@@ -390,7 +328,7 @@ class _Composer:
             key_span = self.span(key_event)
             if key in made:
                 related = [Related("first defined here", key_spans[key])]
-                message = f'the key "{key}" stands twice in one mapping'
+                message = f'the key "{key}" is defined twice in one mapping'
                 raise LoadError(error("duplicate-key", message, key_span, "rename or remove one", related))
             value_event = next(events)
             made[key] = self.value(value_event, events, depth + 1)
@@ -402,73 +340,43 @@ class _Composer:
         if type(event) is not ScalarEvent:
             raise self.fail("yaml-key", "a key must be plain text", event, "an expression is written ${...}, in quotes")
         if event.value == "<<" and not event.style:
-            way_out = "repeat the keys, or name a value in let"
-            raise self.fail("yaml-merge", '"<<" is not part of YAML 1.2', event, way_out)
+            help = "repeat the keys, or name a value in let"
+            raise self.fail("yaml-merge", '"<<" is not part of YAML 1.2', event, help)
         return str(event.value)
 
     def sequence(self, event: Any, events: Iterator[Any], depth: int) -> Seq:
         made = Seq(self.span(event), self.via)
-        value_spans = made.value_spans
         for item in events:
             if type(item) is SequenceEndEvent:
                 break
             made.append(self.value(item, events, depth + 1))
-            value_spans.append(self.span(item))
+            made.value_spans.append(self.span(item))
         return made
 
-    def scalar(self, event: Any) -> Any:
-        if event.tag in _UNIT_TAGS:
-            return self.tagged(event)
-        if event.style or event.tag is not None:
-            return Text(event.value)
-        return plain_scalar(event.value)
+    def tagged(self, event: Any) -> float:
+        """Return the number in SI of a scalar with one of xacro's unit tags.
 
-    def tagged(self, event: Any) -> Any:
-        """Return the number in SI of a scalar with one of xacro's tags: a factor, and no more.
-
-        It has no dimension: tables that people publish say ``max_velocity: !degrees 180``.
+        It has no dimension: published tables contain ``max_velocity: !degrees 180``.
         """
-        unit = _UNIT_TAGS[event.tag]
-        quantity = Quantity.parse(f"{event.value.strip()} {unit}") or Quantity.parse(f"{_result(event.value)} {unit}")
+        quantity = Quantity.parse(f"{_calculated(event.value.strip())} {_UNIT_TAGS[event.tag]}")
         if quantity is None:
             help = "write a number, or a quantity or an expression without the tag"
-            raise self.fail("yaml-tag", f'{event.tag} stands before a number, not "{event.value}"', event, help)
+            raise self.fail("yaml-tag", f'{event.tag} is before "{event.value}", not a number', event, help)
         return float(quantity)
 
 
-def _result(text: str) -> str:
-    """Return the number that a calculation gives, such as ``pi / 2``, as xacro has it behind a tag; empty if none."""
+def _calculated(text: str) -> str:
+    """Return the number that a calculation such as ``pi / 2`` results in; other text as it is."""
+    if re.fullmatch(r"[-+.\w]{1,30}", text) and not text.isidentifier():
+        return text
     try:
-        return repr(_calculated(ast.parse(text.strip(), mode="eval").body))
-    except (SyntaxError, ValueError, TypeError, ArithmeticError, RecursionError, MemoryError):
-        return ""
-
-
-_OPERATIONS: Mapping[type[ast.operator], Callable[[float, float], float]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: math.pow,
-}
-
-
-def _calculated(node: ast.expr) -> float:
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        return float(node.value)  # type: ignore[arg-type]
-    if isinstance(node, ast.Name) and node.id in ("pi", "e", "tau"):
-        return float(getattr(math, node.id))
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
-        value = _calculated(node.operand)
-        return -value if isinstance(node.op, ast.USub) else value
-    if isinstance(node, ast.BinOp) and type(node.op) in _OPERATIONS:
-        return _OPERATIONS[type(node.op)](_calculated(node.left), _calculated(node.right))
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS:
-        return float(getattr(math, node.func.id)(*map(_calculated, node.args)))
-    raise ValueError("not a calculation of numbers")
-
-
-_FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
+        tree = ast.parse(text, mode="eval")
+        if all(isinstance(node, _CALCULATION) for node in ast.walk(tree)):
+            names = {name: getattr(math, name) for name in _FUNCTIONS}
+            return repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - no other syntax or names
+    except (SyntaxError, NameError, ValueError, TypeError, ArithmeticError, RecursionError, MemoryError):
+        pass
+    return text
 
 
 def plain_scalar(text: str) -> Any:

@@ -1,12 +1,8 @@
-"""Plug-ins: what other installed packages add to the tool, by the entry points of their distributions.
+"""Plug-ins: what other installed packages add, by the entry points of their distributions.
 
-Each kind of thing has a group: ``rosorin_compile.formats``, ``.rules``, ``.functions``, ``.commands``, ``.checks``.
-What a distribution offers stands in a small file beside its metadata. Most machines have no plug-in, so those files are
-looked through before ``importlib.metadata`` is imported.
-
-A plug-in that cannot be used is a diagnostic that names its distribution; it never stops the tool otherwise, and never
-takes the place of what is built in. What it prints goes to standard error, under its name: standard output is for
-artifacts. ``ROSORIN_COMPILE_PLUGINS=off`` leaves all of them out.
+The groups are ``rosorin_compile.formats``, ``.rules``, ``.functions``, ``.sections``, ``.commands`` and ``.checks``. A
+plug-in that cannot be used is a diagnostic that names its distribution; it never replaces what is built in. What it
+prints goes to standard error. ``ROSORIN_COMPILE_PLUGINS=off`` leaves all of them out.
 """
 
 from __future__ import annotations
@@ -15,7 +11,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, redirect_stdout, suppress
+from contextlib import redirect_stdout, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TextIO, TypeVar, cast
@@ -51,8 +47,7 @@ RULES = (
 
 PREFIX = "rosorin_compile."
 SWITCH = "ROSORIN_COMPILE_PLUGINS"  # off: there are none
-SLOW = 2.0  # seconds that the import of a plug-in may take without a word
-_METADATA = (".dist-info", ".egg-info")
+SLOW = 2.0  # seconds that the import of a plug-in may take without a note
 
 
 class Plugin(NamedTuple):
@@ -65,8 +60,16 @@ class Plugin(NamedTuple):
     value: str
 
     def __str__(self) -> str:
-        """Return who it is, in words for messages."""
+        """Return the words for it in messages."""
         return f"the plug-in {self.distribution} {self.version} ({PREFIX}{self.group}: {self.name} = {self.value})"
+
+
+class PluginFailed(Exception):
+    """A plug-in raised an exception, and the run cannot continue without it; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
 
 
 def load(
@@ -76,11 +79,11 @@ def load(
     built_in: Callable[[str], bool],
     called: str | None = None,
 ) -> tuple[tuple[tuple[Plugin, T], ...], tuple[Diagnostic, ...]]:
-    """Return what plug-ins add to a group ("rules"), each with who it is from, and what is wrong with the others.
+    """Return the objects that plug-ins add to a group ("rules"), each with its plug-in, and the errors of the others.
 
-    ``kind`` is what an entry point has to lead to, ``names`` are those under which one is known, and ``built_in`` says
-    whether a name is taken; of entry points that are ``called`` otherwise none is imported. Never raises for what a
-    plug-in does. Without plug-ins it imports nothing.
+    An entry point has to lead to a ``kind``; ``names`` returns the names of one, and ``built_in`` is True for a name
+    that is taken. With ``called`` only the entry points of that name are imported. Never raises for what a plug-in
+    does. Without plug-ins it imports nothing.
     """
     loaded: list[tuple[Plugin, T]] = []
     diagnostics: list[Diagnostic] = []
@@ -89,8 +92,13 @@ def load(
         if plugin.group != group or called not in (None, plugin.name):
             continue
         try:
-            with importing(plugin):
+            with aside(plugin):
+                began = time.monotonic()
                 made = entry_point.load()
+                took = time.monotonic() - began
+            if took > SLOW:
+                note = Diagnostic("plugin-slow", NOTE, f"{plugin} takes {took:.1f} s to be imported")
+                sys.stderr.write(note.as_text())
             if not isinstance(made, kind):
                 raise TypeError(f"it is of type {type(made).__name__}, not a {kind.__name__} of rosorin_compile")
             own = list(names(made))
@@ -106,22 +114,21 @@ def load(
     return tuple(loaded), tuple(diagnostics)
 
 
-class PluginFailed(Exception):
-    """A plug-in raised something where nobody can go on without it; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
-
-
 def broken(plugin: Plugin, what: str) -> Diagnostic:
-    """Return an error: a plug-in does not do what it is for."""
-    return error("plugin-broken", f"{plugin} {what}", None, _way_out(plugin))
+    """Return an error: a plug-in does not work as it should."""
+    return error("plugin-broken", f"{plugin} {what}", None, f"upgrade it, or pip uninstall {plugin.distribution}")
 
 
 def failed(plugin: Plugin, problem: BaseException) -> Diagnostic:
-    """Return an error: a plug-in raised something while it was at work."""
+    """Return an error: a plug-in raised an exception."""
     return broken(plugin, f"fails: {_reason(problem)}")
+
+
+def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
+    """Return an error: a plug-in uses a name that is built in, or that another plug-in uses."""
+    whose = f"which {other} brings, too" if other else "which is built in"
+    help = f"upgrade it, or pip uninstall {plugin.distribution}"
+    return error("plugin-clash", f'{plugin} brings "{name}", {whose}', None, help)
 
 
 def _reason(problem: BaseException) -> str:
@@ -132,15 +139,15 @@ def _reason(problem: BaseException) -> str:
 
 
 def aside(plugin: Plugin) -> redirect_stdout[TextIO]:
-    """Let what a plug-in prints go to standard error, under its name, while it is at work: it may forget a print()."""
+    """Send what a plug-in prints to standard error, under its name: standard output is for artifacts."""
     return redirect_stdout(cast("TextIO", _Named(plugin)))
 
 
-_named: set[Plugin] = set()  # those that were said to print
+_named: set[Plugin] = set()  # those that have printed
 
 
 class _Named:
-    """Standard error, which says first, and once, whose words follow."""
+    """Standard error, which first prints, once, whose output follows."""
 
     def __init__(self, plugin: Plugin) -> None:
         self.plugin = plugin
@@ -156,55 +163,25 @@ class _Named:
         return sys.stderr.write(text)
 
 
-@contextmanager
-def importing(plugin: Plugin) -> Iterator[None]:
-    """Import a plug-in in the block: what it prints goes to standard error, and it is said if it takes long."""
-    began = time.monotonic()
-    with aside(plugin):
-        yield
-    took = time.monotonic() - began
-    if took > SLOW:
-        note = Diagnostic("plugin-slow", NOTE, f"{plugin} takes {took:.1f} s to be imported")
-        sys.stderr.write(note.as_text())
-
-
 def diagnostic_of(value: object) -> Diagnostic:
-    """Return what a plug-in has to say. Raises TypeError if it is no Diagnostic, or says something else in a field."""
+    """Return a diagnostic of a plug-in. Raises TypeError or ValueError if it is not a valid one."""
     if not isinstance(value, Diagnostic):
-        raise TypeError(f"what there is to say is a Diagnostic, not {str(value)[:60]!r}")
+        raise TypeError(f"a Diagnostic is expected, not {str(value)[:60]!r}")
     if value.severity not in (ERROR, WARNING, NOTE):
         raise ValueError(f"the severity of {value.rule} is error, warning or note, not {str(value.severity)[:60]!r}")
     for field in ("rule", "message", "help"):
         if not isinstance(getattr(value, field), str):
             raise TypeError(f"{field} of a Diagnostic is a text, not {str(getattr(value, field))[:60]!r}")
-    places = [value.span, *(one.span for one in _all_of(value, "related", Related))]
-    _all_of(value, "of", str)
-    if not all(place is None or _is_place(place) for place in places):
-        raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
-    if not all(isinstance(one, tuple) and len(one) == 2 for one in _all_of(value, "numbers", tuple)):
+    for field, kind in (("related", Related), ("of", str), ("numbers", tuple)):
+        many = getattr(value, field)
+        if not isinstance(many, tuple) or not all(isinstance(one, kind) for one in many):
+            raise TypeError(f"{field} of a Diagnostic is a tuple of {kind.__name__}, not {str(many)[:60]!r}")
+    if any(len(pair) != 2 for pair in value.numbers):
         raise TypeError("numbers of a Diagnostic are pairs of a name and a value")
+    for span in filter(None, (value.span, *(one.span for one in value.related))):
+        if not isinstance(span, Span) or not all(type(number) is int and number > 0 for number in span[1:4]):
+            raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
     return value
-
-
-def _all_of(value: Diagnostic, field: str, kind: type[T]) -> tuple[T, ...]:
-    many = getattr(value, field)
-    if not isinstance(many, tuple) or not all(isinstance(one, kind) for one in many):
-        raise TypeError(f"{field} of a Diagnostic is a tuple of {kind.__name__}, not {str(many)[:60]!r}")
-    return many
-
-
-def _is_place(span: object) -> bool:
-    return isinstance(span, Span) and all(type(number) is int and number > 0 for number in span[1:4])
-
-
-def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
-    """Return an error: a plug-in has the name of what is built in, or of what an other one brings."""
-    whose = f"which {other} brings, too" if other else "which is built in"
-    return error("plugin-clash", f'{plugin} brings "{name}", {whose}', None, _way_out(plugin))
-
-
-def _way_out(plugin: Plugin) -> str:
-    return f"upgrade it, or pip uninstall {plugin.distribution}"
 
 
 def installed() -> tuple[Plugin, ...]:
@@ -213,63 +190,37 @@ def installed() -> tuple[Plugin, ...]:
 
 
 def are_installed(group: str) -> bool:
-    """Say whether a distribution has an entry point of a group ("formats")."""
+    """Return True if a distribution has an entry point of a group ("formats")."""
     return any(plugin.group == group for plugin in installed())
 
 
 def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
-    if os.environ.get(SWITCH, "") == "off":
-        return ()
-    folders = _metadata_folders(tuple(sys.path))
-    return _read(folders) if folders else ()
+    return () if os.environ.get(SWITCH, "") == "off" else _on_path(tuple(sys.path))
 
 
 @lru_cache(maxsize=8)
-def _read(folders: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
-    """Return the entry points that the metadata in these folders have for the tool; of a distribution the first."""
-    from importlib.metadata import Distribution
+def _on_path(path: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
+    """Return the entry points for this tool of all distributions on a module search path; of equal names the first."""
+    found: dict[str, list[tuple[Plugin, EntryPoint]]] = {}
+    for metadata in (folder for entry in dict.fromkeys(path) for folder in _with_plugins(Path(entry))):
+        from importlib.metadata import Distribution  # slow: only if there is a plug-in
 
-    seen: set[str] = set()
-    found: list[tuple[Plugin, EntryPoint]] = []
-    for folder in folders:
-        name, version, points = _distribution(folder, Distribution.at(Path(folder)))
-        key = name.lower().replace("_", "-").replace(".", "-")
-        if key not in seen:
-            seen.add(key)
-            ours = [point for point in points if point.group.startswith(PREFIX)]
-            found += [(Plugin(name, version, p.group.removeprefix(PREFIX), p.name, p.value), p) for p in ours]
-    return tuple(sorted(found, key=lambda pair: pair[0]))
-
-
-def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryPoint]]:
-    """Return the name, the version and the entry points of a distribution, whatever its metadata are like."""
-    name, _, version = Path(folder).stem.partition("-")
-    with suppress(Exception):
-        name, version = distribution.metadata["Name"] or name, distribution.metadata["Version"] or version
-    with suppress(Exception):
-        return name, version or "?", list(distribution.entry_points)
-    return name, version or "?", []
+        name, _, version = metadata.stem.partition("-")
+        points: list[EntryPoint] = []
+        with suppress(Exception):  # whatever the metadata are like
+            distribution = Distribution.at(metadata)
+            name, version = distribution.metadata["Name"] or name, distribution.metadata["Version"] or version
+        with suppress(Exception):
+            points = [point for point in Distribution.at(metadata).entry_points if point.group.startswith(PREFIX)]
+        plugins = [(Plugin(name, version or "?", p.group[len(PREFIX) :], p.name, p.value), p) for p in points]
+        found.setdefault(name.lower().replace("_", "-").replace(".", "-"), plugins)
+    return tuple(sorted((pair for pairs in found.values() for pair in pairs), key=lambda pair: pair[0]))
 
 
-def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the folders of metadata, along a module search path, that name an entry point of the tool."""
-    found: list[str] = []
-    for entry in dict.fromkeys(path):
-        with suppress(OSError):
-            found += _metadata_in(entry, Path(entry).stat().st_ctime_ns)
-    return tuple(found)
-
-
-@lru_cache(maxsize=256)
-def _metadata_in(entry: str, _changed: int) -> tuple[str, ...]:
-    """Return the same for one folder, as long as nothing comes into it or goes. Raises OSError."""
-    inside = sorted(path for path in Path(entry).iterdir() if path.suffix in _METADATA)
-    return tuple(str(path) for path in inside if _names_us(path))
-
-
-def _names_us(metadata: Path) -> bool:
-    """Say whether what stands in a folder of packages are metadata with an entry point of the tool."""
-    try:
-        return b"[" + PREFIX.encode() in (metadata / "entry_points.txt").read_bytes()
-    except OSError:
-        return False
+def _with_plugins(folder: Path) -> Iterator[Path]:
+    """Yield the folders of metadata in a folder of packages that have an entry point for this tool."""
+    with suppress(OSError):
+        for metadata in sorted(one for one in folder.iterdir() if one.suffix in (".dist-info", ".egg-info")):
+            with suppress(OSError):
+                if f"[{PREFIX}".encode() in (metadata / "entry_points.txt").read_bytes():
+                    yield metadata

@@ -1,7 +1,6 @@
-"""Progress: one line at the end of a terminal that shows what takes long.
+"""Show progress in one line at the end of a terminal.
 
-Code that may take long calls ``Progress.step``, which costs next to nothing. Nothing is shown unless the command line
-called ``Progress.show``, and nothing in the first two seconds.
+Nothing is shown unless the command line called ``Progress.show``, and nothing in the first two seconds.
 """
 
 from __future__ import annotations
@@ -15,8 +14,7 @@ from typing import ClassVar, TextIO
 from .wording import printable
 
 _EVERY = 0.1  # seconds between two changes of the line
-_WIDTH = 30
-_COLUMNS = 80
+_WIDTH = 30  # of the bar
 
 
 class Progress:
@@ -73,14 +71,18 @@ class Progress:
         if counted and (done or total):
             text += f" {done:,}" + (f" of {total:,}" if total else "")
         if total:
-            share = min(1.0, done / total)  # a recording may hold more than it says
+            share = min(1.0, done / total)  # a recording may contain more than it declares
             full = int(_WIDTH * share)
             text += f" [{'#' * full}{'.' * (_WIDTH - full)}] {int(100 * share):3d}%"
-        columns = _COLUMNS
+        columns = 80
         with suppress(OSError, ValueError, AttributeError):
-            columns = os.get_terminal_size(cls._stream.fileno()).columns or _COLUMNS
+            columns = os.get_terminal_size(cls._stream.fileno()).columns or columns
+        text += printable(more)
+        # A letter that is not ASCII may be two columns wide.
+        while sum(1 if letter.isascii() else 2 for letter in text) >= columns:
+            text = text[:-1]
         cls._is_shown = True
-        cls._write(f"\r{_cut(text + printable(more), columns - 1)}\x1b[K")
+        cls._write(f"\r{text}\x1b[K")
 
     @classmethod
     @contextmanager
@@ -106,17 +108,7 @@ class Progress:
 
     @classmethod
     def _write(cls, text: str) -> None:
-        with suppress(OSError, ValueError):  # no run fails because nobody can see how far it is
+        with suppress(OSError, ValueError):  # a run does not fail because its progress cannot be shown
             if cls._stream is not None:
                 cls._stream.write(text)
                 cls._stream.flush()
-
-
-def _cut(text: str, columns: int) -> str:
-    """Return as much of a text as fits on a line; a letter that is not ASCII may be two columns wide."""
-    width = 0
-    for index, letter in enumerate(text):
-        width += 1 if letter.isascii() else 2
-        if width > columns:
-            return text[:index]
-    return text

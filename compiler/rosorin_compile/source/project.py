@@ -1,7 +1,4 @@
-"""The project: where descriptions and outputs stand on disk.
-
-The data that ships with the tool and paths as people read them stand here too;
-"""
+"""Find descriptions, their outputs and the data of the tool on disk."""
 
 from __future__ import annotations
 
@@ -18,40 +15,30 @@ from typing import ClassVar, NamedTuple
 
 from . import files
 from .installing import package_folders
+from .wording import did_you_mean, nearest
 
 ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")
 DESCRIPTIONS = "descriptions"
-OUTPUTS = "outputs"
-SCHEMA = Path(".schema", "rosorin-compile.schema.json")  # in the folder of descriptions, as the modeline says
-
-
-STDIN = "-"  # the word for a robot on standard input
-ON_STDIN = Path("<stdin>")  # what stands for its file; its includes are seen from the current folder
+SCHEMA = Path(".schema", "rosorin-compile.schema.json")  # in the folder of descriptions, as the modeline has it
+STDIN = "-"  # the name of a robot on standard input
+ON_STDIN = Path("<stdin>")  # its file; includes are relative to the current folder
 _on_stdin: list[bytes] = []
 
 
 def give_stdin(data: bytes) -> None:
-    """Take what stands on standard input for the robot called ``-``."""
+    """Use data from standard input as the robot called ``-``."""
     _on_stdin[:] = [data]
 
 
 def stdin_of(path: Path) -> bytes | None:
-    """Return what was given on standard input, if that is what a path stands for; else None."""
-    if not _on_stdin or path != ON_STDIN:
-        return None
-    return _on_stdin[0]
+    """Return the data from standard input if a path denotes it, or None."""
+    return _on_stdin[0] if _on_stdin and path == ON_STDIN else None
 
 
 @dataclass(frozen=True)
 class Description:
-    """A description that was asked for: its name, its first file, and the folder of its artifacts.
-
-    ``STDIN`` is the word for one on standard input, and ``ON_STDIN`` stands for its file. ``ENDINGS`` are those of the
-    files of descriptions, of which ``ROOT_FILE`` is the first. ``FOLDER`` is the name of the folder of a project that
-    has one a robot, ``OUTPUTS`` that of the folder beside it for their artifacts. ``SCHEMA`` is where editors find what
-    a description may say, in ``FOLDER``.
-    """
+    """A description: its name, its first file, and the folder of its artifacts."""
 
     name: str
     path: Path
@@ -62,24 +49,25 @@ class Description:
     ENDINGS: ClassVar[tuple[str, ...]] = ENDINGS
     ROOT_FILE: ClassVar[str] = ROOT_FILE
     FOLDER: ClassVar[str] = DESCRIPTIONS
-    OUTPUTS: ClassVar[str] = OUTPUTS
+    OUTPUTS: ClassVar[str] = "outputs"
     SCHEMA: ClassVar[Path] = SCHEMA
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:
-        """Return the descriptions asked for by name, folder or file; without names all in ``descriptions/``.
+        """Return the descriptions requested by name, folder or file; without names all in ``descriptions/``.
 
         The project is that of this folder or of one above it. ``outputs`` is the folder that gets a folder a robot; by
-        default ``outputs`` beside ``descriptions``.
+        default ``outputs`` next to ``descriptions``.
         Raises NoDescription.
         """
         paths = [first_file(name) for name in names] or all_here()
         if not paths:
             where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
-            imported = "rosorin-compile import FILE makes one of a URDF, xacro, SDF or MJCF"
-            new = f"rosorin-compile init NAME begins one, {imported}"
             for message, help in (one for folder in _upwards() for one in without_first_file(folder)):
                 raise NoDescription(f"{where}: {message}; {help}")
+            new = (
+                "rosorin-compile init NAME creates one, rosorin-compile import FILE converts a URDF, xacro, SDF or MJCF"
+            )
             raise NoDescription(f"{where}; name a description, or go to its project; {new}")
         return [cls.at(path, outputs) for path in paths]
 
@@ -88,26 +76,22 @@ class Description:
         """Return the description whose first file is at a path; ``outputs`` as in ``find``."""
         folder = Path(os.path.abspath(path)).parent
         name = folder.name if path.name == ROOT_FILE else path.stem
-        if outputs is not None:
-            base = Path(outputs)
-        elif folder.parent.name == DESCRIPTIONS:
-            base = _from_here(folder.parent.parent / OUTPUTS, absolute=path.is_absolute())
-        else:
-            base = Path(OUTPUTS)
+        base = Path(cls.OUTPUTS if outputs is None else outputs)
+        if outputs is None and folder.parent.name == DESCRIPTIONS:
+            base = folder.parent.parent / cls.OUTPUTS
+            relative = os.path.relpath(base)  # as a person would name it
+            base = base if path.is_absolute() and relative.startswith("..") else Path(relative)
         return cls(name, path, base / name)
 
     @classmethod
     def around(cls) -> Path:
-        """Return the folder of the project that this folder is in, as seen from here; this folder if there is none."""
-        return next((folder for folder in _upwards() if _is_project(folder)), Path())
+        """Return the folder of the project that this folder is in, relative to here; this folder if there is none."""
+        return next((folder for folder in _upwards() if all_in(folder)), Path())
 
     @staticmethod
     def nearest_file(path: Path) -> Path | None:
-        """Return the file of the same folder that is called nearly so, whatever its ending; None if none is."""
-        from .diagnostics import nearest
-
+        """Return the file in the same folder with a similar name, whatever its ending, or None."""
         try:
-            # Files of one kind end alike: that is no likeness.
             stems = {one.stem: one for one in files.list_folder(path.parent) if files.is_file(one)}
         except (OSError, ValueError):  # no folder, or a name that no file can have
             return None
@@ -124,7 +108,7 @@ class Description:
 
 
 class NoDescription(Exception):
-    """There is no description of that name; the message says what there is."""
+    """There is no description of that name; the message names those that exist."""
 
 
 def all_here() -> list[Path]:
@@ -137,16 +121,37 @@ def all_in(project: Path) -> list[Path]:
     return [folder / ROOT_FILE for folder in _description_folders(project) if _has_first_file(folder)]
 
 
+def all_with(changed: Iterable[str]) -> list[Path]:
+    """Return the first files of all descriptions of the projects of some files, sorted.
+
+    The project of a file is that of its folder, or of the nearest one above it.
+    """
+    found: set[Path] = set()
+    for file in changed:
+        found.update(next(filter(None, map(all_in, Path(file).parents)), None) or all_here())
+    return sorted(found)
+
+
+def here() -> list[Description]:
+    """Return the description whose folder this folder is in, or all of the project around it. Raises NoDescription."""
+    for folder in _upwards():
+        if all_in(folder):
+            break
+        if files.is_file(folder / ROOT_FILE):
+            return [Description.at(folder / ROOT_FILE)]
+    return Description.find([])
+
+
 def without_first_file(project: Path) -> list[tuple[str, str]]:
-    """Return why folders of ``descriptions/`` are no descriptions, each with the way out. Raises OSError.
+    """Return why folders of ``descriptions/`` are not descriptions, each with the way out. Raises OSError.
 
     A folder that a file of another one names has files that several descriptions share.
     """
     folders = [one for one in _description_folders(project) if one.is_dir() and not one.name.startswith(".")]
-    wanting = [one for one in folders if not _has_first_file(one)]
-    texts = [_beginning(file) for one in folders for file in one.rglob("*.y*ml")] if wanting else []
+    lacking = [one for one in folders if not _has_first_file(one)]
+    texts = [_beginning(file) for one in folders for file in one.rglob("*.y*ml")] if lacking else []
     found = []
-    for folder in wanting:
+    for folder in lacking:
         misnamed = _misnamed(folder)
         if misnamed or not any(f"{folder.name}/".encode() in text for text in texts):
             found.append(_no_first_file(folder, misnamed))
@@ -164,7 +169,7 @@ def _has_first_file(folder: Path) -> bool:
     """Return True if a folder has the main file of a description, even a dangling link or an unreadable file."""
     try:
         (folder / ROOT_FILE).lstat()
-    except PermissionError:  # reading the description says why
+    except PermissionError:  # reading the description reports it
         return not folder.name.startswith(".")
     except OSError:
         return False
@@ -172,12 +177,11 @@ def _has_first_file(folder: Path) -> bool:
 
 
 def _misnamed(folder: Path) -> Path | None:
-    """Return the file in a folder that is to be its first file, by its name, or as it names the robot."""
+    """Return the file in a folder that looks like its first file, by its name or its content, or None."""
     inside = [one for one in files.list_folder(folder) if one.suffix.lower() in ENDINGS]
-    called = [one for one in inside if one.stem.lower() == Path(ROOT_FILE).stem]
-    return next(
-        iter([*called, *(one for one in inside if re.search(rb"^robot:", _beginning(one), re.MULTILINE))]), None
-    )
+    named = [one for one in inside if one.stem.lower() == Path(ROOT_FILE).stem]
+    with_robot = (one for one in inside if re.search(rb"^robot:", _beginning(one), re.MULTILINE))
+    return next(iter(named), None) or next(with_robot, None)
 
 
 def _beginning(file: Path) -> bytes:
@@ -194,27 +198,10 @@ def _no_first_file(folder: Path, misnamed: Path | None) -> tuple[str, str]:
     return f"{files.shown(folder)} has no {ROOT_FILE}", f"add {ROOT_FILE}, or move the folder out of {DESCRIPTIONS}"
 
 
-def all_with(files: Iterable[str]) -> list[Path]:
-    """Return the first files of all descriptions of the projects that some files are in, project by project.
-
-    The project of a file is that of its folder, or of the nearest one above it.
-    """
-    known: dict[Path, list[Path]] = {}
-    found: dict[Path, None] = {}
-    for file in files:
-        for folder in Path(file).parents:
-            if known.setdefault(folder, all_in(folder)):
-                found |= dict.fromkeys(known[folder])
-                break
-        else:
-            found |= dict.fromkeys(all_here())
-    return sorted(found)
-
-
 def _upwards() -> Iterator[Path]:
-    """Yield this folder and those above it, as seen from here.
+    """Yield this folder and those above it, relative to here.
 
-    A folder above that everybody can write into, such as /tmp, is nobody's project. Raises OSError if this folder was
+    A folder above that everybody can write into, such as /tmp, is not a project. Raises OSError if this folder was
     removed.
     """
     above = Path()
@@ -229,23 +216,6 @@ def _upwards() -> Iterator[Path]:
         return
 
 
-def _is_project(folder: Path) -> bool:
-    return bool(all_in(folder))
-
-
-def here() -> list[Description]:
-    """Return the description whose folder this folder is in, also beside those of the project around it; else all here.
-
-    Raises NoDescription.
-    """
-    for folder in _upwards():
-        if _is_project(folder):
-            break
-        if files.is_file(folder / ROOT_FILE):
-            return [Description.at(folder / ROOT_FILE)]
-    return Description.find([])
-
-
 def homes(path: Path) -> tuple[Path, ...]:
     """Return the folder of a description, links followed, and that of the file that it leads to if it is a link.
 
@@ -254,7 +224,7 @@ def homes(path: Path) -> tuple[Path, ...]:
     here = files.resolve(path.parent)
     try:
         there = files.resolve(path).parent if path.is_symlink() else here
-    except (OSError, RuntimeError):  # links that lead round
+    except (OSError, RuntimeError):  # a loop of links
         there = here
     return (here,) if here == there else (here, there)
 
@@ -263,22 +233,18 @@ def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
     if name == STDIN and _on_stdin:
         return ON_STDIN
-    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # no folder above is looked at
+    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # without a look at the folders above
         return Path(name)
     places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name))
-    for path in places:
-        if _may_be_file(path / ROOT_FILE):
-            return path / ROOT_FILE
-    if _may_be_file(Path(name)):
-        return Path(name)
+    for path in (*(place / ROOT_FILE for place in places), Path(name)):
+        if _may_be_file(path):
+            return path
     for path in filter(files.is_folder, places):
         if (misnamed := _misnamed(path)) or path.parent.name == DESCRIPTIONS:
             raise NoDescription(f'no description "{name}": {"; ".join(_no_first_file(path, misnamed))}')
-    if no_name := too_long(Path(name)):
-        raise NoDescription(no_name)
+    if reason := too_long(Path(name)):
+        raise NoDescription(reason)
     known = [path.parent.name for path in all_here()]
-    from .diagnostics import did_you_mean
-
     help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
     raise NoDescription(f'no description "{name}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
 
@@ -292,41 +258,34 @@ def _may_be_file(path: Path) -> bool:
 
 
 def no_file(path: Path, of: str = "") -> str:
-    """Return why a path is no file that can be read, such as one ``of`` arguments."""
+    """Return why a path is not a file that can be read; ``of`` is what it contains, such as arguments."""
     what = f" of {of}" if of else ""
     if files.is_folder(path):
         return f'"{path}" is a folder, not a file{what}'
     if files.exists(path):
-        return f'"{path}" is no regular file{what}: a pipe can be read once only; write it to a file first'
+        return f'"{path}" is not a regular file{what}: a pipe can be read once only; write it to a file first'
     return too_long(path) or f'there is no file "{path}"{what}'
 
 
 def too_long(path: Path) -> str:
-    """Return why nothing can have a path, for a name in it is too long; "" for all others."""
+    """Return a message if a name in a path is too long for any file, or an empty string."""
     try:
         path.stat()
     except OSError as problem:
         if problem.errno == errno.ENAMETOOLONG:
-            return f"no file can have so long a name: {str(path)[:60]}..."
+            return f"this name is too long for a file: {str(path)[:60]}..."
     except ValueError:
         pass
     return ""
-
-
-def _from_here(path: Path, absolute: bool) -> Path:
-    """Return an absolute path relative to here, as a person would name it; not if it is above, and ``absolute``."""
-    here = os.path.relpath(path)
-    return path if absolute and here.startswith("..") else Path(here)
 
 
 ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"
 
 
 class Resolved(NamedTuple):
-    """Where a name led that was looked for: a ROS package as seen ``by`` a file, a package of Python, a mesh file.
+    """The result of a lookup: of a ROS package as seen ``by`` a file, of a package of Python, of a mesh file.
 
-    ``answer`` is an absolute path, empty if there was none. On another day, or in another environment, the same name
-    may lead elsewhere. The name of a mesh file is where it was looked for.
+    ``answer`` is an absolute path, empty if there was none. The name of a mesh file is where it was looked for.
     """
 
     kind: str
@@ -336,17 +295,17 @@ class Resolved(NamedTuple):
 
     @property
     def is_ros_package(self) -> bool:
-        """Whether this is a ROS package that is there."""
+        """Whether this is a ROS package that exists."""
         return self.kind == ROS_PACKAGE and bool(self.answer)
 
     @property
     def is_python_package(self) -> bool:
-        """Whether this is a package of Python that is there."""
+        """Whether this is a package of Python that exists."""
         return self.kind == PYTHON_PACKAGE and bool(self.answer)
 
 
 def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:
-    """Return the note of a lookup: what was looked for, by whom, and the path it led to, absolute; empty for none."""
+    """Return the record of a lookup, with absolute paths."""
     return Resolved(kind, name, os.path.abspath(by) if by else "", "" if answer is None else os.path.abspath(answer))
 
 

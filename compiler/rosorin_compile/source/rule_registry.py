@@ -1,15 +1,14 @@
-"""The registry of rules: what each id of a diagnostic means, said where it is raised.
+"""The registry of rules: what each id of a diagnostic means.
 
-A rule of meaning is a function under ``@rule``; what other stages say is declared beside the code that says it, in a
-tuple ``RULES`` of the module. Nothing is collected while a robot is compiled. Who wants to know what an id means asks
-``find`` or ``every_rule``, which read the declarations out of the sources: without importing anything, so also where
-an extra is not installed. That is why ids and texts of the tool's own rules are plain literals.
+A rule about the meaning of a robot is a function under ``@rule``; rules of other stages are declared in a tuple
+``RULES`` next to their code. ``find`` and ``every_rule`` read the declarations from the source files, without importing
+them, so also where an extra is not installed: ids and texts of the tool's own rules are plain literals.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -60,19 +59,15 @@ WRITING, READING, MESHES, PHYSICS = Heading.WRITING, Heading.READING, Heading.ME
 ASKING, PACKAGES, RECORDINGS, PARAMETERS = Heading.ASKING, Heading.PACKAGES, Heading.RECORDINGS, Heading.PARAMETERS
 NAVIGATION, PLUGINS = Heading.NAVIGATION, Heading.PLUGINS
 
-_MARKS = (b"Rule(", b"@rule(")
-
 
 @dataclass(frozen=True)
 class Rule:
-    """What the id of a diagnostic means: its entry on the page of rules.
+    """The entry of a rule on the page of rules.
 
-    ``what`` is wrong, and the way out (``help``), are a sentence or three of Markdown, links as seen from ``docs``.
-    ``topic`` is the heading under which it stands. ``accept`` is what a description may name that breaks the rule all
-    the same: "link", "joint" or "link or joint"; empty if nothing may. ``imported`` says when a robot of others is
-    accepted like that: "always", for all readers live with it, or "lenient", for some do; empty for never. ``asked``
-    says what a run has to ask for to tell it: "meshes" (mesh files are looked for), "physics", "simulation"; empty for
-    every run.
+    ``what`` and ``help`` are Markdown with links relative to ``docs``; ``topic`` is the heading. ``accept``: what a
+    description may name that breaks the rule ("link", "joint", "link or joint" or empty). ``imported``: whether a robot
+    in another format is accepted like that ("always", "lenient" or empty). ``asked``: what a run has to request to
+    check it ("meshes", "physics", "simulation" or empty).
     """
 
     id: str
@@ -90,48 +85,62 @@ class Rule:
 
     @property
     def mild(self) -> bool:
-        """Whether it can be less than an error, a warning or a note: its entry says so."""
-        words = self.what.lower().replace(":", " ").replace(",", " ").split()
-        return "warning" in words or "note" in words
+        """Whether it can be a warning or a note, by its text."""
+        return bool({"warning", "note"} & set(self.what.lower().replace(":", " ").replace(",", " ").split()))
+
+    @property
+    def severity(self) -> str:
+        """The severity of its problems where they do not name another: its entry begins with "A warning" or a note."""
+        return next((word for word in ("warning", "note") if self.what.startswith(f"A {word}")), "error")
+
+    @property
+    def hint(self) -> str:
+        """The way out as the help of a diagnostic: plain text that begins with a small letter."""
+        text = self.help.replace("`", "").removesuffix(".")
+        return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
 def check_texts(rule: Rule) -> None:
-    """Raise TypeError for a rule of a plug-in with something else than texts."""
-    for field in fields(rule):
-        value = getattr(rule, field.name)
+    """Raise TypeError for a rule of a plug-in with other fields than texts."""
+    for name, value in vars(rule).items():
         if not isinstance(value, str):
-            raise TypeError(f"{field.name} of a rule is a text, not {str(value)[:60]!r}")
+            raise TypeError(f"{name} of a rule is a text, not {str(value)[:60]!r}")
 
 
 class Check(NamedTuple):
-    """A function that yields what it finds wrong with a robot, and the rules that are declared with it.
+    """A function that yields diagnostics of a robot, and the rules that are declared with it.
 
-    As a decorator it makes a check of a function that tells problems of rules that are declared elsewhere.
+    As a decorator it is for a function whose rules are declared elsewhere.
     """
 
     function: Look
     rules: tuple[Rule, ...] = ()
 
     def __call__(self, case: Case) -> Iterable[Diagnostic]:
-        """Return what is wrong with a robot."""
+        """Return the diagnostics of a robot."""
         return self.function(case)
 
 
 def rule(
-    id: str, what: str, help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
+    id: str, what: str = "", help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
 ) -> Callable[[Look | Check], Check]:
-    """Make a check of a function, and declare a rule whose problems it yields; one decorator for each of them.
+    """Declare a rule, and make a check of the function that yields its diagnostics; one decorator for each rule.
 
-    The arguments are those of ``Rule``. A plug-in names the function as an entry point of ``rosorin_compile.rules``.
+    The arguments are those of ``Rule``; without ``what`` it is the first paragraph of the docstring. A plug-in names
+    the function as an entry point of ``rosorin_compile.rules``.
     """
-    declared = Rule(id, what, help, topic, accept, imported)
 
     def decorate(function: Look | Check) -> Check:
-        if isinstance(function, Check):
-            return Check(function.function, (declared, *function.rules))
-        return Check(function, (declared,))
+        check = function if isinstance(function, Check) else Check(function)
+        text = what or _first_paragraph(check.function.__doc__)
+        declared = DECLARED[id] = Rule(id, text, help, topic, accept, imported)
+        return Check(check.function, (declared, *check.rules))
 
     return decorate
+
+
+def _first_paragraph(doc: str | None) -> str:
+    return " ".join((doc or "").strip().partition("\n\n")[0].split())
 
 
 def checks_of(module: ModuleType) -> tuple[Check, ...]:
@@ -142,6 +151,8 @@ def checks_of(module: ModuleType) -> tuple[Check, ...]:
 
 _PACKAGE = Path(__file__).parents[1]
 
+# The rules of the functions under ``rule`` that were imported, by id.
+DECLARED: dict[str, Rule] = {}
 # The rules that plug-ins have brought into this run, by id.
 OF_PLUGINS: dict[str, Rule] = {}
 
@@ -149,7 +160,7 @@ OF_PLUGINS: dict[str, Rule] = {}
 def find(ids: Collection[str]) -> dict[str, Rule]:
     """Return those of the tool's own rules that have one of the ids, by id."""
     quoted = [f'"{id}"'.encode() for id in ids]
-    rules = (rule for path, text in _declaring() if any(one in text for one in quoted) for rule in declared_in(text))
+    rules = (rule for _, text in _declaring() if any(one in text for one in quoted) for rule in declared_in(text))
     return {rule.id: rule for rule in rules if rule.id in ids}
 
 
@@ -167,7 +178,7 @@ def every_rule() -> dict[str, Rule]:
 def _declaring() -> Iterator[tuple[Path, bytes]]:
     for path in sorted(_PACKAGE.glob("**/*.py")):
         text = path.read_bytes()
-        if any(mark in text for mark in _MARKS):
+        if b"Rule(" in text or b"@rule(" in text:
             yield path, text
 
 
@@ -175,10 +186,21 @@ def declared_in(source: bytes | str) -> list[Rule]:
     """Return the rules that a source declares, in its order."""
     import ast
 
-    calls = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call))
-    declarations = [call for call in calls if isinstance(call.func, ast.Name) and call.func.id in ("Rule", "rule")]
-    literal = [call for call in declarations if call.args and isinstance(call.args[0], ast.Constant)]
-    return [_read(call) for call in sorted(literal, key=lambda call: (call.lineno, call.col_offset))]
+    rules = []
+    tree = ast.parse(source)
+    doc_of = {
+        id(call): _first_paragraph(ast.get_docstring(node))
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+        for call in node.decorator_list
+    }
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)]
+    for call in sorted(calls, key=lambda call: (call.lineno, call.col_offset)):
+        is_rule = isinstance(call.func, ast.Name) and call.func.id in ("Rule", "rule")
+        if is_rule and call.args and isinstance(call.args[0], ast.Constant):
+            rule = _read(call)
+            rules.append(rule if rule.what else replace(rule, what=doc_of.get(id(call), "")))
+    return rules
 
 
 def _read(call: ast.Call) -> Rule:
@@ -188,7 +210,8 @@ def _read(call: ast.Call) -> Rule:
     def value(node: ast.expr) -> Any:
         if isinstance(node, ast.Attribute):
             return getattr(Heading, node.attr)
-        return globals()[node.id] if isinstance(node, ast.Name) else ast.literal_eval(node)
+        return globals()[node.id] if isinstance(node, ast.Name) else ast.literal_eval(node)  # a name is a heading
 
-    given = {str(keyword.arg): value(keyword.value) for keyword in call.keywords}
-    return Rule(*map(value, call.args), **given)
+    given = {field.name: value(node) for field, node in zip(fields(Rule), call.args, strict=False)}
+    given |= {str(keyword.arg): value(keyword.value) for keyword in call.keywords}
+    return Rule(**{"what": "", **given})

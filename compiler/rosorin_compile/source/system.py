@@ -1,7 +1,7 @@
-"""System: what not every system has, in one place: whose a file is, locks, and how a file or folder is opened.
+"""Functions that not every system has: owners of files, locks, limits, and flags to open files and folders.
 
-Windows has none of what POSIX says of them. There a file is taken to be this user's, runs go on without a lock, as they
-do on a network drive that has none, and a folder is known by its path alone.
+Windows has none of what POSIX defines for them. There a file is considered this user's, runs go on without a lock, and
+a folder is known by its path alone.
 """
 
 from __future__ import annotations
@@ -9,22 +9,21 @@ from __future__ import annotations
 import errno
 import os
 
-# How ``os.open`` is asked; what a system does not know is not asked for.
 AS_FOLDER = getattr(os, "O_DIRECTORY", 0)
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 NO_WAIT = getattr(os, "O_NONBLOCK", 0)
-AS_BYTES = getattr(os, "O_BINARY", 0)  # else Windows makes two characters of the end of a line
+AS_BYTES = getattr(os, "O_BINARY", 0)  # else Windows writes two characters at the end of a line
 
 HAS_FORK = hasattr(os, "fork")
 HAS_OWNERS = hasattr(os, "geteuid")
-HAS_FOLDER_HANDLES = AS_FOLDER != 0  # and what is open can be moved: Windows has neither
+HAS_FOLDER_HANDLES = AS_FOLDER != 0  # and open files can be moved: Windows has neither
 
 NO_LIMITS = "this system sets no limits to a process (resource): a file that asks for too much memory is not stopped"
 _missed: list[str] = []
 
 
 def is_own(status: os.stat_result) -> bool:
-    """Say whether a file is this user's; where files have no owner, it is."""
+    """Return True if a file is this user's, or files have no owner."""
     return not HAS_OWNERS or status.st_uid == os.geteuid()
 
 
@@ -34,7 +33,7 @@ def cores() -> int:
 
 
 def needs(module: str, without: str) -> None:
-    """Note what goes on without a module of Python that this system may not have; ``missed`` tells it."""
+    """Record the message ``without`` for ``missed`` if a module of Python is not available."""
     try:
         __import__(module)
     except ImportError:
@@ -43,16 +42,16 @@ def needs(module: str, without: str) -> None:
 
 
 def missed() -> list[str]:
-    """Return what a run had to do without; once."""
-    told = _missed.copy()
+    """Return and clear the messages about missing modules."""
+    messages = _missed.copy()
     _missed.clear()
-    return told
+    return messages
 
 
 def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
     """Hold the lock on an open file or folder until it is closed.
 
-    Raises OSError: BlockingIOError for one that another process holds, ENOLCK where there are none.
+    Raises OSError: BlockingIOError if another process holds it, ENOLCK where there are none.
     """
     try:
         import fcntl
@@ -63,7 +62,7 @@ def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
 
 
 def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
-    """Let a file stand under a second name; of a link, the link itself. Raises OSError, ENOTSUP where none can be."""
+    """Create a hard link; of a link, to the link itself. Raises OSError, ENOTSUP where there are none."""
     try:
         os.link(source, target, follow_symlinks=False)
     except (AttributeError, NotImplementedError):

@@ -1,7 +1,7 @@
-"""The plain tree: what YAML says, with the place of every key and value.
+"""The plain tree of a YAML file, with the place of every key and value.
 
-``Map`` and ``Seq`` are an ordinary dict and list that also remember where their keys and values were written, so later
-stages work on plain values and can still name file, line and column. Nothing changes a tree after it was made.
+``Map`` and ``Seq`` are an ordinary dict and list that also know where their keys and values were written. A tree does
+not change after it was made.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ Path = tuple[str | int, ...]
 
 
 class Instance(NamedTuple):
-    """How a piece of the tree came to stand where it is: included or instantiated at ``span``, within ``parent``.
+    """How a piece of the tree got to its place: included or instantiated at ``span``, within ``parent``.
 
-    ``made`` is true for a part, a sensor type and the round of a loop, which make something; an include only reads it.
-    ``prefix`` is what a part has before its names, with those of the parts around it.
+    ``made`` is true for a part, a sensor type and the round of a loop, false for an include. ``prefix`` is what a part
+    puts before its names, with the prefixes of the parts around it.
     """
 
     message: str
@@ -43,7 +43,7 @@ class Instance(NamedTuple):
 class Include(Instance):
     """An include of a file; ``included`` has the include of each file of the description, by its name.
 
-    Entries of several files may be in one section, which knows the include of one of them.
+    A section may have entries of several files, but knows one include.
     """
 
     included: dict[str, Include]
@@ -55,7 +55,7 @@ def _including(via: Instance | None, span: Span) -> Instance | None:
 
 
 class Map(dict[str, "Any"]):
-    """A mapping with the spans of its keys and values; ``via`` tells how it came here, None for the root file."""
+    """A mapping with the spans of its keys and values; ``via`` is how it got here, None for the root file."""
 
     __slots__ = ("key_spans", "span", "value_spans", "via")
 
@@ -66,7 +66,7 @@ class Map(dict[str, "Any"]):
         self.value_spans: dict[str, Span] = {}
 
     def put(self, key: str, value: Any, key_span: Span, value_span: Span) -> None:
-        """Set ``key`` and remember where key and value were written."""
+        """Set ``key``, with the places of key and value."""
         self[key] = value
         self.key_spans[key] = key_span
         self.value_spans[key] = value_span
@@ -77,28 +77,20 @@ class Map(dict[str, "Any"]):
             self.put(key, value, span, span)
 
     def locate(self, path: Sequence[str | int], key: bool = False) -> Place:
-        """Return the place of ``path``, or of its longest prefix that exists.
-
-        With ``key`` the place of the last key instead of its value.
-        """
+        """Return the place of ``path``, as the function ``locate``."""
         return locate(self, path, key)
 
     def calculated(self) -> list[str]:
-        """Return the keys whose values are to be calculated: an expression stands somewhere in them."""
+        """Return the keys whose values contain expressions."""
         return [key for key, value in self.items() if _has_expression(value)]
 
-    def at(self, path: Path) -> Any:
-        """Return the value at a path; None if there is none."""
-        return at(self, path)
-
     def has(self, path: Path) -> bool:
-        """Say whether there is a value at a path."""
+        """Return True if there is a value at a path."""
         return exists(self, path)
 
     def copied(self) -> Map:
         """Return a mapping of the same entries, which may grow."""
-        made = Map(self.span, self.via)
-        made.update(self)
+        made = self.by(self.via)
         made.key_spans, made.value_spans = self.key_spans.copy(), self.value_spans.copy()
         return made
 
@@ -128,19 +120,19 @@ class Seq(list["Any"]):
         self.value_spans: list[Span] = []
 
     def put(self, value: Any, span: Span) -> None:
-        """Append ``value`` and remember where it was written."""
+        """Append ``value``, with its place."""
         self.append(value)
         self.value_spans.append(span)
 
 
 class Text(str):
-    """Text that stood in quotes; plain scalars are ordinary ``str``. Equal to the same text without quotes."""
+    """Text in quotes; plain scalars are ordinary ``str``. Equal to the same text without quotes."""
 
     __slots__ = ()
 
 
 class Kept(Text):
-    """Elements of XML among the sections of a part or the rounds of a loop: text that knows how it came there."""
+    """Elements of XML in a part or a loop: text that knows how it got to its place."""
 
     __slots__ = ("via",)
     via: Instance | None
@@ -152,7 +144,7 @@ class Kept(Text):
 
 
 class Place(NamedTuple):
-    """Where a path of a tree was written, and how that piece came there."""
+    """Where a path of a tree was written, and how that piece got there."""
 
     span: Span
     via: Instance | None
@@ -168,66 +160,54 @@ class Place(NamedTuple):
 
 
 def _has_expression(value: Any) -> bool:
-    if isinstance(value, Map):
-        return any(map(_has_expression, value.values()))
-    if isinstance(value, Seq):
-        return any(map(_has_expression, value))
+    if isinstance(value, (Map, Seq)):
+        return any(map(_has_expression, value.values() if isinstance(value, Map) else value))
     return isinstance(value, str) and "${" in value
 
 
 def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Place:
-    """Return the place of ``path``, or of its longest prefix that exists.
-
-    With ``key`` the place of the last key instead of its value.
-    """
+    """Return the place of ``path``, or of its longest prefix that exists; with ``key`` that of the last key."""
     node: Any = tree
     span, via = tree.span, tree.via
     for depth, step in enumerate(path):
-        if isinstance(node, Map) and step in node:
-            name = str(step)
-            want_key = key and depth == len(path) - 1
-            span = (node.key_spans if want_key else node.value_spans)[name]
-        elif isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node):
-            span = node.value_spans[step]
-        else:
+        if not has(node, step):
             break
-        node = node[step]
+        spans = node.key_spans if key and depth == len(path) - 1 and isinstance(node, Map) else node.value_spans
+        span, node = spans[step], node[step]
         via = nearer(via, getattr(node, "via", None))
     return Place(span, via)
 
 
 def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
-    """Return how a piece came here, given how what holds it came.
+    """Return how a piece got here, given how its parent did.
 
-    A piece without expressions is shared by all instances of a part: it does not know of them, what holds it does.
+    A piece without expressions is shared by all instances of a part: only its parent knows the instance.
     """
     if own is None or outer is None or not outer.made:
         return own or outer
-    step: Instance | None = own
-    while step is not None and step is not outer:
-        step = step.parent
-    return own if step is outer else outer
+    return own if _is_within(own, outer) else outer
+
+
+def _is_within(inner: Instance | None, outer: Instance | None) -> bool:
+    while inner is not None and inner is not outer:
+        inner = inner.parent
+    return inner is outer
 
 
 def maker(tree: Map, path: Path) -> Instance | None:
-    """Return how that came to be what holds the value at a path, which is there: what its expressions knew of.
-
-    What several parts hold that came to the same knows of one of them, and is of each.
-    """
+    """Return the instance of the parent of the value at an existing path: the scope of its expressions."""
     node: Any = tree
     for step in path[:-1]:
         node = node[step]
     own: Instance | None = node.via
     if own is None or not own.made:
         return own
-    near = outer = locate(tree, path[:-1]).via
-    while outer is not None and outer is not own:
-        outer = outer.parent
-    return near if outer is None else own
+    near = locate(tree, path[:-1]).via
+    return own if near is not None and _is_within(near, own) else near  # a shared piece knows one of its instances
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
-    """Return what stands before the names of the part that the value at a path was written in; "" outside of parts.
+    """Return the prefix of the part that the value at a path was written in, or an empty string.
 
     With ``outside`` that of the part around it.
     """
@@ -238,12 +218,12 @@ def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
 
 
 def exists(tree: Map, path: Path) -> bool:
-    """Say whether a tree has a value at a path."""
+    """Return True if a tree has a value at a path."""
     return follow(tree, path) == len(path)
 
 
 def at(tree: Map, path: Path) -> Any:
-    """Return the value at a path; None if there is none."""
+    """Return the value at a path, or None."""
     node: Any = tree
     for step in path:
         if not has(node, step):
@@ -255,7 +235,7 @@ def at(tree: Map, path: Path) -> Any:
 def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
     """Return where the value (or the key) at a path was written, and where it is used if that is another place.
 
-    Where the path does not exist, the place is the key of the entry that lacks it.
+    If the path does not exist, the place is the key of the entry that lacks it.
     """
     reached = follow(tree, path)
     missing = reached < len(path)
@@ -265,7 +245,7 @@ def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> t
     node: Any = tree
     for depth, step in enumerate(path):
         span, node = node.value_spans[step], node[step]
-        if not isinstance(node, (Map, Seq)) or not _apart(node.span, span):
+        if not isinstance(node, (Map, Seq)) or (node.span.source.path, node.span.line) == (span.source.path, span.line):
             continue
         last = depth == len(path) - 1
         if last and key and not missing:
@@ -274,10 +254,6 @@ def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> t
         if last:
             place = Place(node.span, node.via or place.via)
     return place, use
-
-
-def _apart(one: Span, other: Span) -> bool:
-    return (one.source.path, one.line) != (other.source.path, other.line)
 
 
 def follow(tree: Map, path: Path) -> int:
@@ -291,7 +267,7 @@ def follow(tree: Map, path: Path) -> int:
 
 
 def has(node: Any, step: str | int) -> bool:
-    """Say whether a piece of a tree has an entry of a name, or an item of a number."""
+    """Return True if a piece of a tree has an entry of a name, or an item of a number."""
     if isinstance(node, Map):
         return step in node
     return isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node)

@@ -1,12 +1,8 @@
-"""Quantities: a number with its unit, turned into SI as soon as it is read.
+"""Quantities: numbers with a unit, converted to SI as soon as they are read.
 
-A ``Quantity`` is a float in SI units that also knows its dimension, so that a mass where a length belongs can be
-reported. A bare number has no dimension: it is taken to be in SI units already.
-
-Dimensions are exponents of (metre, kilogram, second, radian). The radian is kept apart on purpose: SI counts it as 1,
-but a length written where an angle belongs is a mistake worth reporting.
-Unit values: the SI brochure (BIPM, 9th edition); the inch and the pound are exact by definition (international yard
-and pound agreement, 1959).
+Dimensions are exponents of (metre, kilogram, second, radian). SI counts the radian as 1, but a length in the place of
+an angle is a mistake worth reporting. A bare number has no dimension: it is in SI units.
+Unit values: the SI brochure (BIPM, 9th edition); inch and pound: international yard and pound agreement, 1959.
 """
 
 from __future__ import annotations
@@ -27,38 +23,23 @@ TORQUE: Dimension = (2, 1, -2, 0)
 INERTIA: Dimension = (2, 1, 0, 0)
 _UNIT_OF = {LENGTH: "m", ANGLE: "rad", MASS: "kg", TIME: "s", TORQUE: "N*m", INERTIA: "kg*m^2"}
 
+_SPEED: Dimension = (1, 0, -1, 0)
+_TURNING: Dimension = (0, 0, -1, 1)
+_FREQUENCY: Dimension = (0, 0, -1, 0)
+_UNITS: tuple[tuple[Dimension, dict[str, float]], ...] = (
+    (LENGTH, {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254, "ft": 0.3048}),
+    (MASS, {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237}),
+    (TIME, {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}),
+    (_FREQUENCY, {"Hz": 1.0, "kHz": 1e3}),
+    (ANGLE, {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": math.pi / 10800, "rev": 2 * math.pi}),
+    (_TURNING, {"rpm": 2 * math.pi / 60}),
+    (FORCE, {"N": 1.0, "kN": 1e3, "kgf": 9.80665}),
+    (TORQUE, {"Nm": 1.0, "J": 1.0}),
+    ((2, 1, -3, 0), {"W": 1.0}),
+    ((-1, 1, -2, 0), {"Pa": 1.0}),
+)
 UNITS: dict[str, tuple[float, Dimension]] = {
-    "m": (1.0, LENGTH),
-    "km": (1e3, LENGTH),
-    "cm": (1e-2, LENGTH),
-    "mm": (1e-3, LENGTH),
-    "um": (1e-6, LENGTH),
-    "inch": (0.0254, LENGTH),
-    "ft": (0.3048, LENGTH),
-    "kg": (1.0, MASS),
-    "g": (1e-3, MASS),
-    "mg": (1e-6, MASS),
-    "lb": (0.45359237, MASS),
-    "s": (1.0, TIME),
-    "ms": (1e-3, TIME),
-    "us": (1e-6, TIME),
-    "min": (60.0, TIME),
-    "h": (3600.0, TIME),
-    "Hz": (1.0, (0, 0, -1, 0)),
-    "kHz": (1e3, (0, 0, -1, 0)),
-    "rad": (1.0, ANGLE),
-    "mrad": (1e-3, ANGLE),
-    "deg": (math.pi / 180, ANGLE),
-    "arcmin": (math.pi / 10800, ANGLE),
-    "rev": (2 * math.pi, ANGLE),
-    "rpm": (2 * math.pi / 60, (0, 0, -1, 1)),
-    "N": (1.0, FORCE),
-    "kN": (1e3, FORCE),
-    "kgf": (9.80665, FORCE),
-    "Nm": (1.0, TORQUE),
-    "J": (1.0, TORQUE),
-    "W": (1.0, (2, 1, -3, 0)),
-    "Pa": (1.0, (-1, 1, -2, 0)),
+    name: (value, dimension) for dimension, values in _UNITS for name, value in values.items()
 }
 
 # The dimensions that a parameter can be declared to have, by the word for it.
@@ -70,9 +51,9 @@ DIMENSIONS: dict[str, Dimension] = {
     "force": FORCE,
     "torque": TORQUE,
     "inertia": INERTIA,
-    "speed": (1, 0, -1, 0),
-    "angular_speed": (0, 0, -1, 1),
-    "frequency": (0, 0, -1, 0),
+    "speed": _SPEED,
+    "angular_speed": _TURNING,
+    "frequency": _FREQUENCY,
     "density": (-3, 1, 0, 0),
 }
 
@@ -85,9 +66,9 @@ _NAMES: dict[Dimension, str] = {
     FORCE: "a force (N)",
     TORQUE: "a torque (N*m)",
     INERTIA: "a moment of inertia (kg*m^2)",
-    (1, 0, -1, 0): "a speed (m/s)",
-    (0, 0, -1, 1): "an angular speed (rad/s)",
-    (0, 0, -1, 0): "a frequency (Hz)",
+    _SPEED: "a speed (m/s)",
+    _TURNING: "an angular speed (rad/s)",
+    _FREQUENCY: "a frequency (Hz)",
     (2, 0, 0, 0): "an area (m^2)",
     (3, 0, 0, 0): "a volume (m^3)",
     (-3, 1, 0, 0): "a density (kg/m^3)",
@@ -121,7 +102,7 @@ class Quantity(float):
     @staticmethod
     @lru_cache(maxsize=1_000)
     def parse(text: str) -> Quantity | None:
-        """Return the quantity that ``text`` says ("12.5 mm"), or None if it is not a number and a known unit."""
+        """Return the quantity of a text such as "12.5 mm", or None if it is not a number and a known unit."""
         match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
         unit = parse_unit(match[2]) if match else None
         if match is None or unit is None:
@@ -143,7 +124,7 @@ class Quantity(float):
         return describe(self.dimension)
 
     def goes_with(self, value: float) -> bool:
-        """Say whether a value is of the same dimension, or a bare number."""
+        """Return True for a value of the same dimension, or a bare number."""
         return dimension_of(value) in (None, self.dimension)
 
     @property
@@ -171,7 +152,7 @@ def in_si(value: float, dimension: Dimension) -> Quantity:
 
 
 def has_unit(value: object) -> bool:
-    """Say whether a value is a quantity, and not by being a bare number where a dimension is declared (``in_si``)."""
+    """Return True for a quantity that was written with its unit, and not converted by ``in_si``."""
     return isinstance(value, Quantity) and _BARE.match(value.text) is None
 
 
@@ -205,6 +186,7 @@ def parse_unit(text: str) -> tuple[float, Dimension] | None:
     return (value, dimension) if end == len(text) else None
 
 
+@lru_cache(maxsize=1_000)
 def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
     """Return the dimension of a product: the exponents of ``first`` plus ``times`` those of ``second``."""
     a, b, c, d = (x + times * y for x, y in zip(first, second, strict=True))
@@ -221,6 +203,6 @@ def _scaled(number: str, factor: float) -> float:
 
 
 def unknown_unit(text: str) -> str | None:
-    """Return the unit of a text that looks like a quantity but has a unit nobody knows; else None."""
+    """Return the unit of a text that looks like a quantity with an unknown unit, or None."""
     match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
     return match[2] if match and parse_unit(match[2]) is None else None

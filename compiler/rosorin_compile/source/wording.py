@@ -1,4 +1,4 @@
-"""Wording: what all messages share, such as lists of names, letters that look alike, and "did you mean".
+"""Words of messages: lists of names, letters that look alike, and "did you mean".
 
 Letters that look like Latin ones are those of Unicode's list of confusables (https://www.unicode.org/reports/tr39/)
 that a keyboard of another script types.
@@ -8,22 +8,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from difflib import get_close_matches
 
 MAX_COMPARED = 60
 MAX_LISTED = 40
-MAX_MEANT = 3
+MAX_SUGGESTED = 3
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that is most like ``word``, or None if none is alike."""
-    close = _alike(word, sorted(known))
-    return close[0] if close else None
+    """Return the known word that is most similar to ``word``, or None if none is."""
+    return next(iter(_similar(word, sorted(known))), None)
 
 
-def _alike(word: str, names: list[str]) -> list[str]:
-    """Return the names that a word may stand for, the likeliest first; several only where they are equally likely."""
-    import difflib
-
+def _similar(word: str, names: list[str]) -> list[str]:
+    """Return the most similar names; several only where they are equally likely."""
     if not word.isascii() and (same := [name for name in names if look(name) == look(word)]):
         return same[:1]
     if (known := set(names)) and (slips := [made for made in swaps(word) if made in known]):
@@ -31,47 +29,42 @@ def _alike(word: str, names: list[str]) -> list[str]:
     if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
         first = "".join(_parts(word))[:1] or word[:1]  # of /laser the l
         names = [name for name in names if name[:1].casefold() == first and abs(len(name) - len(word)) < 3]
-        small = word.casefold()
-        names = [name for name in names if name.casefold() == small][:1] or names[:MAX_COMPARED]
-    parts = {name: _parts(name) for name in names} if len(word) > 1 else {}  # everything is like a single letter
+        names = [name for name in names if name.casefold() == word.casefold()][:1] or names[:MAX_COMPARED]
+    parts = {name: _parts(name) for name in names} if len(word) > 1 else {}  # everything is similar to one letter
     own = _parts(word)
-    plain = {"".join(of): name for name, of in parts.items()}
-    text = "".join(own) or word
-    if text in plain:
-        return [plain[text]]
+    for name, of in parts.items():
+        if "".join(of) == ("".join(own) or word):
+            return [name]
     if turned := [name for name, of in parts.items() if of != own and sorted(of) == sorted(own)]:
         return turned[:1]
     lower = {name.casefold(): name for name in parts}
-    if misspelt := difflib.get_close_matches(word.casefold(), lower, n=1, cutoff=0.85):
+    if misspelt := get_close_matches(word.casefold(), lower, n=1, cutoff=0.85):
         return [lower[misspelt[0]]]
-    if within := [name for name, of in parts.items() if _holds(of, own) or _holds(own, of)]:
-        return sorted(within, key=lambda name: (abs(len(name) - len(word)), name))[:MAX_MEANT]
-    alike = difflib.get_close_matches(word.casefold(), lower, n=1, cutoff=0.75 if len(word) > 3 else 0.66)
-    return [lower[one] for one in alike]
+    if within := [name for name, of in parts.items() if _contains(of, own) or _contains(own, of)]:
+        return sorted(within, key=lambda name: (abs(len(name) - len(word)), name))[:MAX_SUGGESTED]
+    return [
+        lower[one] for one in get_close_matches(word.casefold(), lower, n=1, cutoff=0.75 if len(word) > 3 else 0.66)
+    ]
 
 
 def swaps(word: str) -> Iterator[str]:
-    """Yield what a word may have been before two letters side by side changed places."""
+    """Yield each word with two neighbouring letters of ``word`` swapped."""
     for at in range(1, len(word)):
-        one, other = word[at - 1], word[at]
-        if one != other:
-            yield f"{word[: at - 1]}{other}{one}{word[at + 1 :]}"
+        if word[at - 1] != word[at]:
+            yield f"{word[: at - 1]}{word[at]}{word[at - 1]}{word[at + 1 :]}"
 
 
 def _parts(name: str) -> list[str]:
     """Return the words of a name in small letters: those of ``left_wheel`` are left and wheel."""
-    return [part for part in _BETWEEN.split(name.casefold()) if part]
+    return [part for part in re.split(r"[\W_]+", name.casefold()) if part]
 
 
-_BETWEEN = re.compile(r"[\W_]+")
-
-
-def _holds(longer: list[str], shorter: list[str]) -> bool:
-    """Say whether the words of one name stand in another, side by side, or begin or end it without a gap."""
-    one, other = "".join(longer), "".join(shorter)
-    if len(other) < 3 or len(one) <= len(other):
+def _contains(longer: list[str], shorter: list[str]) -> bool:
+    """Return True if one name contains the words of another in a row, or begins or ends with them."""
+    long, short = "".join(longer), "".join(shorter)
+    if len(short) < 3 or len(long) <= len(short):
         return False
-    if len(other) > 3 and (one.startswith(other) or one.endswith(other)):
+    if len(short) > 3 and (long.startswith(short) or long.endswith(short)):
         return True
     return any(longer[i : i + len(shorter)] == shorter for i in range(len(longer) - len(shorter) + 1))
 
@@ -84,12 +77,11 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
     if otherwise:
         return or_else(did_you_mean(word, known), otherwise)
     names = sorted(known)
-    close = _alike(word, names)
-    if close:
+    if close := _similar(word, names):
         quoted = [f'"{name}"' for name in close]
-        told = f"did you mean {' or '.join(quoted)}?"
-        alike = not (word + close[0]).isascii() and look(word) == look(close[0])
-        return told + (f" the two differ in {difference(word, close[0])}" if alike else "")
+        looks_same = not (word + close[0]).isascii() and look(word) == look(close[0])
+        reason = f" the two differ in {difference(word, close[0])}" if looks_same else ""
+        return f"did you mean {' or '.join(quoted)}?{reason}"
     return f"known: {first_of(names, MAX_LISTED)}" if names else ""
 
 
@@ -116,7 +108,7 @@ _WORD = re.compile(r"[^\W\d_]+")
 
 
 def unseen(name: str) -> str:
-    r"""Return the first letter of a name that nobody sees: a control character, a bidi mark, one without width.
+    r"""Return the first invisible letter of a name: a control character, a bidi mark, one without width.
 
     >>> unseen("laser"), unseen("größe"), unseen("la\u200bser") == "\u200b"
     ('', '', True)
@@ -132,7 +124,7 @@ def unseen(name: str) -> str:
 
 
 def foreign(name: str) -> str:
-    r"""Return the first letter of another script that stands in a Latin word and looks as if it belonged there.
+    r"""Return the first letter of another script that looks like a Latin one, in a word with Latin letters.
 
     >>> foreign("base_link"), foreign("joint_\u043e"), foreign("b\u0430se_link") == "\u0430"
     ('', '', True)
@@ -140,10 +132,9 @@ def foreign(name: str) -> str:
     if name.isascii():
         return ""
     for word in _WORD.findall(name):
-        if any(letter.isascii() for letter in word):
-            found = next((letter for letter in word if ord(letter) in LATIN), "")
-            if found:
-                return str(found)
+        foreign_letters = [letter for letter in word if ord(letter) in LATIN]
+        if foreign_letters and any(letter.isascii() for letter in word):
+            return foreign_letters[0]
     return ""
 
 
@@ -178,13 +169,13 @@ def difference(name: str, other: str) -> str:
     r"""Return in words in what a name differs from another one that looks like it.
 
     >>> difference("Arm", "arm"), difference("la\u200bser", "laser")
-    ('upper and lower case', 'U+200B ZERO WIDTH SPACE, which nobody sees')
+    ('upper and lower case', 'U+200B ZERO WIDTH SPACE, which is invisible')
     """
     from unicodedata import normalize
 
     for one, another in ((name, other), (other, name)):
         if unseen(one) and unseen(one) not in another:
-            return f"{in_words(unseen(one))}, which nobody sees"
+            return f"{in_words(unseen(one))}, which is invisible"
     if normalize("NFC", name) == normalize("NFC", other):
         return "the Unicode form (NFC, NFD)"
     if name.casefold() == other.casefold():

@@ -1,15 +1,9 @@
-"""YAML mistakes: why a text is not YAML, in the words of whoever wrote it.
-
-The parser (libyaml) says at which character it gave up, and what it had begun before: ``Trouble``. Each function of
-``_CAUSES`` knows one family of mistakes and says where the mistake itself stands, which is often a line before.
-"""
+"""Explain why a text is not YAML: the mistake, and where it is, which is often a line above where the parser stops."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import yaml
@@ -19,344 +13,264 @@ from .project import data_folder
 from .wording import printable
 
 _CLOSING = {"[": "]", "{": "}"}
-_COMMENTS = ("//", "/*", "<!--", "--")
 _QUOTE = "put the text in quotes"
-_COLON_IN_TEXT = 'a text with a ":" stands here without quotes'
-_ITEM = re.compile(r"(- +)*")
 _COLON = re.compile(r":(\s|$)")
+_ITEM = re.compile(r" *(- +)*")
+_FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
+_IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
+_BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a text of lines", "|": "a text of lines"}
 
 
-class Trouble(NamedTuple):
-    """What the parser complains of at ``line``, ``column``, and what was begun at ``begun``; all count from 1."""
-
-    source: Source
-    what: str
+class _Place(NamedTuple):
     line: int
     column: int
-    begun: tuple[int, int]
 
-    @property
-    def text(self) -> str:
-        """The line at which the parser gave up."""
-        return self.source.line(self.line)
 
-    @property
-    def before(self) -> str:
-        """What stands before that place in its line."""
-        return self.text[: self.column - 1]
-
-    @property
-    def letter(self) -> str:
-        """The character at that place."""
-        return self.text[self.column - 1 : self.column]
-
-    def describe(
-        self, message: str, help: str, line: int, column: int, length: int = 1, and_here: str = ""
-    ) -> Diagnostic:
-        """Return the diagnostic, with the place where the parser gave up if ``and_here`` says what it is."""
-        related = [Related(and_here, Span(self.source, self.line, self.column))] if and_here else []
-        return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
+# What libyaml reports, the mistake, the way out, and whether it is where a context began. Tried in this order, after
+# the mistakes that need a look at the lines. {letter} is the character where the parser stopped.
+_REPORTS = (
+    ("cannot start any token", 'no text begins with "{letter}"', _QUOTE, False),
+    ("block sequence entries are not", "a list cannot begin behind its key", "begin it on the next line", False),
+    ("could not find expected ':'", 'a ":" is missing here', "write NAME: VALUE", True),
+    ("directive", 'a line with "%" is for YAML itself', "remove it", True),
+)
 
 
 def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
-    """Return what is wrong with a text that the parser of YAML refuses."""
+    """Return the diagnostic of a text that the parser of YAML refuses."""
     if isinstance(problem, yaml.reader.ReaderError):
         before = source.text[: problem.position]
         span = Span(source, before.count("\n") + 1, len(before) - before.rfind("\n"))
         return error("yaml-syntax", "control characters are not allowed in YAML", span, "remove it")
-    begun = getattr(problem, "context_mark", None)
-    mark = getattr(problem, "problem_mark", None) or begun
-    line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-    begun_at = (begun.line + 1, begun.column + 1) if begun else (line, column)
-    what = f"{getattr(problem, 'context', None) or ''}: {getattr(problem, 'problem', None) or ''}"
-    trouble = Trouble(source, what, line, column, begun_at)
-    for cause in _CAUSES:
-        told = cause(trouble)
-        if told is not None:
-            return told
-    return trouble.describe("YAML cannot be read on from here", f"indent with spaces; {_QUOTE}", line, column)
+    return _Failure(source, problem).explain()
 
 
-def _conflict(trouble: Trouble) -> Diagnostic | None:
-    mark = _CONFLICT.search(trouble.source.text)
-    if mark is None:
-        return None
-    line = trouble.source.text.count("\n", 0, mark.start()) + 1
-    help = "choose a version between <<<<<<< and >>>>>>>, and remove the marks"
-    return trouble.describe("a conflict of a merge is not resolved", help, line, 1, 7)
+class _Failure:
+    """Where libyaml stopped (``at``), what it had begun before (``begun``), and its words (``what``)."""
 
+    def __init__(self, source: Source, problem: yaml.YAMLError) -> None:
+        begun = getattr(problem, "context_mark", None)
+        mark = getattr(problem, "problem_mark", None) or begun
+        self.source = source
+        self.at = _Place(mark.line + 1, mark.column + 1) if mark else _Place(1, 1)
+        self.begun = _Place(begun.line + 1, begun.column + 1) if begun else self.at
+        self.what = f"{getattr(problem, 'context', None) or ''}: {getattr(problem, 'problem', None) or ''}"
+        self.text = source.line(self.at.line)
+        self.before, self.rest = self.text[: self.at.column - 1], self.text[self.at.column - 1 :]
+        self.letter = self.rest[:1]
 
-def _tab(trouble: Trouble) -> Diagnostic | None:
-    blank = trouble.text[: len(trouble.text) - len(trouble.text.lstrip())]
-    if "\t" not in blank:
-        return None
-    help = "YAML allows no tab for indentation; use spaces"
-    return trouble.describe("a tab indents this line", help, trouble.line, blank.index("\t") + 1)
+    def report(
+        self, message: str, help: str, place: tuple[int, int] | None = None, length: int = 1, and_here: str = ""
+    ) -> Diagnostic:
+        """Return the diagnostic at a place, by default where the parser stopped; ``and_here`` describes that one."""
+        span = Span(self.source, *(place or self.at), max(1, length))
+        related = [Related(and_here, Span(self.source, *self.at))] if and_here else []
+        return error("yaml-syntax", message, span, help, related)
 
+    def explain(self) -> Diagnostic:
+        if mark := _CONFLICT.search(self.source.text):
+            place = (self.source.text.count("\n", 0, mark.start()) + 1, 1)
+            return self.report("a merge conflict is not resolved", "choose a version, remove the marks", place, 7)
+        if "\t" in (blank := self.text[: len(self.text) - len(self.text.lstrip())]):
+            return self.report("a tab indents this line", "use spaces", (self.at.line, blank.index("\t") + 1))
+        if self.before.endswith("$") and self.letter == "{":
+            place = (self.at.line, self.at.column - 1)
+            help = 'inside [ ] and { } an expression needs quotes: "${...}"'
+            return self.report("this expression needs quotes", help, place, 2)
+        for number in range(self.begun.line, self.at.line + 1) if "parsing a flow" in self.what else ():
+            if found := _FOREIGN_COMMENT.match(self.source.line(number)):
+                return self.foreign_comment(number, found)
+        explained = self.quote() or self.after_a_value() or self.bracket() or self.colon() or self.indentation()
+        return explained or self.beginning()
 
-def _expression(trouble: Trouble) -> Diagnostic | None:
-    if not trouble.before.endswith("$") or trouble.letter != "{":
-        return None
-    help = 'inside [ ] and { } an expression needs quotes: "${...}"'
-    return trouble.describe("an expression stands here without quotes", help, trouble.line, trouble.column - 1, 2)
+    def foreign_comment(self, line: int, found: re.Match[str]) -> Diagnostic:
+        message = f'"{found[1]}" does not begin a comment'
+        return self.report(message, 'a comment begins with "#"', (line, found.start(1) + 1), len(found[1]))
 
+    def quote(self) -> Diagnostic | None:
+        begun: tuple[int, int] = self.begun
+        if "quoted scalar" not in self.what:
+            quoted = self.quoted_before()  # closed only by the next quote, in a later line
+            if quoted is None or quoted.start_mark.line == quoted.end_mark.line:
+                return None
+            begun = quoted.start_mark.line + 1, quoted.start_mark.column + 1
+        elif "escape" in self.what:
+            help = "use single quotes, or write the backslash twice"
+            return self.report(f'"{self.rest[:2]}" has no meaning in double quotes', help, length=2)
+        return self.report("this quote is not closed", "close it where the text ends", begun)
 
-def _comment_of_others(trouble: Trouble) -> Diagnostic | None:
-    for number in range(trouble.begun[0], trouble.line + 1) if "parsing a flow" in trouble.what else ():
-        line = trouble.source.line(number)
-        if line.lstrip().startswith(_COMMENTS):
-            return _comment(trouble, number, _indent(line) + 1)
-    return None
+    def quoted_before(self) -> Any:
+        """Return the token in quotes that ends just before the place, or None."""
+        end, found = (self.at.line - 1, len(self.before.rstrip())), None
+        try:
+            scanner = getattr(yaml, "CLoader", yaml.Loader)(self.source.text)
+            while (token := scanner.get_token()) is not None and token.start_mark.line < self.at.line:
+                if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
+                    found = token
+        except yaml.YAMLError:
+            pass
+        return found if found and (found.end_mark.line, found.end_mark.column) == end else None
 
-
-def _quote_open(trouble: Trouble) -> Diagnostic | None:
-    """Find a quote that is not closed, or closed only by the next quote in a later line."""
-    begun = trouble.begun
-    if "quoted scalar" not in trouble.what:
-        quoted = _quoted_before(trouble)
-        if quoted is None or quoted.start_mark.line == quoted.end_mark.line:
+    def after_a_value(self) -> Diagnostic | None:
+        before, rest = self.before.rstrip(), self.rest.strip()
+        if not before.endswith(("'", '"', "]", "}")) or not rest or "did not find expected" not in self.what:
             return None
-        begun = quoted.start_mark.line + 1, quoted.start_mark.column + 1
-    elif "escape" in trouble.what:
-        escape = trouble.text[trouble.column - 1 :][:2]
-        help = "use single quotes, or write the backslash twice"
-        return trouble.describe(
-            f'"{escape}" means nothing between double quotes', help, trouble.line, trouble.column, 2
-        )
-    return trouble.describe("this quote is not closed", "close it where the text ends", *begun)
+        if before[-1] in "'\"":
+            escape = "''" if before[-1] == "'" else '\\"'
+            return self.report("the text continues after its closing quote", f"write {escape} within it")
+        if "block" not in self.what or rest[0] in ":,":
+            return None
+        if rest[0] in "]}":
+            return self.report(f'"{rest[0]}" closes nothing', "remove it, or open it before")
+        word = printable(rest.split()[0])
+        help = f'a comment begins with "#"; each number has its own unit: [0, 0, 20 {word}]'
+        help = help if re.fullmatch(r"[a-zA-Z]{1,3}", word) and before[-1] == "]" else 'a comment begins with "#"'
+        return self.report(f'"{word}" is after the closing "{before[-1]}"', help, length=len(word))
 
+    def bracket(self) -> Diagnostic | None:
+        if "found unexpected ':'" in self.what:
+            return self.report('this ":" has no value', "write a space and the value behind it")
+        if "',' or" not in self.what:
+            return None
+        opened = self.source.line(self.begun.line)[self.begun.column - 1 :][:1]
+        closing = _CLOSING.get(opened, "]")
+        if self.letter and self.letter in "]}":
+            message = f'this "{opened}" is not closed before the "{self.letter}"'
+            return self.report(message, f'add "{closing}"', self.begun, and_here=f'the "{self.letter}"')
+        if not self.is_closed():
+            next_entry = "something else begins here" if self.text.strip() else ""
+            return self.report(f'this "{opened}" is not closed', f'add "{closing}"', self.begun, and_here=next_entry)
+        piece = re.split(r"[,\[\]{}]", self.before)[-1]
+        text, start = piece.strip(), len(self.before) - len(piece.lstrip())
+        word = text.split()[-1] if text else ""
+        value = text[: -len(word)].rstrip() if word != text or self.at.line == self.begun.line else "above"
+        if self.letter == ":" and value and not value.endswith(":") and word in _keys():
+            place = (self.at.line, start + 1 + len(text) - len(word))
+            return self.report(f'a "," is missing before "{word}"', "add it", place, len(word))
+        if self.letter == ":" and ": " in text:
+            value = text.partition(": ")[2].lstrip()
+            place = (self.at.line, start + 1 + len(text) - len(value))
+            return self.report('a text with ":" needs quotes', _QUOTE, place, len(value) + 1)
+        return self.report(f'a "," or the closing "{closing}" is missing here', f"add it, or {_QUOTE}")
 
-def _quoted_before(trouble: Trouble) -> Any:
-    """Return the token of the text in quotes that ends just before the place; None if there is none."""
-    before = trouble.before.rstrip()
-    if not before.endswith(("'", '"')):
+    def is_closed(self) -> bool:
+        """Return True if the bracket that was begun is closed anywhere behind it."""
+        lines = self.source.text.splitlines()[self.begun.line - 1 :]
+        rest, depth = "\n".join(lines)[self.begun.column - 1 :], 0
+        for found in _IN_BRACKETS.finditer(rest):
+            depth += (found[0] in "[{") - (found[0] in "]}")
+            if depth == 0 and found[0] in "]}":
+                return True
+        return False
+
+    def colon(self) -> Diagnostic | None:
+        not_allowed = "mapping values are not allowed" in self.what
+        if not_allowed and (found := _COLON.search(self.before)):
+            value = self.before[found.end() :]
+            place = (self.at.line, found.end() + 1 + len(value) - len(value.lstrip()))
+            return self.report('a text with ":" needs quotes', _QUOTE, place, len(value.strip()))
+        if not_allowed or self.what.endswith("could not find expected ':'"):
+            number = self.begun.line if "simple key" in self.what else self.line_above(self.at.line)
+            while number and _is_bare(self.source.line(number)):
+                above = self.line_above(number)
+                is_item = self.source.line(number).lstrip().startswith("- ")
+                if is_item or not above or not _is_bare(self.source.line(above)):
+                    return self.bare_line(number)
+                number = above
+        number = self.line_above(self.at.line)
+        if not_allowed and number and _COLON.search(above_text := self.source.line(number)):
+            name, indent = _name_of(above_text), _key_indent(above_text)
+            message = f'this line is indented below "{name}", which already has a value'
+            return self.report(message, f'indent it by {indent}, as "{name}"', (self.at.line, _indent(self.text) + 1))
         return None
-    found = None
-    try:
-        scanner = getattr(yaml, "CLoader", yaml.Loader)(trouble.source.text)
-        while (token := scanner.get_token()) is not None and token.start_mark.line < trouble.line:
-            if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
-                found = token
-    except yaml.YAMLError:
-        pass
-    return found if found and (found.end_mark.line, found.end_mark.column) == (trouble.line - 1, len(before)) else None
 
+    def bare_line(self, number: int) -> Diagnostic:
+        """Report a line that has no key, or a sign in the place of the colon."""
+        line = self.source.line(number)
+        column = _key_indent(line) + 1
+        text = line[column - 1 :].strip()
+        place = (number, column)
+        if found := _FOREIGN_COMMENT.match(line):
+            return self.foreign_comment(number, found)
+        if text.startswith("<"):
+            return self.report("this is XML within YAML", "keep it as text under urdf_elements", place, len(text))
+        if found := re.match(r"([\w.-]+)\s*(:=|[:=\uff1a])\s*(\S.*)?$", text):
+            name, sign, value = found.groups()
+            message = 'a space is missing after the ":"' if sign == ":" else f'"{sign}" is in the place of ":"'
+            return self.report(message, f"write {printable(f'{name}: {value}')}", place, len(text))
+        name, _, value = text.partition(" ")
+        is_prose = len(text.split()) > 3 or text[-1] in ".,;!"
+        help = 'a comment begins with "#"' if is_prose else f"write {printable(f'{name}: {value.strip()}')}"
+        return self.report('a ":" is missing in this line', help, place, len(text))
 
-def _after_a_value(trouble: Trouble) -> Diagnostic | None:
-    """Find text that goes on where a value has ended: behind a quote or a bracket."""
-    before, rest = trouble.before.rstrip(), trouble.text[trouble.column - 1 :].strip()
-    if not before.endswith(("'", '"', "]", "}")) or not rest or "did not find expected" not in trouble.what:
-        return None
-    at = (trouble.line, trouble.column)
-    if before[-1] in "'\"":
-        help = f"within such quotes write {before[-1] * 2}" if before[-1] == "'" else 'within such quotes write \\"'
-        return trouble.describe("the text goes on after its closing quote", f"{help}, or use the other kind", *at)
-    if "block" not in trouble.what or rest[0] in ":,":
-        return None
-    if rest[0] in "]}":
-        return trouble.describe(f'this "{rest[0]}" closes nothing', "remove it, or open it before", *at)
-    from .units import parse_unit
+    def indentation(self) -> Diagnostic | None:
+        if "expected key" not in self.what and "'-' indicator" not in self.what:
+            return None
+        if self.before.strip() or not self.text.strip():
+            return None
+        indent = _indent(self.text)
+        levels: dict[int, str] = {}  # the entries that are open above
+        number = self.line_above(self.at.line)
+        while number:
+            above = self.source.line(number)
+            for level in (_key_indent(above), _indent(above)):
+                if level < min(levels, default=1_000) and _COLON.search(above):
+                    levels[level] = _name_of(above)
+            number = self.line_above(number)
+        place = (self.at.line, indent + 1)
+        if "'-' indicator" in self.what and indent == self.begun.column - 1:
+            return self.report('an item of this list has no "- "', "indent it deeper, to belong to the above", place)
+        if self.letter == "-" and indent in levels:
+            return self.report("an item of a list is among keys", "indent it under the key of its list", place)
+        near = sorted(levels, key=lambda level: (abs(level - indent), level))[:2]
+        help = ", or ".join(f'by {level}, as "{levels[level]}"' for level in near)
+        message = f"this line is indented by {indent} spaces, as no entry above it is"
+        return self.report(message, f"indent it {help}" if help else "", place)
 
-    word = printable(rest.split()[0])
-    help = 'remove it; a comment begins with "#"'
-    if parse_unit(word):
-        help = f"each number has its own unit: [0, 0, 20 {word}]"
-    return trouble.describe(f'"{word}" stands after the closing "{before[-1]}"', help, *at, len(word))
+    def beginning(self) -> Diagnostic:
+        """Report a value that begins with a character to which YAML gives a meaning."""
+        for words, message, help, at_begun in _REPORTS:
+            if words in self.what:
+                place = self.begun if at_begun else self.at
+                return self.report(message.format(letter=printable(self.letter)), help, place)
+        text = self.source.text
+        if "expected node content" in self.what and not self.letter:
+            if (last := max(map(text.rfind, _CLOSING))) >= 0:
+                place = (text.count("\n", 0, last) + 1, last - text.rfind("\n", 0, last))
+                return self.report(f'this "{text[last]}" is not closed', f'add "{_CLOSING[text[last]]}"', place)
+        elif "expected node content" in self.what and self.letter == ",":
+            return self.report('a value is missing before this ","', "write the value, or remove the comma")
+        elif "expected node content" in self.what:
+            return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
+        first = self.source.line(self.begun.line)[self.begun.column - 1 :][:1]
+        if first in _BEGINNINGS and self.what.startswith(
+            ("while scanning", "while parsing a node", "while parsing a t")
+        ):
+            return self.report(f'"{first}" begins {_BEGINNINGS[first]} here', _QUOTE, self.begun)
+        if "<document start>" in self.what:
+            if text.startswith("%"):
+                return self.report('a line with "%" is for YAML itself', "remove it", (1, 1))
+            return self.report("the description ends before this", "remove it, or the closing bracket above")
+        return self.report("YAML cannot be parsed from here on", f"indent with spaces; {_QUOTE}")
 
-
-def _bracket(trouble: Trouble) -> Diagnostic | None:
-    """Find a bracket that is not closed, or by the wrong one; a comma or quotes missing within."""
-    if "found unexpected ':'" in trouble.what:
-        help = "write a space behind it, and the value: {NAME: VALUE}"
-        return trouble.describe('nothing stands behind this ":"', help, trouble.line, trouble.column)
-    if "',' or" not in trouble.what:
-        return None
-    opened = trouble.source.line(trouble.begun[0])[trouble.begun[1] - 1 :][:1]
-    closing = _CLOSING.get(opened, "]")
-    if trouble.letter and trouble.letter in "]}":
-        message = f'this "{opened}" is not closed before the "{trouble.letter}"'
-        return trouble.describe(message, f'add "{closing}"', *trouble.begun, and_here=f'the "{trouble.letter}"')
-    if not _is_closed(trouble.source, *trouble.begun):
-        goes_on = "here something else begins" if trouble.text.strip() else ""
-        return trouble.describe(f'this "{opened}" is not closed', f'add "{closing}"', *trouble.begun, and_here=goes_on)
-    return _comma(trouble, closing)
-
-
-def _comma(trouble: Trouble, closing: str) -> Diagnostic:
-    piece = re.split(r"[,\[\]{}]", trouble.before)[-1]
-    start = len(trouble.before) - len(piece.lstrip())
-    text = piece.strip()
-    word = text.split()[-1] if text else ""
-    value = text[: -len(word)].rstrip() if word != text or trouble.line == trouble.begun[0] else "above"
-    if trouble.letter == ":" and word in _keys() and value and not value.endswith(":"):
-        column = start + 1 + len(text) - len(word)
-        return trouble.describe(f'a "," is missing before "{word}"', "add it", trouble.line, column, len(word))
-    if trouble.letter == ":" and ": " in text:
-        value = text.partition(": ")[2].lstrip()
-        help = f'{_QUOTE}; if two entries are meant, add a ","'
-        return trouble.describe(_COLON_IN_TEXT, help, trouble.line, start + 1 + len(text) - len(value), len(value) + 1)
-    message = f'a "," or the closing "{closing}" is missing here'
-    return trouble.describe(message, f"add it, or {_QUOTE}", trouble.line, trouble.column)
+    def line_above(self, line: int) -> int:
+        """Return the number of the nearest line above that is neither empty nor a comment, or 0."""
+        line -= 1
+        while line and (not self.source.line(line).strip() or self.source.line(line).lstrip().startswith("#")):
+            line -= 1
+        return line
 
 
 def _keys() -> set[str]:
-    whole = json.loads((data_folder("schemas") / "description.schema.json").read_text("utf-8"))
-    return {key for part in (whole, *whole["$defs"].values()) for key in part.get("properties", ())}
-
-
-def _is_closed(source: Source, line: int, column: int) -> bool:
-    """Say whether the bracket at a place is closed anywhere behind it; quotes and comments are passed."""
-    open_ones: list[str] = []
-    quote = ""
-    for number, text in enumerate(source.text.splitlines()[line - 1 :]):
-        begin = column - 1 if number == 0 else 0
-        for index in range(begin, len(text)):
-            letter = text[index]
-            if quote:
-                quote = "" if letter == quote else quote
-            elif letter in "'\"" and not text[index - 1 : index].isalnum():
-                quote = letter
-            elif letter == "#" and (index == 0 or text[index - 1].isspace()):
-                break
-            elif letter in _CLOSING:
-                open_ones.append(_CLOSING[letter])
-            elif letter in "]}":
-                if open_ones.pop() != letter:
-                    return False
-                if not open_ones:
-                    return True
-    return False
-
-
-def _second_colon(trouble: Trouble) -> Diagnostic | None:
-    if "mapping values are not allowed" not in trouble.what:
-        return None
-    found = _COLON.search(trouble.before)
-    if found is None:
-        return None
-    value = trouble.before[found.end() :]
-    column = found.end() + 1 + len(value) - len(value.lstrip())
-    return trouble.describe(_COLON_IN_TEXT, _QUOTE, trouble.line, column, len(value.strip()))
-
-
-def _no_colon(trouble: Trouble) -> Diagnostic | None:
-    if not trouble.what.endswith(("mapping values are not allowed in this context", "could not find expected ':'")):
-        return None
-    number = trouble.begun[0] if "simple key" in trouble.what else _line_above(trouble.source, trouble.line)
-    while number and _is_bare(trouble.source.line(number)):
-        above = _line_above(trouble.source, number)
-        if (
-            not above
-            or trouble.source.line(number).lstrip().startswith("- ")
-            or not _is_bare(trouble.source.line(above))
-        ):
-            return _bare(trouble, number)
-        number = above
-    return None
+    schema = json.loads((data_folder("schemas") / "description.schema.json").read_text("utf-8"))
+    return {key for part in (schema, *schema["$defs"].values()) for key in part.get("properties", ())}
 
 
 def _is_bare(line: str) -> bool:
-    """Say whether a line, or the item that it is, is a text alone: no entry, and no value in brackets or quotes."""
+    """Return True if a line, or the item in it, has no key, and no value in brackets or quotes."""
     text = line[_key_indent(line) :].strip()
     return bool(text) and not _COLON.search(text) and not text.startswith(("[", "{", "---", "'", '"'))
-
-
-def _bare(trouble: Trouble, number: int) -> Diagnostic:
-    line = trouble.source.line(number)
-    column = _key_indent(line) + 1
-    text = line[column - 1 :].strip()
-    at = (number, column, len(text))
-    if text.startswith(_COMMENTS):
-        return _comment(trouble, number, column)
-    if text.startswith("<"):
-        help = "write it in YAML, or keep it as text under urdf_elements; a whole URDF is included by its file"
-        return trouble.describe("this is XML within YAML", help, *at)
-    found = re.match(r"([\w.-]+)\s*(:=|[:=\uff1a])\s*(\S.*)?$", text)
-    if found:
-        name, sign, value = found.groups()
-        is_glued = sign == ":"
-        message = 'a space is missing after the ":"' if is_glued else f'"{sign}" does not give a value: ":" does'
-        meant = f"{name}: {value or ''}".strip()
-        return trouble.describe(message, f"write {printable(meant)}", *at)
-    if len(text.split()) > 3 or text[-1] in ".,;!":
-        return trouble.describe(
-            'this line is no entry: it has no ":"', 'write NAME: VALUE; a comment begins with "#"', *at
-        )
-    name, _, value = text.partition(" ")
-    shown = printable(f"{name}: {value.strip()}" if value else f"{name}:")
-    return trouble.describe('a ":" is missing in this line', f"write {shown}", *at)
-
-
-def _comment(trouble: Trouble, line: int, column: int) -> Diagnostic:
-    text = trouble.source.line(line).lstrip()
-    sign = next(sign for sign in _COMMENTS if text.startswith(sign))
-    return trouble.describe(f'"{sign}" begins no comment', 'a comment begins with "#"', line, column, len(sign))
-
-
-def _value_and_entries(trouble: Trouble) -> Diagnostic | None:
-    number = _line_above(trouble.source, trouble.line)
-    if "mapping values are not allowed" not in trouble.what or not number:
-        return None
-    above = trouble.source.line(number)
-    found = _COLON.search(above)
-    if found is None:
-        return None
-    column = _indent(trouble.text) + 1
-    name = _name_of(above)
-    message = f'this line is indented below "{name}", which has a value already'
-    help = f'indent it by {_spaces(_key_indent(above))}, beside "{name}"'
-    place = Span(trouble.source, number, _key_indent(above) + 1, len(name))
-    return replace(trouble.describe(message, help, trouble.line, column), related=(Related("the value", place),))
-
-
-def _no_dash(trouble: Trouble) -> Diagnostic | None:
-    indent = _indent(trouble.text)
-    if "'-' indicator" not in trouble.what or indent != trouble.begun[1] - 1:
-        return None
-    name = _name_of(trouble.text)
-    help = f'write "- {name}: ..." for one more item; indent it by {_spaces(indent + 2)} to belong to the one above'
-    return trouble.describe('this line stands among the items of a list, without "- "', help, trouble.line, indent + 1)
-
-
-def _indentation(trouble: Trouble) -> Diagnostic | None:
-    if "expected key" not in trouble.what and "'-' indicator" not in trouble.what:
-        return None
-    indent = _indent(trouble.text)
-    levels = dict(_levels(trouble.source, trouble.line))
-    if trouble.before.strip() or not trouble.text.strip():
-        return None
-    if trouble.letter == "-" and indent in levels:
-        lines = (trouble.source.line(number) for number in range(trouble.line - 1, 0, -1))
-        items = [line for line in lines if line.lstrip().startswith("- ") and _indent(line) > indent]
-        help = f'indent it under the key whose list it is, or write "NAME:" in place of "- " beside "{levels[indent]}"'
-        help = f"indent it by {_spaces(_indent(items[0]))}, as the item above" if items else help
-        return trouble.describe("an item of a list stands here among keys", help, trouble.line, trouble.column)
-    near = sorted(levels, key=lambda level: (abs(level - indent), level))[:2]
-    help = ", or ".join(f'by {_spaces(level)}, beside "{levels[level]}"' for level in near)
-    message = f"this line is indented by {_spaces(indent)}, as no entry above it is"
-    return trouble.describe(message, f"indent it {help}" if help else "", trouble.line, indent + 1)
-
-
-def _levels(source: Source, line: int) -> Iterator[tuple[int, str]]:
-    """Yield the indentations of the entries that are open above a line, innermost first, with their names."""
-    lowest = 1_000
-    number = _line_above(source, line)
-    while number:
-        text = source.line(number)
-        for indent in (_key_indent(text), _indent(text)):
-            if indent < lowest and _COLON.search(text):
-                lowest = indent
-                yield indent, _name_of(text)
-        number = _line_above(source, number)
-
-
-def _line_above(source: Source, line: int) -> int:
-    """Return the number of the nearest line above that is neither empty nor a comment; 0 if there is none."""
-    number = line - 1
-    while number and (not source.line(number).strip() or source.line(number).lstrip().startswith("#")):
-        number -= 1
-    return number
 
 
 def _indent(line: str) -> int:
@@ -365,70 +279,9 @@ def _indent(line: str) -> int:
 
 def _key_indent(line: str) -> int:
     """Return the indentation of the key of a line, which may be the first one of an item."""
-    found = _ITEM.match(line.lstrip(" "))
-    return _indent(line) + (found.end() if found else 0)
+    found = _ITEM.match(line)
+    return found.end() if found else 0
 
 
 def _name_of(line: str) -> str:
     return printable(_COLON.split(line.strip().lstrip("- "))[0].strip()[:40])
-
-
-def _spaces(count: int) -> str:
-    return f"{count} space{'' if count == 1 else 's'}"
-
-
-def _beginning(trouble: Trouble) -> Diagnostic | None:
-    """Find a letter at the beginning of a value that YAML gives a meaning."""
-    at, what = (trouble.line, trouble.column), trouble.what
-    if "cannot start any token" in what:
-        return trouble.describe(f'no text begins with "{printable(trouble.letter)}"', _QUOTE, *at)
-    if "block sequence entries are not allowed" in what:
-        help = "begin it on the next line, or write it in brackets: [a, b]"
-        return trouble.describe("a list cannot begin behind its key", help, *at)
-    if "could not find expected ':'" in what:
-        return trouble.describe('a ":" is missing here', "write NAME: VALUE", *trouble.begun)
-    if "directive" in what:
-        return trouble.describe('a line with "%" is for YAML itself', "remove it", trouble.begun[0], 1)
-    if "expected node content" in what and not trouble.letter:
-        return _open_at_the_end(trouble)
-    if "expected node content" in what:
-        if trouble.letter == ",":
-            return trouble.describe('nothing stands before this ","', "write the value, or remove the comma", *at)
-        return trouble.describe(f'this "{trouble.letter}" closes nothing', "remove it, or open it before", *at)
-    first = trouble.source.line(trouble.begun[0])[trouble.begun[1] - 1 :][:1]
-    meanings = {"*": "an alias", "&": "an anchor", ">": "a text of several lines", "|": "a text of several lines"}
-    meanings["!"] = "a tag"
-    if first in meanings and what.startswith(("while scanning", "while parsing a node", "while parsing a tag")):
-        help = f'{_QUOTE}; an item of a list begins with "- "' if first == "*" else _QUOTE
-        return trouble.describe(f'"{first}" begins {meanings[first]} here', help, *trouble.begun)
-    if "<document start>" in what:
-        if trouble.source.text.startswith("%"):
-            return trouble.describe('a line with "%" is for YAML itself', "remove it", 1, 1)
-        return trouble.describe("the description has ended before this", "remove it, or the closing bracket above", *at)
-    return None
-
-
-def _open_at_the_end(trouble: Trouble) -> Diagnostic | None:
-    text = trouble.source.text
-    last = max(text.rfind(bracket) for bracket in _CLOSING)
-    if last < 0:
-        return None
-    line, column = text.count("\n", 0, last) + 1, last - text.rfind("\n", 0, last)
-    return trouble.describe(f'this "{text[last]}" is not closed', f'add "{_CLOSING[text[last]]}"', line, column)
-
-
-_CAUSES: tuple[Callable[[Trouble], Diagnostic | None], ...] = (
-    _conflict,
-    _tab,
-    _expression,
-    _comment_of_others,
-    _quote_open,
-    _after_a_value,
-    _bracket,
-    _second_colon,
-    _no_colon,
-    _value_and_entries,
-    _no_dash,
-    _indentation,
-    _beginning,
-)

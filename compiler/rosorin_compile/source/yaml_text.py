@@ -6,10 +6,10 @@ What other readers of YAML would take for something else (``on``, ``12:30``, a d
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import Any
 
 from .load import plain_scalar
-from .memo import remembered
 
 _INDICATORS = frozenset("-?:,[]{}#&*!|>'\"%@`")
 _FLOW = frozenset(",[]{}")
@@ -37,7 +37,7 @@ class Scalar(str):
 
     __slots__ = ()
 
-    @remembered  # the same keys and texts occur in a robot again and again
+    @lru_cache(maxsize=20_000)  # noqa: B019 - the same keys and texts occur in a robot again and again
     def written(self, flow: bool) -> str:
         """Return it on one line, in quotes only where it has to be; ``flow`` is inside brackets."""
         if self._is_plain(flow):

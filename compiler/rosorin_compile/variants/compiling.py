@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from importlib.metadata import distributions
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -21,16 +20,13 @@ from rosorin_compile.output import OutputError, check_names, digest, encoded
 from rosorin_compile.request import Request, prove
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, has_errors
 from rosorin_compile.source.files import read_bytes, read_text
-from rosorin_compile.source.memo import forget
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
 
 _lock = threading.Lock()  # a worker of Dask may have several threads
-_FORGET_AFTER = 200
-_numbers = count(1)
-_parsed: dict[Path, dict[Any, Any]] = {}  # the parsed files of descriptions, by current folder
+_parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, by current folder
 
 
 @dataclass(frozen=True)
@@ -107,8 +103,6 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
             arguments[name] = value
             if isinstance(source, Map) and name in source.value_spans:
                 arguments.put(name, value, source.key_spans[name], source.value_spans[name])
-    if next(_numbers) % _FORGET_AFTER == 0:  # so that memory does not grow
-        forget()
     request, kept = job.request, _parsed.setdefault(job.current, {})
     path, packages = request.description.path, request.packages
     compiled = compile_robot(path, arguments, request.tell, packages, search, cache=kept)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.compiled import Compiled, Variant
-from rosorin_compile.language.arguments import Argument
-from rosorin_compile.language.asked import from_python
+from rosorin_compile.language.api_arguments import from_python
+from rosorin_compile.language.arguments import declared as declared_arguments
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, Source, error
 from rosorin_compile.source.tree import Map
@@ -25,7 +25,7 @@ def compile_variants(request: Request, variants: Any, client: Any = None) -> Ite
     """Yield each variant of a description, compiled. Raises OutputError if the client fails."""
     values = request.values()
     listed: Iterable[Variant] = ()
-    declared, wrong = Argument.declared(request.description.path, values, request.packages)
+    declared, wrong = declared_arguments(request.description.path, values, request.packages)
     wrong = [problem for problem in wrong if problem.severity == "error"]
     if isinstance(variants, (str, os.PathLike)):
         listed = file = Variants(Path(os.fsdecode(variants)), [argument.name for argument in declared])

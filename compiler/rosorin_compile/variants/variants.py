@@ -15,12 +15,13 @@ from pathlib import Path
 from rosorin_compile.formats.compiled import Variant
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, did_you_mean, error, nearest
-from rosorin_compile.source.load import LoadError, each_entry, parse_yaml, read_utf8
+from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.tree import Map, Text
+from rosorin_compile.source.tree import Map, Seq, Text
 
 NAME = "name"
 TABLES, TREES = (".csv", ".tsv"), (*Description.ENDINGS, ".json")
+_MAX_NODES = 20_000_000  # values of a list of variants
 _SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the first line that some spreadsheets write
 
 
@@ -137,11 +138,21 @@ class Variants:
             yield Variant(name, values, name_place)
 
     def _from_tree(self) -> Iterator[Variant]:
-        for key, value, key_span, span in each_entry(self._source):
-            if not isinstance(value, Map) and (key is None or value is not None):
+        tree = parse_yaml(self._source, max_nodes=_MAX_NODES)
+        if not isinstance(tree, (Map, Seq)):
+            if tree is not None:
+                raise _refused(
+                    f"{self._source.path} is a text", self._source.start(), "write a list or a mapping", "not-a-mapping"
+                )
+            return
+        for key in tree if isinstance(tree, Map) else range(len(tree)):
+            value, span = tree[key], tree.value_spans[key]
+            is_named = isinstance(key, str)
+            if not isinstance(value, Map) and not (is_named and value is None):
                 raise _refused("this variant is not a table of arguments", span, "write NAME: {ARGUMENT: VALUE}")
+            key_span = tree.key_spans[key] if isinstance(tree, Map) else span
             values = Map(key_span) if value is None else value
-            yield _from_entry(values) if key is None else Variant(key, values, key_span, _expressions(values))
+            yield Variant(key, values, key_span, _expressions(values)) if is_named else _from_entry(values)
 
     def _from_file(self, path: Path) -> Variant:
         """Return the variant of a file in a folder; errors in the file are errors of the variant."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from rosorin_compile.formats.compiled import Variant
-from rosorin_compile.language.arguments import Argument
+from rosorin_compile.language.arguments import declared as declared_arguments
 from rosorin_compile.output import OutputError
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, and_more, counted, did_you_mean
@@ -96,7 +96,7 @@ def write_variants(
     result, writer = WrittenVariants(str(description.path), str(folder)), None
     try:
         shared = request.values()
-        declared, wrong = Argument.declared(description.path, shared, request.packages)
+        declared, wrong = declared_arguments(description.path, shared, request.packages)
         types = {argument.name: argument.type for argument in declared}
         wrong = [problem for problem in wrong if problem.severity == "error"]
         variants = Variants(over, list(types), whole, description.path.parent if types.get(whole) == "text" else None)

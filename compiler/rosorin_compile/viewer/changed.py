@@ -11,22 +11,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.compare.overlay import Overlay, of_two
-from rosorin_compile.compare.overlay import before as before_of
 from rosorin_compile.model import Robot
 from rosorin_compile.output import write_file
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import counted
 
+from .overlay import Overlay, of_two
+from .overlay import before as before_of
 from .page import MAX_MEGABYTES, Embedding, data_of, html, left_out
 from .page.data import Data, before_data
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.change import Change
-    from rosorin_compile.compare.committed import Comparison
+    from rosorin_compile.compare.changes import Change
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.output.committed import Comparison
     from rosorin_compile.request import Request
 
 
@@ -163,8 +163,7 @@ def of_committed(
     if before is None:
         return Picture(shown, None, {}, [], [], "nothing is committed to compare with", inputs)
     before = before.with_meshes(_changed_meshes(compiled, committed, meshes))
-    did = comparison.brief()
-    said = f"{counted(len(changes), 'change')} against {COMMITTED}: {did}" if changes else _unchanged(notes)
+    said = f"{counted(len(changes), 'change')} against {COMMITTED}" if changes else _unchanged(notes)
     return Picture(shown, before, files, changes, notes, said, inputs)
 
 
@@ -174,7 +173,8 @@ def _unchanged(notes: Sequence[str]) -> str:
 
 def change_data(change: Change, robots: Iterable[Robot]) -> Data:
     """Return a change as the page has it, with the frame where it is to be seen."""
-    colours = _colours(change.row.before, change.row.after) if change.row.quantity.endswith("colour") else None
+    _, is_colour, values = change.text.rpartition(" colour ")
+    colours = _colours(*values.split(" -> ")) if is_colour and " -> " in values else None
     return _said(change.words(), _frame(change.kind, change.name, robots), change.artifacts, colours)
 
 
@@ -233,8 +233,7 @@ def of_sides(shown: Sequence[Shown], difference: Difference, prefix: str | None)
     ]
     notes = [f"note: {note}" for note in difference.notes]
     notes += [f"not compared: {line}" for line in difference.not_compared]
-    did = difference.brief()
-    said = f"{Path(a.label).name} -> {Path(b.label).name}: {difference.summary()}{f' ({did})' if did else ''}"
+    said = f"{Path(a.label).name} -> {Path(b.label).name}: {difference.summary()}"
     inputs = tuple(file for one in shown for file in (*one.files, *one.meshes.values()))
     return Picture(shown[1], overlay, shown[0].meshes, changes, notes, said, inputs)
 

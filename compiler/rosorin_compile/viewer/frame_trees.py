@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import Row, rows
-from rosorin_compile.rules.conditions import MAX_MODES, holds
+from rosorin_compile.rules.publishers import MAX_MODES, holds
 
 _MAX_TREES = 32  # that a picture can show
 _NAME = re.compile(r"[^\W\d]\w*")

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.formats.format import Asked, Format
+from rosorin_compile.formats.format import Asked, Format, xml_syntax
 from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
@@ -293,12 +293,6 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             yield case.problem("unknown-mode", f'there is no mode "{mode}"', (*path, "modes", index), help)
 
 
-def _syntax(text: str) -> object:
-    from rosorin_compile.source.xml.elements import canonical, tree_of
-
-    return canonical(tree_of(text))
-
-
 FORMAT = Format(
     name="frames_picture",
     word="picture of the frames",
@@ -324,6 +318,6 @@ FORMAT = Format(
     check=check,
     write=write,
     asked=lambda *source: Asked({"file": "frames.svg"}),  # noqa: ARG005
-    syntax=_syntax,
+    syntax=xml_syntax,
     shown=False,
 )

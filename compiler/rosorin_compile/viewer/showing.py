@@ -9,8 +9,8 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.language.explain.answer import NotThere, explain
-from rosorin_compile.language.explain.text import lines
+from rosorin_compile.language.explain import NotThere, explain
+from rosorin_compile.language.explain_text import lines
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, printable
 from rosorin_compile.source.progress import Progress

@@ -3,8 +3,6 @@
 The cluster and its client run in processes of their own.
 """
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys
@@ -16,24 +14,11 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.variants import pool
 from support.commands import Shown
+from support.paths import data_text
 
 pytest.importorskip("distributed")
 
-ROBOT = """\
-robot: mast
-include: [more.yaml]
-args:
-  height: {type: length, default: 0.3 m}
-  table: {type: text, default: cal.yaml}
-links: {base_link: {}, mast: {collision: [{box: {size: [1 cm, 1 cm, "${load(table).size}"]}}]}}
-joints:
-  mast_joint:
-    {type: revolute, parent: base_link, child: mast, axis: [0, 0, 1], xyz: [0, 0, "${height}"],
-     limit: {lower: 0, upper: 1, effort: 1, velocity: 1}, source: {status: stand_in, note: nobody measured}}
-outputs:
-  urdf: {file: mast.urdf}
-  notes: {template: notes.txt.jinja, file: notes.txt}
-"""
+ROBOT = data_text("robots/sweep_dask.yaml")
 ROWS = 40
 PROJECT = {
     "descriptions/mast/robot.yaml": ROBOT,
@@ -132,7 +117,6 @@ def ran(*words: str) -> str:
 
 
 def without() -> bytes:
-    """Return the index of a sweep that is made here."""
     assert main(["sweep", "mast", "--over", "fleet.csv", "-o", "out", "-j", "1", "-q"]) == 1
     made = Path("out/sweep.json").read_bytes()
     shutil.copytree("out", "here")

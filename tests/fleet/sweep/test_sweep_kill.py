@@ -3,8 +3,6 @@
 What is killed runs in a process of its own, which forks and so has everything imported.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -17,17 +15,9 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from support.kills import at_each_step
+from support.paths import data_text
 
-ROBOT = """\
-robot: mast
-args: {height: {type: length, default: 0.3 m}}
-links: {base_link: {}, mast: {}}
-joints: {mast_joint: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, "${height}"]}}
-outputs:
-  urdf: {file: mast.urdf}
-  static_tf_json: {file: deep/static_tf.json}
-  same: {template: same.txt.jinja, file: same.txt}
-"""
+ROBOT = data_text("robots/sweep_kill.yaml")
 COUNT = 24
 
 
@@ -39,52 +29,6 @@ PROJECT = {
     "mast/robot.yaml": ROBOT,
     "mast/same.txt.jinja": "the same\n",
     "a.csv": table(1),
-    "b.csv": table(2),
-    "kill.py": """\
-import os, random, shutil, signal, sys, time
-from pathlib import Path
-from rosorin_compile.cli.main import main
-from rosorin_compile.formats import compiled
-from rosorin_compile.compare import agreement
-
-def sweep(over, out, *words):
-    return main(["sweep", "mast", "--over", over, "-o", out, "-q", *words])
-
-def state(out):
-    return {
-        folder.name: {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-        for folder in Path(out).glob("[!.]*") if folder.is_dir()
-    }
-
-assert sweep("a.csv", "ref_a") == sweep("b.csv", "ref_b") == 0
-begun = time.monotonic()
-assert sweep("a.csv", "ref_c", "-j", "2") == 0
-whole = time.monotonic() - begun
-refs = state("ref_a"), state("ref_b")
-killed = 0
-for moment in range(int(sys.argv[1])):
-    over = ("a.csv", "b.csv")[moment % 2]
-    pid = os.fork()
-    if pid == 0:
-        os.setsid()
-        os._exit(sweep(over, "out", "-j", str(1 + moment % 3)))
-    time.sleep(whole * 1.2 * random.Random(moment).random())
-    if os.waitpid(pid, os.WNOHANG)[0] == 0:
-        # One that leaves its processes behind, one that takes them along.
-        (os.killpg if moment % 4 < 2 else os.kill)(pid, signal.SIGKILL)
-        os.waitpid(pid, 0)
-        killed += 1
-    for name, files in state("out").items():
-        assert files in (refs[0][name], refs[1][name]), (moment, name, sorted(files))
-    if moment % 5 == 4:
-        assert sweep(over, "out", "-j", "1") == 0
-        assert state("out") == refs[moment % 2], moment
-        assert Path("out/sweep.json").read_bytes() == Path(("ref_a", "ref_b")[moment % 2], "sweep.json").read_bytes()
-        assert not list(Path("out").glob(".rosorin-compile-????????????????"))
-    if moment % 10 == 9:
-        shutil.rmtree("out")
-print(killed)
-""",
     "die.py": """\
 import os, signal, sys
 from pathlib import Path
@@ -112,22 +56,6 @@ def here(project: Path) -> Path:
 
 def ran(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, *words], capture_output=True, text=True, timeout=300)
-
-
-def killed_at(moments: int) -> None:
-    done = ran("kill.py", str(moments))
-    assert done.returncode == 0, done.stderr
-    assert int(done.stdout.split()[-1]) > moments / 3, "most runs were killed before they were done"
-
-
-@pytest.mark.slow
-def test_killed_at_some_moments() -> None:
-    killed_at(5)
-
-
-@pytest.mark.tier("builds")
-def test_killed_at_a_hundred_moments() -> None:
-    killed_at(100)
 
 
 def test_a_process_that_dies_takes_no_other_variant_along() -> None:

@@ -1,23 +1,17 @@
 """``rosorin_compile.sweep``: what a program gives, what it gets, and that it can be sent to another process."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import rosorin_compile
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.language.expand import files
-from rosorin_compile.source import load
 from rosorin_compile.source.tree import Kept as KeptText
 from rosorin_compile.source.units import Quantity
-from support.commands import HANDY, edit
+from support.commands import HANDY
 from support.paths import ROOT
 
 PROJECT = HANDY
@@ -90,40 +84,3 @@ def test_values_of_the_language_can_be_copied() -> None:
     for made in (copy.deepcopy(length), pickle.loads(pickle.dumps(length))):  # noqa: S301 - our own
         assert (float(made), made.dimension, made.text) == (0.012, (1, 0, 0, 0), "12 mm")
     assert pickle.loads(pickle.dumps(KeptText("a", None))) == "a"  # noqa: S301 - our own
-
-
-def test_files_are_parsed_once_while_they_are_as_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
-    parsed = []
-
-    def counted(path: Path, *words: Any) -> Any:
-        parsed.append(path.name)
-        return reading(path, *words)
-
-    reading = load.load_mapping
-    monkeypatch.setattr(files, "load_mapping", counted)
-    first, kept = Path("descriptions/handy/robot.yaml"), {}
-    made = [compile_robot(first, {"scale": str(scale)}, cache=kept) for scale in (1, 2, 1)]
-    assert parsed == ["robot.yaml", "parts.yaml"]
-    alone = compile_robot(first, {"scale": "1"})
-    assert replace(made[0], meshes=None, variant=None) == replace(made[2], meshes=None, variant=None) == alone
-    assert shelf(made[1]) == 2.0
-    for name, old, new in (("robot.yaml", "[0.1, cal.", "[0.2, cal."), ("calibration.yaml", "120 mm", "130 mm")):
-        edit(first.with_name(name), old, new)
-        again = compile_robot(first, {}, cache=kept)
-        assert again == compile_robot(first, {})
-        assert again.artifacts != made[0].artifacts
-    edit(first, "robot: handy", "robot: [")
-    assert compile_robot(first, {}, cache=kept).robot is None
-    edit(first, "robot: [", "robot: handy")
-    alone = compile_robot(first, {})
-    assert replace(compile_robot(first, {}, cache=kept), meshes=None, variant=None) == replace(
-        alone, meshes=None, variant=None
-    )
-
-
-def test_a_second_variant_parses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    robot, kept = ROOT / "descriptions" / "rosorin" / "robot.yaml", {}
-    first = compile_robot(robot, cache=kept)
-    monkeypatch.setattr(load, "parse_yaml", lambda source, *_: pytest.fail(f"{source.path} is parsed again"))
-    monkeypatch.setattr(files, "load_mapping", lambda path, *_: pytest.fail(f"{path} is read again"))
-    assert compile_robot(robot, cache=kept) == first

@@ -1,7 +1,5 @@
 """Lists of variants: what a CSV, a YAML file and a folder say, and what is wrong with one, with its place."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -33,18 +31,13 @@ def plain(variants: Variants) -> dict[str, dict[str, object]]:
     return {variant.name: dict(variant.arguments) for variant in variants}
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "name,mast,label\nr1,12 mm,a\nr2,,b\n",
-        "\ufeffname,mast,label\r\nr1,12 mm,a\r\nr2,,b\r\n",
-        "name;mast;label\nr1;12 mm;a\nr2;;b\n",
-        "name\tmast\tlabel\nr1\t12 mm\ta\nr2\t\tb",
-        "sep=;\nname;mast;label\nr1;12 mm;a\nr2;;b\n",
-        'name, mast, label\n"r1", 12 mm , "a"\n\n,,\nr2,,b\n',
-        "label,name,mast,\na,r1,12 mm,\nb,r2,,\n",
-    ],
-)
+TEXTS = ["name,mast,label\nr1,12 mm,a\nr2,,b\n", "\ufeffname,mast,label\r\nr1,12 mm,a\r\nr2,,b\r\n"]
+TEXTS += ["name;mast;label\nr1;12 mm;a\nr2;;b\n", "name\tmast\tlabel\nr1\t12 mm\ta\nr2\t\tb"]
+TEXTS += ["sep=;\nname;mast;label\nr1;12 mm;a\nr2;;b\n", 'name, mast, label\n"r1", 12 mm , "a"\n\n,,\nr2,,b\n']
+TEXTS += ["label,name,mast,\na,r1,12 mm,\nb,r2,,\n"]
+
+
+@pytest.mark.parametrize("text", TEXTS)
 def test_tables_that_spreadsheets_write_say_the_same(text: str) -> None:
     assert plain(listed(text)) == {"r1": {"mast": "12 mm", "label": "a"}, "r2": {"label": "b"}}
 
@@ -155,7 +148,7 @@ def test_suggestions_for_misspelt_columns() -> None:
         ("- r1\n", "fleet.yaml:1:3: error[variants-list]"),
         ("- {mast: 1}\n", "fleet.yaml:1:3: error[variant-name]"),
         ("r1: 5\n", "fleet.yaml:1:5: error[variants-list]"),
-        ("r1: {}\nr1: {}\n", "fleet.yaml:2:1: error[variant-name]"),
+        ("r1: {}\nr1: {}\n", "fleet.yaml:2:1: error[duplicate-key]"),
         ("just text\n", "fleet.yaml:1:1: error[not-a-mapping]"),
         ("r1: {a: 1, a: 2}\n", "fleet.yaml:1:12: error[duplicate-key]"),
         ("r1: {\n", "fleet.yaml:1:5: error[yaml-syntax]"),

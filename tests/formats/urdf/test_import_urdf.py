@@ -234,7 +234,7 @@ def test_marks_without_declaration(tmp_path):
     [
         (b"", "error[file-empty]: robot.urdf is empty"),
         (b" \n\t", "error[file-empty]: robot.urdf is empty"),
-        (b"\x7fELF\0\0\1\2", "error[not-text]: robot.urdf is not a text file: it holds zero bytes"),
+        (b"\x7fELF\0\0\1\2", "error[not-text]: robot.urdf is not a text file: it contains zero bytes"),
         (b"solid cube\nfacet normal 0 0 1\n", "error[wrong-format]: robot.urdf is not XML"),
         (b"<!DOCTYPE html>\n<html></html>", "error[wrong-root]: robot.urdf is a web page, not a robot"),
         (
@@ -243,10 +243,10 @@ def test_marks_without_declaration(tmp_path):
         ),
         (b'<robot name="\xf6"/>', "error[not-utf8]: robot.urdf is not UTF-8 text: byte 0xf6 at this place"),
         (b'<?xml version="1.0" encoding="utf-16"?><robot/>', "error[not-utf8]: robot.urdf declares utf-16, but is not"),
-        (b'<?xml version="1.0" encoding="rot13"?><robot/>', 'error[not-utf8]: nobody knows the encoding "rot13"'),
+        (b'<?xml version="1.0" encoding="rot13"?><robot/>', 'error[not-utf8]: unknown encoding "rot13"'),
         (
             b'<?xml version="1.0" encoding="unicode_escape"?><robot/>',
-            'error[not-utf8]: nobody knows the encoding "unicode_escape"',
+            'error[not-utf8]: unknown encoding "unicode_escape"',
         ),
     ],
 )

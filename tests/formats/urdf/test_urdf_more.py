@@ -9,8 +9,8 @@ import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.committed import compare, lines
 from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.output.committed import compare, lines
 from rosorin_compile.source.xml.elements import damage, indented
 from support.images import png
 from support.paths import DATA

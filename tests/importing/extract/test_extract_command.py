@@ -1,12 +1,6 @@
 """The command line of extract: results as YAML, JSON and tables, robots and meshes, and what it does not take."""
 
-from __future__ import annotations
-
 import json
-import os
-import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,8 +10,8 @@ from jsonschema import Draft7Validator
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
-from support.commands import of_a_person
 from support.meshes import box
+from support.paths import data_text
 from support.robots import compiled
 from support.schemas import schema
 
@@ -37,20 +31,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-URDF = """<?xml version="1.0"?>
-<robot name="two">
-  <link name="floor"/>
-  <joint name="up" type="fixed">
-    <parent link="floor"/><child link="body"/><origin xyz="0 0 0.1" rpy="0 0 1.5707963267948966"/>
-  </joint>
-  <link name="body">
-    <collision>
-      <origin xyz="1 0 0"/><geometry><mesh filename="brick.stl" scale="2 1 1"/></geometry>
-    </collision>
-    <visual><geometry><mesh filename="brick.stl"/></geometry></visual>
-  </link>
-</robot>
-"""
+URDF = data_text("robots/extract_command_urdf.urdf")
 
 
 def test_boxes_are_yaml_that_can_be_included(here: Path, capsys: Said) -> None:
@@ -116,20 +97,8 @@ def test_description_is_a_robot_too(here: Path, capsys: Said) -> None:
 
 def test_heightmap_of_a_link_in_another_frame(here: Path, capsys: Said) -> None:
     assert here.is_dir()
-    words = [
-        "extract",
-        "heightmap",
-        "robot.urdf",
-        "--link",
-        "body",
-        "--frame",
-        "floor",
-        "--from",
-        "visual",
-        "--format",
-        "json",
-    ]
-    assert main([*words, "--cell", "2cm"]) == 0
+    words = "extract heightmap robot.urdf --link body --frame floor --from visual --format json --cell 2cm"
+    assert main(words.split()) == 0
     found = json.loads(capsys.readouterr().out)["result"]
     Draft7Validator(SCHEMA["properties"]["chassis_heightmap"]).validate(found)
     assert (found["frame"], found["cell"], found["origin_xy"]) == ("floor", 0.02, [-0.1, 0])
@@ -172,19 +141,6 @@ def test_the_bottom_stands_in_the_map_and_compiles(here: Path, capsys: Said) -> 
     for more in (["--format", "json"], ["--into", "r.yaml"]):
         assert main([*words, *more]) == 2
         assert "--bottom excludes --into and JSON" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("words", "method"),
-    [
-        (["--exact"], "highest point of each triangle in each cell"),
-        (["--below", "4cm"], "highest point of each triangle in each cell; nothing above 0.04 m"),
-    ],
-)
-def test_method_says_what_was_done(here: Path, capsys: Said, words: list[str], method: str) -> None:
-    assert here.is_dir()
-    assert main(["extract", "heightmap", "brick.stl", "--format", "json", *words]) == 0
-    assert json.loads(capsys.readouterr().out)["result"]["method"] == method
 
 
 def test_size_and_cells_and_origin(here: Path, capsys: Said) -> None:
@@ -258,100 +214,3 @@ def test_problems(here: Path, capsys: Said, words: list[str], message: str) -> N
     (here / "folder.stl").mkdir()
     assert main(["extract", *words]) == 1
     assert message in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["boxes", "brick.stl", "robot.urdf"], "name mesh files, or one robot"),
-        (["boxes", "brick.stl", "brick.stl"], 'two meshes are called "brick"; each part needs a name of its own'),
-        (["boxes", "brick.stl", "--link", "a"], "--link selects a link of a robot; a mesh file has none"),
-        (["boxes", "brick.stl", "--stack", "0"], "--stack takes 1 to 100 boxes"),
-        (["boxes", "brick.stl", "--digits", "12"], "--digits takes 0 to 9 decimals"),
-        (["boxes", "brick.stl", "--scale", "0"], "--scale 0 leaves nothing of a mesh"),
-        (["boxes", "brick.stl", "--scale", "1,2"], '--scale takes one number or three with commas, not "1,2"'),
-        (["heightmap", "robot.urdf"], "name the link of the robot: --link LINK"),
-        (["heightmap", "brick.stl", "--cell", "1kg"], '--cell takes a length (m), not "1kg"'),
-        (["heightmap", "brick.stl", "--cell", ""], '--cell takes a length (m), not ""'),
-        (["heightmap", "brick.stl", "--cell", "nan"], '--cell takes a length (m), not "nan"'),
-        (["heightmap", "brick.stl", "--cell", "-1cm"], '--cell takes a length above zero, not "-1cm"'),
-        (["heightmap", "brick.stl", "--origin", "1"], '--origin takes 2 numbers with commas between them, not "1"'),
-        (["heightmap", "brick.stl", "--cells", "3"], '--cells takes two whole numbers such as 30x23, not "3"'),
-        (
-            ["heightmap", "brick.stl", "--cells", "3x3", "--size", "1,1"],
-            "--cells and --size exclude each other",
-        ),
-        (["heightmap", "brick.stl", "--rpy", "0,0,1m"], '--rpy takes an angle (rad), not "1m"'),
-        (
-            ["heightmap", "brick.stl", "--into", "a", "-o", "b"],
-            "--into edits a file; it excludes -o and JSON",
-        ),
-        (["boxes", "a.stl"], 'there is no file "a.stl"; check the name'),
-        (["boxes", "brick.stl/a.stl"], 'there is no file "brick.stl/a.stl"; check the name'),
-        (["heightmap", "a.stl"], 'there is no file "a.stl"; check the name'),
-        (["boxes", "nothing"], 'no description "nothing": it is no file, no folder with robot.yaml, no name; '),
-        (["boxes", "nothing.urdf"], 'no description "nothing.urdf": it is no file'),
-        (["boxes", "robot.urdf", "--link", "bdy"], 'the robot has no link "bdy"; did you mean "body"?'),
-        (["heightmap", "robot.urdf", "--link", "bdy"], 'the robot has no link "bdy"; did you mean "body"?'),
-        (
-            ["heightmap", "robot.urdf", "--link", "body", "--frame", "flor"],
-            'the robot has no link "flor"; did you mean',
-        ),
-        (["factory", "a", "-o", "b"], "a is not a folder; name the folder of a description package"),
-        (["factory", "a", "-o", "b", "--frame", "c"], "--frame is that of the height map; name its link: "),
-        (["boxes", "robot.urdf", "--package", "x"], '"x" is not NAME=PATH'),
-    ],
-)
-def test_wrong_usage(here: Path, capsys: Said, words: list[str], message: str) -> None:
-    assert here.is_dir()
-    assert main(["extract", *words]) == 2
-    assert f"rosorin-compile: {message}" in capsys.readouterr().err
-
-
-def test_help_of_all_three(capsys: Said) -> None:
-    for words in (["extract"], ["extract", "boxes"], ["extract", "heightmap"], ["extract", "factory"]):
-        assert main([*words, "--help"]) == 0
-        assert capsys.readouterr().out.startswith(f"Usage: rosorin-compile {' '.join(words)}")
-
-
-def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
-    """Run extract on a terminal of its own, on which a clock says that each look at it takes some seconds."""
-    code = "import itertools, sys, rosorin_compile.source.progress as p\n"
-    code += "import rosorin_compile.importing.extract.height_map as h\n"
-    code += f"p.time.monotonic = lambda c=itertools.count(): {seconds} * next(c)\n"
-    code += "h.CHUNK = 3\n"
-    code += "from rosorin_compile.cli.main import main\n"
-    code += f"main(['extract', '{what}', 'brick.stl', '-o', 'made.yaml', '--force'])\n"
-    terminal, other_end = os.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-c", code], cwd=here, env=of_a_person(), stdout=other_end, stderr=other_end
-    )
-    os.close(other_end)
-    said = b""
-    try:
-        while piece := os.read(terminal, 10_000):
-            said += piece
-    except OSError:  # what Linux says when the other end of a terminal is closed
-        pass
-    os.close(terminal)
-    assert process.wait() == 0
-    return said.decode()
-
-
-@pytest.mark.tier("outside")
-def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
-    said = progress(here, "1.1")
-    assert re.search(r"\rsampling 6 of 12 \[#{15}\.{15}\]  50%", said), said
-    assert "\r\x1b[K" in said
-    assert "sampling" not in progress(here, "0.001")
-    said = progress(here, "1.1", "boxes")
-    assert re.search(r"\rfitting \[#{18}\.{12}\]  60%", said), said
-    assert "\r\x1b[K" in said
-    assert "fitting" not in progress(here, "0.001", "boxes")
-
-
-def test_no_bar_without_a_terminal(here: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert here.is_dir()
-    monkeypatch.setattr("rosorin_compile.source.progress.Progress.AFTER", -1.0)
-    assert main(["extract", "heightmap", "brick.stl", "--format", "json"]) == 0
-    assert "sampling [" not in capsys.readouterr().err

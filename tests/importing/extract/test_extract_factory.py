@@ -1,7 +1,5 @@
 """extract factory: all numbers of a package that is like those that makers of robots deliver."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -121,15 +119,6 @@ def test_the_files_are_a_description_that_compiles(package: Path) -> None:
     assert compiled.robot.joint["joint1"].limit is not None
 
 
-def test_numbers_only(package: Path) -> None:
-    assert main(["extract", "factory", str(package), "-o", "numbers", *MAP]) == 0
-    for path in Path("numbers").iterdir():
-        text = path.read_text()
-        assert "package://" not in text
-        assert "file://" not in text
-        assert path.suffix == ".yaml"
-
-
 def test_arguments_of_the_xacro(package: Path, capsys: Said) -> None:
     assert main(["extract", "factory", str(package), "gripper:=false", "-o", "numbers"]) == 0
     assert "joints (5): base_joint, lidar_joint, joint1, joint2, camera_joint" in capsys.readouterr().out
@@ -153,19 +142,6 @@ def test_broken_mesh_is_a_warning_where_it_is_named(package: Path, capsys: Said)
     )
     assert 'nano/urdf/nano.urdf.xacro:25:6: when expanding the macro "mounted"' in said.err
     assert "boxes (5): base_link, camera_link, lidar_frame, link1, link2" in said.out
-
-
-def test_package_that_nobody_knows(package: Path, capsys: Said) -> None:
-    text = (
-        (package / "urdf" / "arm.urdf.xacro")
-        .read_text()
-        .replace("package://nano_description/meshes/cover", "package://other/a")
-    )
-    (package / "urdf" / "arm.urdf.xacro").write_text(text)
-    assert main(["extract", "factory", str(package), "-o", "numbers"]) == 0
-    said = capsys.readouterr().err
-    assert "arm.urdf.xacro:21:35: warning[mesh-missing]: visual of link2: cannot find package://other/a.stl" in said
-    assert "say where the package is: --package other=FOLDER" in said
 
 
 def test_package_without_package_xml_goes_by_its_folder(package: Path, capsys: Said) -> None:
@@ -225,8 +201,10 @@ CHOOSING = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro"NAME>
 """
 
 
-@pytest.mark.parametrize("name", ["", ' name="any"'])
-@pytest.mark.parametrize("mecanum", ["mecanum.xacro", "$(find nano_description)/urdf/${machine}.xacro"])
+@pytest.mark.parametrize(
+    ("name", "mecanum"),
+    [("", "mecanum.xacro"), (' name="any"', "$(find nano_description)/urdf/${machine}.xacro")],
+)
 def test_a_file_that_chooses_the_robot_is_named(package: Path, capsys: Said, name: str, mecanum: str) -> None:
     (package / "urdf" / "entry.xacro").write_text(CHOOSING.replace("NAME", name).replace("MECANUM", mecanum))
     for robot in ("mecanum", "acker", "spare"):
@@ -263,14 +241,6 @@ def test_broken_robot_says_where(package: Path, capsys: Said) -> None:
     assert main(["extract", "factory", str(package), "-o", "numbers"]) == 1
     assert "nano/urdf/nano.urdf.xacro:" in capsys.readouterr().err
     assert not Path("numbers").exists()
-
-
-def test_twice_is_the_same_to_the_byte(package: Path) -> None:
-    texts = []
-    for folder in ("a", "b"):
-        assert main(["extract", "factory", str(package), "-o", folder, *MAP]) == 0
-        texts.append({path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())})
-    assert texts[0] == texts[1]
 
 
 def test_what_joints_have_all_the_same_is_accepted(package: Path, capsys: Said) -> None:

@@ -1,7 +1,5 @@
 """Height maps of surfaces that are known, and of any triangles against slow ways to say the same."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -10,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.importing.extract.height_map import Grid, GridRequest, cut_above, make_height_map, surface_heights
-from support.meshes import box, box_heights, clipped_heights, dome, quad, random_points
+from support.meshes import box, clipped_heights, quad, random_points
 
 CELL = 0.01
 NOISE = 3e-7  # m: of a height; the lines between cells have a width
@@ -33,18 +31,6 @@ def test_box_on_the_lines_of_the_grid_fills_its_cells_and_no_others() -> None:
     same(heights, wanted)
 
 
-def test_box_inside_out_has_the_same_top() -> None:
-    heights = surface_heights(box((0.02, 0.03, 0), (0.15, 0.08, 0.06))[:, ::-1], GRID)
-    same(heights[2:15, 3:8], np.full((13, 5), 0.06))
-
-
-def test_box_between_the_lines_fills_every_cell_that_it_reaches_into() -> None:
-    heights = surface_heights(box((0.0201, 0.0301, -1), (0.1501, 0.0799, 0.06)), GRID)
-    wanted = np.zeros(GRID.cells)
-    wanted[2:16, 3:8] = 0.06
-    same(heights, wanted)
-
-
 def test_box_with_a_hole_is_empty_in_the_hole() -> None:
     walls = [((0.02, 0.02), (0.04, 0.08)), ((0.1, 0.02), (0.12, 0.08)), ((0.04, 0.02), (0.1, 0.04))]
     walls.append(((0.04, 0.06), (0.1, 0.08)))
@@ -53,22 +39,6 @@ def test_box_with_a_hole_is_empty_in_the_hole() -> None:
     wanted[2:12, 2:8] = 0.05
     wanted[4:10, 4:6] = 0
     same(surface_heights(mesh, GRID), wanted)
-
-
-@pytest.mark.parametrize("turn", [1, -1])
-@pytest.mark.parametrize("corner", [0.03, 0.07])
-def test_edge_through_a_corner_of_cells_does_not_fill_the_cell_behind_it(turn: int, corner: float) -> None:
-    triangle = np.array([[(0.03, 0.07, 0.1), (0.07, 0.03, 0.1), (corner, corner, 0.1)]])[:, ::turn]
-    heights = surface_heights(triangle, GRID)
-    filled = {(int(i), int(j)) for i, j in zip(*heights.nonzero(), strict=True)}
-    inside = [(i, j) for i in range(3, 7) for j in range(3, 7)]
-    assert filled == {(i, j) for i, j in inside if (i + j >= 9 if corner > 0.05 else i + j <= 9)}
-
-
-def test_sheet_upright_on_a_line_is_in_one_cell_beside_it() -> None:
-    heights = surface_heights(quad((0.05, 0.02, 0), (0.05, 0.06, 0), (0.05, 0.06, 0.1), (0.05, 0.02, 0.1)), GRID)
-    filled = {(i, j) for i, j in zip(*heights.nonzero(), strict=True)}
-    assert filled in ({(4, j) for j in range(2, 6)}, {(5, j) for j in range(2, 6)})
 
 
 def test_ramp_is_exact_at_the_upper_end_of_each_cell() -> None:
@@ -87,46 +57,12 @@ def test_tilted_plane_is_exact_at_the_highest_corner_of_each_cell(a: float, b: f
     np.testing.assert_allclose(heights, np.max(corners, axis=0), rtol=0, atol=NOISE)
 
 
-def test_dome_is_a_dome() -> None:
-    radius, grid = 0.1, Grid((-0.1, -0.1), CELL, (20, 20))
-    heights = surface_heights(dome(radius, 60, 120), grid)
-    edges = np.abs(np.arange(-10, 11)) * CELL
-    near = np.minimum(edges[:-1], edges[1:])
-    distance = np.hypot(*np.meshgrid(near, near, indexing="ij"))
-    inside = distance < radius - 0.006
-    wanted = np.sqrt(radius**2 - distance[inside] ** 2)
-    slope = distance[inside] / wanted
-    allowed = 0.0001 + 1e-6 * slope
-    assert (heights[inside] <= wanted + 1e-12).all()
-    assert (wanted - heights[inside] <= allowed * 3).all()
-    assert (heights[distance > radius + 1e-9] == 0).all()
-
-
 @pytest.mark.parametrize("width", [1e-9, 1e-6, 1e-4])
 def test_needle_is_in_every_cell_that_it_passes(width: float) -> None:
     needle = np.array([[(0.003, 0.004, 0.02), (0.183, 0.094, 0.12), (0.183 - width, 0.094 + width, 0.12)]])
     heights = surface_heights(needle, GRID)
     slow = np.where(np.isfinite(found := clipped_heights(needle, GRID)), found, 0)
     np.testing.assert_allclose(heights, slow, rtol=0, atol=NOISE)
-
-
-def test_cells_where_the_boxes_of_triangles_are_wrong() -> None:
-    """The boxes of two large triangles say 0.1 m everywhere; their surface is a ramp."""
-    boxes, sampled = box_heights(RAMP, GRID), surface_heights(RAMP, GRID)
-    assert (boxes == 0.1).all()
-    differ = {(int(i), int(j)) for i, j in zip(*(boxes - sampled > 1e-3).nonzero(), strict=True)}
-    assert differ == {(i, j) for i in range(19) for j in range(10)}
-    np.testing.assert_allclose(sampled[19], 0.1, atol=NOISE)
-
-
-def test_chassis_where_the_boxes_of_triangles_are_wrong() -> None:
-    """A deck is right in both; the ramp on it, and only that, is as high as its end where boxes are taken."""
-    deck = box((0, 0, 0), (0.2, 0.1, 0.06))
-    ramp = quad((0.12, 0.02, 0.06), (0.18, 0.02, 0.12), (0.18, 0.08, 0.12), (0.12, 0.08, 0.06))
-    mesh = np.concatenate([deck, ramp])
-    boxes, sampled = box_heights(mesh, GRID), surface_heights(mesh, GRID)
-    differ = {(int(i), int(j)) for i, j in zip(*(boxes - sampled > NOISE).nonzero(), strict=True)}
-    assert differ == {(i, j) for i in range(12, 17) for j in range(2, 8)}
 
 
 def coordinates(low: float, high: float) -> st.SearchStrategy[float]:
@@ -190,30 +126,8 @@ def test_below_leaves_walls_that_are_cut() -> None:
     assert heights[8, 5] == 0
 
 
-def test_order_and_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
-    mesh = dome(0.1, 20, 40) + np.array([0.1, 0.05, 0])
-    whole = surface_heights(mesh, GRID)
-    monkeypatch.setattr("rosorin_compile.importing.extract.height_map.CHUNK", 7)
-    monkeypatch.setattr("rosorin_compile.importing.extract.height_map._MOST_PAIRS", 50)
-    assert surface_heights(mesh[::-1], GRID).tolist() == whole.tolist()
-
-
-def test_surface_below_zero_is_none() -> None:
-    assert not surface_heights(box((0, 0, -1), (0.2, 0.1, 0)), GRID).any()
-
-
 def test_the_bottom_of_a_body_with_a_well_is_measured_in_each_cell() -> None:
     body = np.concatenate([box((0.0, 0.0, 0.02), (0.099, 0.1, 0.06)), box((0.1, 0.0, 0.03), (0.2, 0.1, 0.09))])
     made, _ = make_height_map(body, GridRequest(0.05, (0.0, 0.0), (5, 2), bottom=True), "base_link")
     assert made.heights == ((0.06, 0.06), (0.06, 0.06), (0.09, 0.09), (0.09, 0.09), (0.0, 0.0))
     assert made.bottom == ((0.02, 0.02), (0.02, 0.02), (0.03, 0.03), (0.03, 0.03), (0.0, 0.0))
-
-
-def test_the_bottom_of_a_sheet_and_of_what_reaches_below_zero() -> None:
-    sheet, _ = make_height_map(quad((0, 0, 0.05), (0.1, 0, 0.05), (0.1, 0.1, 0.05), (0, 0.1, 0.05)), SHEET, "base_link")
-    assert (sheet.heights, sheet.bottom) == (((0.05,),), 0.0499)
-    deep, _ = make_height_map(box((0.0, 0.0, -0.02), (0.1, 0.1, 0.06)), SHEET, "base_link")
-    assert (deep.heights, deep.bottom) == (((0.06,),), 0.0)
-
-
-SHEET = GridRequest(0.1, (0.0, 0.0), (1, 1), bottom=True)

@@ -1,7 +1,5 @@
 """A height map put in the place of another: only that collision changes, in every way that it may be written."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import shutil
@@ -21,7 +19,7 @@ from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
 from support.meshes import box
-from support.paths import ROSORIN
+from support.paths import ROSORIN, data_text
 
 CHASSIS = "descriptions/rosorin/chassis.yaml"
 STAND_IN = "the chassis height map agrees with the published outline"
@@ -75,15 +73,6 @@ def test_stand_in_of_the_reference_robot_is_replaced_by_one_command(rosorin: Pat
     assert (heights[10][10], heights[1][10], heights[10][22]) == (0.098, 0.137, 0)
 
 
-def test_all_says_nothing_of_the_chassis_afterwards(rosorin: Path, capsys: Said) -> None:
-    assert rosorin.is_dir()
-    assert main(["all", "--notes"]) == 0
-    assert "chassis height map" in capsys.readouterr().err
-    assert main(COMMAND) == 0
-    assert main(["all", "--notes"]) == 0
-    assert "chassis height map" not in capsys.readouterr().err
-
-
 def test_twice_changes_nothing(rosorin: Path, capsys: Said) -> None:
     assert main(COMMAND) == 0
     path = rosorin / CHASSIS
@@ -92,13 +81,6 @@ def test_twice_changes_nothing(rosorin: Path, capsys: Said) -> None:
     assert main(COMMAND) == 0
     assert capsys.readouterr().out == f"{CHASSIS}:9: height map of base_footprint unchanged\n"
     assert (path.read_bytes(), path.stat().st_mtime_ns) == (text, status.st_mtime_ns)
-
-
-def test_status_and_note_can_be_said(rosorin: Path) -> None:
-    assert rosorin.is_dir()
-    assert main([*COMMAND, "--status", "measured", "--note", 'scanned, "twice"']) == 0
-    entry = parse_yaml(Source("c", Path(CHASSIS).read_text()))["links"]["base_footprint"]["collision"][0]
-    assert entry["source"] == {"status": "measured", "note": 'scanned, "twice"'}
 
 
 def test_another_cell_keeps_the_area(rosorin: Path, capsys: Said) -> None:
@@ -135,62 +117,13 @@ def test_permissions_and_links_stay(rosorin: Path) -> None:
 
 MADE = HeightMap((0.0, -0.5), 0.25, ((0.1, 0.2), (0.3, 0.0)), 0.25, "by hand")
 
-BLOCK = """\
-# before
-links:
-  body:   # the body
-    collision:
-      - {box: {size: [1, 1, 1]}}   # untouched
-      - name: top   # kept
-        height_map:
-          cell: 500 mm   # a cell
-          heights:   # rows
-            - [1, 2]   # one
-            # between
-            - [3, 4]
-          origin:   # where
-            - 1
-            - 2
-        # behind
-  other: {}
-# after
-"""
+BLOCK = data_text("robots/extract_into_block.yaml")
 FLOW = """\
 links: {body: {collision: [{height_map: {origin: [0, 0], cell: 1, heights: [[1, 2], [3, 4]]}, name: top}]}}   # all
 other: [1, 2]
 """
-SOURCE_FIRST = """\
-links:
-  body:
-    collision:
-      - source: {status: stand_in, note: "a, note: b"}   # says who
-        height_map:
-          origin: [0, 0]
-          cell: 1
-          method: old
-          heights: [[1]]
-"""
-SOURCE_BLOCK = """\
-links:
-  body:
-    collision:
-      -
-        source:
-          # why
-          status: stand_in
-          note: >
-            long
-            note
-          measured: 2026-01-01
-        height_map:
-            heights: [[1, 2],
-                      [3, 4]]
-            method: >-
-              folded
-              text
-            cell: 1
-            origin: [0, 0]
-"""
+SOURCE_FIRST = data_text("robots/extract_into_source_first.yaml")
+SOURCE_BLOCK = data_text("robots/extract_into_source_block.yaml")
 LAST_LINE = "links:\n  body:\n    collision:\n      - height_map:\n          cell: 1\n          origin: [0, 0]\n"
 LAST_LINE += "          heights:\n            - [1]"
 
@@ -217,13 +150,6 @@ def test_block_styles(text: str, end: str, tmp_path: Path) -> None:
     assert replace_in(tmp_path, new, link="body")
 
 
-def test_what_is_outside_stays_to_the_letter(tmp_path: Path) -> None:
-    new = replace_in(tmp_path, BLOCK)
-    before, _ = BLOCK.split("        height_map:\n")
-    assert new.startswith(before)
-    assert new.endswith("\n        # behind\n  other: {}\n# after\n")
-
-
 HEIGHTS = st.integers(1, 4).flatmap(
     lambda n: st.lists(st.lists(st.floats(0, 2), min_size=n, max_size=n), min_size=1, max_size=4)
 )
@@ -246,21 +172,7 @@ links:
   body:
     collision: [{height_map: {origin: [0, 0], cell: 1, heights: *rows}}]
 """
-ANCHOR = """\
-links:
-  body:
-    collision:
-      - height_map:
-          origin: [0, 0]
-          cell: 1
-          heights: &rows [[1]]
-  other:
-    collision:
-      - height_map:
-          origin: [0, 0]
-          cell: 1
-          heights: *rows
-"""
+ANCHOR = data_text("robots/extract_into_anchor.yaml")
 
 
 @pytest.mark.parametrize("text", [FLOW, ALIAS, ANCHOR])

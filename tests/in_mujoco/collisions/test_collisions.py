@@ -1,7 +1,5 @@
 """rosorin-compile collisions: which pairs need no check, and what becomes of the matrix when the robot changes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +8,6 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.collisions.search import Search
-from rosorin_compile.source.progress import Progress
 from support.commands import Shown, ask, write_files
 from support.paths import DATA
 
@@ -28,14 +25,12 @@ SOURCE = Path("descriptions/reach/robot.yaml")
 
 @pytest.fixture
 def reach(home: Path) -> Path:
-    """Return a project with a robot and its matrix."""
     write_files(home, PROJECT)
     return home
 
 
 @pytest.fixture(scope="module")
 def searched_once(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The matrix of the robot, as the command writes it."""
     folder = tmp_path_factory.mktemp("searched")
     write_files(folder, PROJECT)
     with pytest.MonkeyPatch.context() as patch:
@@ -46,13 +41,11 @@ def searched_once(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 @pytest.fixture
 def with_matrix(reach: Path, searched_once: bytes) -> Path:
-    """The project, with the matrix that was searched before."""
     MATRIX.write_bytes(searched_once)
     return reach
 
 
 def pairs() -> dict[str, dict[str, object]]:
-    """Return the pairs of the matrix by their names."""
     found = yaml.safe_load(MATRIX.read_text("utf-8"))["moveit"]["collision_matrix"]["pairs"]
     return {" ".join(pair["links"]): pair for pair in found}
 
@@ -203,28 +196,6 @@ def test_without_a_urdf_there_is_no_matrix(capsys: Shown) -> None:
     assert "error[collisions-refused]: reach has no URDF among its outputs" in said
 
 
-def test_a_terminal_shows_how_far_it_is(reach: Path, capsys: Shown) -> None:
-    class Terminal:
-        text = ""
-
-        def write(self, text: str) -> None:
-            self.text += text
-
-        def flush(self) -> None:
-            pass
-
-    assert reach
-    terminal, seconds = Terminal(), iter(range(10**9))
-    Progress.show(terminal, lambda: float(next(seconds)))  # type: ignore[arg-type]
-    try:
-        assert main(["collisions", "reach"]) == 0
-    finally:
-        Progress.hide()
-    assert "trying states 5,0" in terminal.text
-    assert "bringing links near each other" in terminal.text
-    assert "trying" not in capsys.readouterr().out
-
-
 @pytest.mark.tier("engines")
 @pytest.mark.usefixtures("with_matrix")
 def test_pairs_stay_whose_shapes_and_joints_are_the_same(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -251,7 +222,6 @@ def test_pairs_stay_whose_shapes_and_joints_are_the_same(capsys: Shown, monkeypa
 
 
 def searched(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
-    """Return the pairs that are brought near each other from now on."""
     asked: set[tuple[str, str]] = set()
     approach = Search.approach
 

@@ -1,7 +1,5 @@
 """What MuJoCo says of the links of a URDF, held against coal: who touches, and how far apart the others are."""
 
-from __future__ import annotations
-
 import os
 import random
 from pathlib import Path
@@ -18,7 +16,7 @@ from rosorin_compile.request import Request
 from rosorin_compile.ros.srdf.planning import Planning, urdf_of
 from rosorin_compile.source.project import Description
 from support.coal import Coal
-from support.paths import ROOT, ROSORIN
+from support.paths import ROOT, ROSORIN, data_text
 
 pytest.importorskip("mujoco", minversion="4")
 pytest.importorskip("pinocchio")
@@ -65,7 +63,6 @@ def described(folder: Path, seed: int) -> Path:
 
 
 def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[float, float]]]:
-    """Return a robot as the two engines have it, and where its joints can be."""
     description = Description("judged", path, outputs)
     known = Request(description).understand().case
     assert known is not None
@@ -110,20 +107,7 @@ def test_all_shapes(tmp_path: Path, seed: int) -> None:
     assert near > 100
 
 
-FOLDING = """\
-robot: folding
-links:
-  base: {collision: [{box: {size: [0.2, 0.2, 0.1]}}]}
-  upper: {collision: [{xyz: [0, 0, 0.15], box: {size: [0.05, 0.05, 0.26]}}]}
-  lower: {collision: [{xyz: [0, 0, 0.12], box: {size: [0.04, 0.04, 0.2]}}]}
-  finger: {collision: [{xyz: [0, 0, 0.04], box: {size: [0.01, 0.01, 0.05]}}]}
-let: {turn: {lower: -150 deg, upper: 150 deg, effort: 10, velocity: 2}}
-joints:
-  shoulder: {type: revolute, parent: base, child: upper, xyz: [0, 0, 0.05], axis: [0, 1, 0], limit: "${turn}"}
-  elbow: {type: revolute, parent: upper, child: lower, xyz: [0, 0, 0.3], axis: [0, 1, 0], limit: "${turn}"}
-  wrist: {type: fixed, parent: lower, child: finger, xyz: [0, 0, 0.24]}
-outputs: {urdf: {file: folding.urdf}}
-"""
+FOLDING = data_text("robots/judged_by_coal_folding.yaml")
 
 
 @pytest.mark.tier("engines")

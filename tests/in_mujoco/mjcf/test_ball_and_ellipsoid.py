@@ -1,7 +1,5 @@
 """Ball joints and ellipsoids: MuJoCo has them, a URDF has what stands for them."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 
@@ -11,36 +9,12 @@ from rosorin_compile.model import Ellipsoid, Shape
 from rosorin_compile.model.mass import inertial_of
 from rosorin_compile.rules.joint_states import place
 from rosorin_compile.source.diagnostics import RequestError
+from support.paths import data_text
 from support.robots import compiled_text
 
 mujoco = pytest.importorskip("mujoco")
 
-TEXT = """\
-robot: round
-links:
-  base: {}
-  egg:
-    inertial: {mass: 2, of: collision}
-    collision: [{ellipsoid: {radii: [10 cm, 0.2, 0.3]}, xyz: [0, 0, 0.1], rpy: [0.1, 0.2, 0.3]}]
-  tip: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 0.1}}]}
-joints:
-  ball:
-    type: ball
-    parent: base
-    child: egg
-    xyz: [0, 0, 0.1]
-    rpy: [0.1, 0, 0]
-    dynamics: {damping: 0.1, armature: 0.01}
-    publisher: {none: nobody measures it}
-  turn:
-    type: revolute
-    parent: egg
-    child: tip
-    xyz: [0, 0, 1]
-    limit: {lower: -1, upper: 1, effort: 1, velocity: 1}
-poses: {home: {positions: {turn: 0.2}}}
-outputs: {urdf: {file: round.urdf}, mjcf: {file: round.xml}}
-"""
+TEXT = data_text("robots/ball_and_ellipsoid.yaml")
 
 
 def test_mujoco_has_the_same_robot(tmp_path: Path) -> None:

@@ -4,8 +4,6 @@
 it, and in every compared array of its model.
 """
 
-from __future__ import annotations
-
 import copy
 import re
 from collections.abc import Iterator
@@ -22,21 +20,19 @@ from mujoco.introspect import structs  # noqa: E402
 
 from rosorin_compile.mujoco.mjcf import accelerations, compare_models  # noqa: E402
 from rosorin_compile.mujoco.mjcf.compiled_model import Model  # noqa: E402
-from support.paths import DATA  # noqa: E402
+from support.paths import DATA, data_text  # noqa: E402
 
 EVERYTHING = DATA / "mjcf" / "compared" / "everything.xml"
 TEXT = EVERYTHING.read_text("utf-8")
 
 
 def compiled(text: str) -> tuple[Any, Any]:
-    """Return the model of a text, and what its <statistic> says."""
     spec = mujoco.MjSpec.from_string(text)
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
     return spec.compile(), spec.stat
 
 
 def told(one: str, other: str, names: Any = None) -> list[str]:
-    """Return what differs between two texts."""
     (source, said), (ours, _) = compiled(one), compiled(other)
     return [one.text for one in compared(source, ours, names, said)]
 
@@ -64,11 +60,6 @@ def test_a_planted_difference_is_told(old: str, new: str, message: str) -> None:
     assert any(text.startswith(message) for text in found), found
 
 
-def test_motion_capture_is_told() -> None:
-    one = '<mujoco><worldbody><body name="b" mocap="true"><geom size="1"/></body></worldbody></mujoco>'
-    assert told(one, one.replace('mocap="true"', "")) == ["body b: motion capture 1 in the source, 0 in ours"]
-
-
 def test_order_is_told() -> None:
     motor = '    <motor name="winch" tendon="string"/>\n'
     keyless = edited("<keyframe>", "<!--", edited("</keyframe>", "-->"))
@@ -90,18 +81,7 @@ def test_what_is_added_is_told() -> None:
     assert told(TEXT, edited('<site name="pull"/>', heavy)) == ["body more is in ours alone"]
 
 
-ARM = """<mujoco><compiler angle="radian"/><worldbody><body name="base">
-<geom name="foot" type="box" size="0.1 0.1 0.1" mass="1"/>
-<body name="arm" pos="0 0 0.1" quat="0.8 0 0.6 0">
-  <joint name="turn" axis="0 0 1" range="-1 2" ref="0.5" stiffness="3" springref="0.7"/>
-  <inertial pos="0.1 0 0" mass="1" diaginertia="0.02 0.02 0.03"/>
-  <geom name="box" type="box" size="0.1 0.1 0.1" rgba="1 0 0 1"/><site name="tip" pos="0.1 0.2 0"/>
-  <body name="hand" pos="0 0 0.2"><joint name="wrist" type="ball" pos="0 0 0.1"/><geom name="fist" size="0.1"/></body>
-</body></body></worldbody>
-<equality><weld name="held" body1="base" body2="arm" relpose="0 0 0.2 0.8 0 0.6 0" active="false"/></equality>
-<tendon><fixed name="string" range="0 3" stiffness="2" springlength="1"><joint joint="turn" coef="2"/></fixed></tendon>
-<actuator><position name="servo" joint="turn" kp="5" ctrlrange="-0.5 1.5"/><motor name="motor" joint="turn"/></actuator>
-<keyframe><key name="home" qpos="0.6 1 0 0 0" ctrl="0.8 0.1"/></keyframe></mujoco>"""
+ARM = data_text("robots/compared_arm.mjcf.xml")
 FROM_ZERO = (
     ('range="-1 2" ref="0.5" stiffness="3" springref="0.7"', 'range="-1.5 1.5" stiffness="3" springref="0.2"'),
     ('range="0 3"', 'range="-1 2"'),
@@ -204,60 +184,10 @@ def test_what_has_no_mass_has_no_centre_of_mass() -> None:
     ]
 
 
-def test_the_first_site_is_a_site_like_others() -> None:
-    """A tendon goes along a shape at the side of a site, which is the first of the model and the last of the other."""
-    side, ends = '<site name="side" pos="0 0.2 0"/>', '<site name="a" pos="1 0 0"/><site name="b" pos="-1 0 0"/>'
-    text = f"""<mujoco><worldbody><body name="base"><geom name="ball" size="0.1"/>{side}{ends}</body></worldbody>
-    <tendon><spatial><site site="a"/><geom geom="ball" sidesite="side"/><site site="b"/></spatial></tendon></mujoco>"""
-    assert told(text, text) == told(text, edited(side + ends, ends + side, text)) == []
-    assert told(text, edited(' sidesite="side"', "", text)) == [
-        "tendon 0: objid site a, geom ball, site b, 0, site side, 0 in the source, site a, geom ball, site b, 0, none,"
-        " 0 in ours"
-    ]
-
-
 def test_a_range_that_does_not_limit_is_not_compared() -> None:
     free = edited('ctrlrange="-0.5 1.5"', "", ARM)
     assert told(ARM, free) == ["actuator servo: ctrllimited 1 in the source, 0 in ours"]
     assert told(free, ARM) == ["actuator servo: ctrllimited 0 in the source, 1 in ours"]
-
-
-def test_how_far_a_key_has_bent_a_spring_is_told() -> None:
-    text = edited(
-        'springref="0.7"', 'springref="0.7" springyield="0.1"', edited('ctrl="0.8 0.1"', 'plastic="0.05"', ARM)
-    )
-    assert told(text, text) == []
-    assert told(text, edited('plastic="0.05"', 'plastic="0.06"', text)) == [
-        "key home: plastic 0.05 in the source, 0.06 in ours"
-    ]
-
-
-def test_a_site_that_is_not_there_is_no_other_one() -> None:
-    text = """<mujoco><worldbody><body name="base"><geom name="ball" size="0.1"/>{}<site name="a" pos="1 0 0"/>
-    <site name="b" pos="-1 0 0"/>{}</body></worldbody><tendon><spatial><site site="a"/>
-    <geom geom="ball" sidesite="{}"/><site site="b"/></spatial></tendon></mujoco>"""
-    one = text.format('<site name="side" pos="0 0.2 0"/>', "", "side")
-    other = text.format("", '<site name="block" type="box" pos="0 0.2 0"/>', "block")
-    assert told(one, other) == [
-        "site side: is not in ours",
-        "tendon 0: objid site a, geom ball, site b, 0, site side, 0 in the source, site a, geom ball, site b, 0,"
-        " site block, 0 in ours",
-    ]
-
-
-def test_a_material_that_is_not_there_is_told_where_it_is_more_than_a_colour() -> None:
-    text = edited("<worldbody>", '<asset><material name="glossy" shininess="0.9"/></asset><worldbody>', ARM)
-    assert told(text, ARM) == ["material glossy: is not in ours"]
-    plain = edited(' shininess="0.9"', "", text)
-    assert told(plain, ARM) == []
-    found = told(plain, edited('<site name="tip" pos="0.1 0.2 0"/>', "", plain))
-    assert found == ["site tip: is not in ours"]  # the first one of its kind, as the material
-
-
-def test_the_degrees_of_one_joint_are_not_those_of_the_next() -> None:
-    assert told(TEXT, edited('ref="0.05"', 'ref="0.05" damping="0.3"')) == [
-        "joint rail: damping 0 in the source, 0.3 in ours"
-    ]
 
 
 def test_where_a_key_has_a_joint_is_told() -> None:
@@ -268,15 +198,6 @@ def test_where_a_key_has_a_joint_is_told() -> None:
     assert told(fast, edited('qvel="0.1 0 0 0.2"', 'qvel="0.1 0 0 0.3"', fast)) == [
         "key home: speed of joint wrist 0 0 0.2 in the source, 0 0 0.3 in ours"
     ]
-
-
-def test_a_hull_of_fewer_vertices_is_told() -> None:
-    corners = " ".join(f"{x} {y} {z}" for x in (0, 1) for y in (0, 1) for z in (0, 1))
-    text = f"""<mujoco><asset><mesh name="m" vertex="{corners}" maxhullvert="8"/></asset><worldbody><body name="b">
-    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><geom name="g" type="mesh" mesh="m"/></body></worldbody>
-    </mujoco>"""
-    assert told(text, text) == []
-    assert "mesh m: vertices of the hull 8 in the source, 5 in ours" in told(text, edited('vert="8"', 'vert="5"', text))
 
 
 def test_names_that_the_import_gave_are_no_difference() -> None:
@@ -292,7 +213,6 @@ def test_names_that_the_import_gave_are_no_difference() -> None:
 
 @pytest.fixture(autouse=True)
 def _no_log() -> Any:
-    """Keep MuJoCo from writing its warnings into a file."""
     mujoco.set_mju_user_warning(lambda _: None)
     yield
     mujoco.set_mju_user_warning(None)
@@ -320,7 +240,6 @@ SOME_ROWS = re.compile(
 
 
 def _arrays() -> Iterator[str]:
-    """Yield the arrays that ``mujoco.introspect`` has."""
     for field in structs.STRUCTS["mjModel"].fields:
         is_derived = compare_models._DERIVED.fullmatch(field.name) or IN_NO_OBJECT.fullmatch(field.name)
         if getattr(field, "array_extent", None) and not is_derived and field.name not in NOT_ALONE:
@@ -362,19 +281,6 @@ def test_every_field_of_the_settings_is_compared(name: str, of: str) -> None:
 )
 def test_rounding_is_no_difference(one: Any, other: Any, same: bool) -> None:
     assert compare_models.close(one, other) == same
-
-
-@pytest.mark.parametrize(
-    ("one", "other", "said"),
-    [
-        ([1, 2], [], "1 2 in the source, nothing in ours"),
-        (0.1, 0.1 + 1e-9, "0.1 in the source, 0.100000001 in ours"),
-        (range(21), [*range(20), 0], "differs in 1 of 21 numbers: 20 in the source, 0 in ours"),
-        (range(21), range(3), "has 21 numbers in the source, 3 in ours"),
-    ],
-)
-def test_two_values_in_words(one: object, other: object, said: str) -> None:
-    assert compare_models.in_words(np.array(one), np.array(other)) == said
 
 
 def _planted(model: Any, field: str, row: int) -> Iterator[Any]:
@@ -434,12 +340,6 @@ STONES = f"""<mujoco><option integrator="implicitfast" cone="elliptic" impratio=
 
 def test_what_the_last_bits_decide_is_no_difference() -> None:
     assert not _moved(STONES, edited("0.012 -0.01 0", "0.01199999999999 -0.01 0", STONES)).differs
-
-
-def test_the_corners_are_themselves() -> None:
-    for path in sorted(Path(DATA, "mjcf", "corners").glob("*.xml")):
-        model = mujoco.MjModel.from_xml_path(str(path))
-        assert compared(model, copy.copy(model)) == []
 
 
 @pytest.mark.filterwarnings("ignore:compiler attribute")

@@ -1,7 +1,5 @@
 """Who may touch whom: neighbours and what touches at rest do not, and nothing else is hidden, whatever the base."""
 
-from __future__ import annotations
-
 import math
 import random
 from dataclasses import replace
@@ -51,7 +49,6 @@ def wrist(*, camera: float = 0.3, tool: float = 0.45, kind: str = "revolute", **
 
 
 def names(robot: Robot) -> list[tuple[str, str]]:
-    """Return the links that have pairs of shapes."""
     return list(dict.fromkeys((one.link, other.link) for one, other in contacts(robot).pairs))
 
 
@@ -190,7 +187,6 @@ KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box",
 
 
 def _layered(link: Link, chance: random.Random) -> tuple[Shape, ...]:
-    """Return the shapes of a link, some of them on layers of their own."""
     both = [None, ("default",), ("other",), ("default", "other")]
     contacts = [Contact(chance.choice(both), chance.choice(both)) if chance.random() < 0.5 else None for _ in "123456"]
     return tuple(replace(shape, contact=chance.choice(contacts)) for shape in link.collision)

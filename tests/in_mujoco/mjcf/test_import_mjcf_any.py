@@ -1,7 +1,5 @@
 """Rules of the import of MJCF that hold for every input: numbers, rotations, and chains of joints of every kind."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from pathlib import Path
@@ -109,7 +107,6 @@ def joints(draw: st.DrawFn) -> str:
 
 @st.composite
 def body(draw: st.DrawFn, depth: int = 0) -> str:
-    """Return a body with what is in it."""
     geom = f'<geom type="box" size="0.1 0.2 0.3" pos="{draw(three)}" quat="{draw(turn)}"/>'
     inner = "".join(draw(st.lists(body(depth + 1), max_size=2))) if depth < 3 else ""
     here = f'<body pos="{draw(three)}" quat="{draw(turn)}">{draw(joints())}{geom}{inner}</body>'

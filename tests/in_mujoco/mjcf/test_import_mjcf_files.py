@@ -3,8 +3,6 @@
 What is written is what was proven, and what is not there any more is never left out in silence.
 """
 
-from __future__ import annotations
-
 import re
 import shlex
 import struct
@@ -17,6 +15,7 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.mjcf import proof
 from support.commands import Shown
+from support.paths import data_text
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
@@ -30,39 +29,10 @@ WAYS = {
     "up": ('meshdir="../other/m" texturedir="../t"', "{m}.obj", "{t}.png", "../other/m", "../t"),
     "stripped": ('strippath="true" meshdir="m" texturedir="m"', "gone/{m}.obj", "gone/{t}.png", "m", "m"),
 }
-ROBOT = """<mujoco model="arm">
-  <compiler {folders}/>
-  <asset>
-    <mesh name="seen" file="{seen}" scale="0.1 0.1 0.1"/>
-    <mesh file="{solid}" scale="0.1 0.2 0.1"/>
-    <texture name="wood" type="2d" file="{wood}"/>
-    <texture name="box" type="cube" fileright="{wood}" fileup="{wood}"/>
-    <material name="wooden" texture="wood" texrepeat="2 2"/>
-    <material name="boxed" texture="box"/>
-    <hfield name="ground" file="{wood}" size="1 1 0.2 0.1"/>
-  </asset>
-  <worldbody>
-    <body name="base" pos="0 0 1">
-      <geom name="look" type="mesh" mesh="seen" material="wooden" contype="0" conaffinity="0" group="2" mass="0"/>
-      <geom name="hull" type="mesh" mesh="solid" mass="1" contype="0" conaffinity="0" group="3"/>
-      <geom name="tray" type="hfield" hfield="ground" pos="0 0 3" mass="0" contype="0" conaffinity="0"/>
-      <body name="tip" pos="0 0 0.5">
-        <joint name="turn" axis="0 1 0" range="-1 1" damping="1"/>
-        <geom name="finger" type="capsule" size="0.02 0.1" mass="0.1" material="boxed" contype="0" conaffinity="0"/>
-      </body>
-    </body>
-  </worldbody>
-  <contact><pair geom1="hull" geom2="finger"/></contact>
-  <deformable>
-    <skin name="cover" file="{skin}" material="wooden"/>
-  </deformable>
-  <sensor><framepos name="where" objtype="geom" objname="hull"/></sensor>
-</mujoco>
-"""
+ROBOT = data_text("robots/import_mjcf_files.mjcf.xml")
 
 
 def png() -> bytes:
-    """Return an image of 2 x 2 grey pixels."""
     rows = b"\x00\x10\x80\x00\xc0\xff"
     chunks = ((b"IHDR", struct.pack(">IIBBBBB", 2, 2, 8, 0, 0, 0, 0)), (b"IDAT", zlib.compress(rows)), (b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(
@@ -71,7 +41,6 @@ def png() -> bytes:
 
 
 def skin() -> bytes:
-    """Return a skin of one triangle that two bodies hold."""
     corners = (0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0)
     made = struct.pack("<4i", 3, 0, 1, 2) + struct.pack("<9f", *corners) + struct.pack("<3i", 0, 1, 2)
     for name in ("base", "tip"):
@@ -81,7 +50,6 @@ def skin() -> bytes:
 
 
 def write_robot(folder: Path, way: str) -> Path:
-    """Write a robot with its files and return its MJCF."""
     folders, mesh, image, meshes, images = WAYS[way]
     for name, data in (("seen.obj", CORNER.encode()), ("solid.obj", CORNER.encode()), ("cover.skn", skin())):
         (folder / meshes).mkdir(parents=True, exist_ok=True)
@@ -98,20 +66,17 @@ def write_robot(folder: Path, way: str) -> Path:
 
 @pytest.fixture(name="vendor")
 def _vendor(home: Path) -> Path:
-    """A folder outside of the current one, which is an empty project."""
     folder = home.parent / f"{home.name}_of_others" / "robot"
     folder.mkdir(parents=True)
     return folder
 
 
 def images(model: Any) -> set[bytes]:
-    """Return the pixels of all textures of a model."""
     ends = [*model.tex_adr[1:].tolist(), len(model.tex_data)]
     return {model.tex_data[at:to].tobytes() for at, to in zip(model.tex_adr, ends, strict=True)}
 
 
 def next_line(said: str) -> list[str]:
-    """Return the words of the command that import says next."""
     (line,) = re.findall(r"(?m)^next: rosorin-compile (.*)$", said)
     return shlex.split(line)
 
@@ -141,7 +106,6 @@ def test_the_next_line_makes_an_mjcf_with_all_files(
 
 
 def brought(vendor: Path, capsys: Shown) -> list[str]:
-    """Import a robot and return the next line."""
     assert main(["import", str(write_robot(vendor, "beside"))]) == 0
     return next_line(capsys.readouterr().out)
 

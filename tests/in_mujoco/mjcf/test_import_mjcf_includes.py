@@ -1,14 +1,14 @@
 """Files that include files are found as MuJoCo finds them: MuJoCo reads the same folder, and has the same bodies."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
+from support.paths import data_text
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
@@ -26,61 +26,7 @@ def _main(*names: str, more: str = "") -> str:
     return _file(*names).replace("mujocoinclude", "mujoco").replace("</mujoco>", f"{more}</mujoco>")
 
 
-_ATTACH = '<worldbody><frame><attach model="arm" body="arm" prefix="left_"/></frame></worldbody>'
-_ARM = '<mujoco>{}<worldbody><body name="arm"><geom size="1"/></body></worldbody></mujoco>'
-
-LAYOUTS = {
-    "beside the main file": {"main.xml": _main("in/a.xml"), "in/a.xml": _file("b.xml"), "b.xml": _body("main")},
-    "beside the including file": {"main.xml": _main("in/a.xml"), "in/a.xml": _file("b.xml"), "in/b.xml": _body("own")},
-    "both: the one beside the main file": {
-        "main.xml": _main("in/a.xml"),
-        "in/a.xml": _file("b.xml"),
-        "b.xml": _body("main"),
-        "in/b.xml": _body("own"),
-    },
-    "three folders deep": {
-        "main.xml": _main("in/a.xml"),
-        "in/a.xml": _file("deep/b.xml"),
-        "in/deep/b.xml": _file("c.xml"),
-        "in/deep/c.xml": _body("deep"),
-        "in/c.xml": _body("between"),
-    },
-    "not beside the one between": {
-        "main.xml": _main("in/a.xml"),
-        "in/a.xml": _file("deep/b.xml"),
-        "in/deep/b.xml": _file("c.xml"),
-        "in/c.xml": _body("between"),
-    },
-    "two files of one name": {
-        "main.xml": _main("left/a.xml", "right/a.xml"),
-        "left/a.xml": _file("b.xml"),
-        "right/a.xml": _file("b.xml"),
-        "left/b.xml": _body("left"),
-        "right/b.xml": _body("right"),
-    },
-    "twice": {"main.xml": _main("c.xml", "c.xml"), "c.xml": _body("c")},
-    "twice, written in two ways": {"main.xml": _main("c.xml", "./c.xml"), "c.xml": _body("c")},
-    "twice, through a folder": {"main.xml": _main("c.xml", "in/../c.xml"), "c.xml": _body("c"), "in/x.xml": ""},
-    "twice, from two files": {"main.xml": _main("in/a.xml", "c.xml"), "in/a.xml": _file("c.xml"), "c.xml": _body("c")},
-    "itself": {"main.xml": _main("main.xml")},
-    "in a circle": {"main.xml": _main("a.xml"), "a.xml": _file("b.xml"), "b.xml": _file("a.xml")},
-    "a model, beside the file that names it": {
-        "main.xml": _main("in/a.xml", more=_ATTACH),
-        "in/a.xml": '<mujocoinclude><asset><model name="arm" file="arm.xml"/></asset></mujocoinclude>',
-        "in/arm.xml": _ARM.format(""),
-    },
-    "a model includes what is beside it, and what the main file includes too": {
-        "main.xml": _main("c.xml", more=f'<asset><model name="arm" file="in/arm.xml"/></asset>{_ATTACH}'),
-        "c.xml": _body("c"),
-        "in/arm.xml": _ARM.format('<include file="d.xml"/><include file="../c.xml"/>'),
-        "in/d.xml": '<mujocoinclude><option timestep="0.01"/></mujocoinclude>',
-    },
-    "a model does not look beside the main file": {
-        "main.xml": _main(more=f'<asset><model name="arm" file="in/arm.xml"/></asset>{_ATTACH}'),
-        "in/arm.xml": _ARM.format('<include file="d.xml"/>'),
-        "d.xml": '<mujocoinclude><option timestep="0.01"/></mujocoinclude>',
-    },
-}
+LAYOUTS = yaml.safe_load(data_text("mjcf/includes.yaml"))
 
 
 @pytest.mark.parametrize("files", LAYOUTS.values(), ids=LAYOUTS)

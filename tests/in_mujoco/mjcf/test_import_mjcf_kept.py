@@ -1,7 +1,6 @@
 """What an imported MJCF keeps, in MuJoCo's own terms: the compiled models of source and result are compared."""
 
-from __future__ import annotations
-
+import shutil
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
 
 KEPT = sorted((DATA / "mjcf" / "kept").glob("*.xml"))
+WHOLE = DATA / "mjcf" / "whole"
 
 GRIPPER = (DATA / "robots/gripper.xml").read_text("utf-8")
 SHEET = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1e-4\nf 1 2 3\nf 1 3 4\nf 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n"
@@ -82,3 +82,15 @@ def test_keys_of_the_source_stand_before_the_home_of_ours(tmp_path: Path, monkey
     assert main(["all"]) == 0
     ours = mujoco.MjModel.from_xml_path("outputs/hovering/hovering.xml")
     assert [ours.key(index).name for index in range(ours.nkey)] == ["hover", "crouched", "home"]
+
+
+@pytest.mark.parametrize("path", sorted(WHOLE.glob("*.xml")), ids=lambda path: path.stem)
+def test_a_whole_model_in_the_manner_of_public_ones(path: Path, home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(WHOLE / "assets", home / "assets")
+    shutil.copy(path, "whole.xml")
+    assert main(["import", "whole.xml", "--strict", "--meshes", "../.."]) == 0
+    said = "".join(capsys.readouterr())
+    assert "MuJoCo's model of the MJCF is that of the source" in said
+    assert "not carried over" not in said
+    assert main(["all"]) == 0
+    assert main(["check"]) == 0

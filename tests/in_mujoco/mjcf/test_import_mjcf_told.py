@@ -3,8 +3,6 @@
 The comment of each file in tests/data/mjcf/told and tests/data/mjcf/bad lists its diagnostics (see support/cases.py).
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time
@@ -36,16 +34,6 @@ def test_message(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(one.span and one.help for one in made.diagnostics if one.severity == "error")
     carried_not = [one for one in made.diagnostics if one.rule == "import-cannot-carry"]
     assert len([left for left in made.left_out if left.span]) == len(made.left_out) == len(carried_not)
-
-
-def test_what_is_told_of_many_names_the_other_places(tmp_path: Path) -> None:
-    file = tmp_path / "hills.xml"
-    hills = '<geom type="hfield" hfield="hills"/>'
-    asset = '<asset><hfield name="hills" nrow="2" ncol="2" size="1 1 1 1" elevation="0 1 2 3"/></asset>'
-    file.write_text(f"<mujoco>{asset}<worldbody><body>\n{hills}\n{hills}\n</body></worldbody></mujoco>", "utf-8")
-    made = read_mjcf(file, ReadOptions())
-    (found,) = [d for d in made.diagnostics if d.message.startswith("2 elements (geom: height field)")]
-    assert [(related.message, related.span and related.span.line) for related in found.related] == [("and here", 3)]
 
 
 def test_a_folder_may_be_allowed() -> None:

@@ -1,7 +1,5 @@
 """What people expect of an MJCF: classes, groups, materials and a key home; to MuJoCo the robot is the same."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from dataclasses import replace
@@ -18,33 +16,11 @@ from rosorin_compile.model import Shape  # noqa: E402
 from rosorin_compile.model.shape import Material  # noqa: E402
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
 from support.machines import machine, overlapping  # noqa: E402
-from support.paths import OUTPUTS  # noqa: E402
-from support.robots import compiled, compiled_text, sound  # noqa: E402
+from support.paths import OUTPUTS, data_text  # noqa: E402
+from support.robots import compiled_text, sound  # noqa: E402
 from support.simulator import emit, load  # noqa: E402
 
-ARMS = """\
-robot: pair
-links:
-  trunk: {inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.2, 0.2, 0.1]}}]}
-parts:
-  leg:
-    links:
-      hip: {inertial: {mass: 1, of: collision}, collision: [{capsule: {radius: 2 cm, length: 10 cm}}]}
-      knee: {inertial: {mass: 1, of: collision}, collision: [{capsule: {radius: 2 cm, length: 10 cm}}]}
-    joints:
-      hip_joint:
-        {type: revolute, parent: mount, child: hip, axis: [0, 1, 0], dynamics: "${moves}", actuator: "${drive}",
-         limit: {lower: -1, upper: 1, effort: 20 N*m, velocity: 10}}
-      knee_joint:
-        {type: revolute, parent: hip, child: knee, axis: [0, 1, 0], dynamics: "${moves}", actuator: "${drive}",
-         xyz: [0, 0, -0.2], limit: {lower: 0.5, upper: 2.5, effort: 20 N*m, velocity: 10}}
-    let: {moves: {damping: 0.25, armature: 0.0125}, drive: {kp: 125, kv: 1.5}}
-use:
-  left: {part: leg, parent: trunk, xyz: [0, 0.1, 0]}
-  right: {part: leg, parent: trunk, xyz: [0, -0.1, 0]}
-  middle: {part: leg, parent: trunk, xyz: [0.1, 0, 0]}
-  last: {part: leg, parent: trunk, xyz: [-0.1, 0, 0]}
-"""
+ARMS = data_text("robots/mjcf_looks_arms.yaml")
 OUTPUT = "outputs: {mjcf: {file: pair.xml}}\n"
 
 
@@ -69,10 +45,6 @@ def test_joints_that_move_alike_share_a_class_with_their_actuators(tmp_path: Pat
         assert model.jnt_actfrcrange[joint.id].tolist() == [-20, 20]
         assert servo.gainprm[0] == 125
         assert servo.biasprm[:3].tolist() == [0, -125, -1.5]
-
-
-def test_one_joint_of_its_kind_has_its_values_itself() -> None:
-    assert re.findall(r"<default class=[^>]*>\n\s*<joint", emit(overlapping())) == []
 
 
 UNSAID = ("autolimits=", 'type="hinge"', 'type="sphere"', 'axis="0 0 1"', ' 0 0 0"/>')
@@ -150,17 +122,6 @@ def test_materials_are_assets_and_a_colour_of_a_visual_stays_its_own() -> None:
     assert geoms[1].rgba.tolist() == [1, 0, 0, 1]
 
 
-def test_two_robots_are_included_into_one_scene(tmp_path: Path) -> None:
-    """But for the keys: both have one called home, and MuJoCo wants other names."""
-    keys = re.compile(r"  <keyframe>.*</keyframe>\n", re.DOTALL)
-    (tmp_path / "machine.xml").write_text(keys.sub("", emit(machine())), "utf-8")
-    (tmp_path / "pair.xml").write_text(pair(tmp_path / "pair"), "utf-8")
-    scene = tmp_path / "both.xml"
-    scene.write_text('<mujoco><include file="machine.xml"/><include file="pair.xml"/></mujoco>', "utf-8")
-    model = mujoco.MjModel.from_xml_path(str(scene))
-    assert model.joint("left_knee_joint").damping[0] == 0.25
-
-
 def test_a_class_that_is_kept_verbatim_keeps_its_name() -> None:
     robot = machine()
     kept = '<default><default class="machine"><geom group="5"/></default></default>'
@@ -204,7 +165,6 @@ def test_collision_shapes_that_are_seen_come_back_as_that() -> None:
 
 
 def floor_gap(text: str, key: str) -> float:
-    """Return how far the robot is above the floor at a key (m)."""
     floor = '<geom name="the_floor" type="plane" size="0 0 1"/>'
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -235,26 +195,3 @@ def test_a_root_that_the_description_places_stays_there(tmp_path: Path) -> None:
             assert floor_gap(artifacts["mjcf"], "home") == pytest.approx(0.0, abs=1e-6)
         else:
             assert model.body("trunk").pos[2] == model.key("home").qpos[2] == height
-
-
-def test_the_reference_robot_has_what_people_expect() -> None:
-    (text,) = [one.text for one in compiled().artifacts if one.file == "rosorin.xml"]
-    sections = re.findall(r"^  <(\w+)", text, re.MULTILINE)
-    order = [
-        "compiler",
-        "option",
-        "default",
-        "asset",
-        "worldbody",
-        "contact",
-        "equality",
-        "actuator",
-        "sensor",
-        "keyframe",
-    ]
-    assert sections == order
-    assert all(
-        re.match(r'\s*<geom name="[^"]*" class="rosorin_', line) for line in text.splitlines() if "<geom name" in line
-    )
-    coloured = [line for line in text[text.index("<worldbody>") :].splitlines() if "rgba" in line]
-    assert all("_wheel_" in line for line in coloured)  # of the wheels it is known how they look

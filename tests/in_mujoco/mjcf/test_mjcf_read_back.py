@@ -1,7 +1,5 @@
 """An MJCF of ours is read back without MuJoCo, and nothing in it is lost."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +10,7 @@ pytest.importorskip("mujoco", minversion="4")
 from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.mujoco.mjcf.read_back import read
 from support.machines import machine
+from support.paths import data_text
 from support.reading import leaves_of, line
 from support.robots import CHAIN, compiled_text
 from support.simulator import emit
@@ -44,26 +43,20 @@ def test_one_of_many_that_are_alike_is_found(tmp_path: Path, which: int, old: st
     assert any(told in one.message for one in found), [one.message for one in found]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "<mujoco>",
-        "<robot/>",
-        "<mujoco/>",
-        '<!DOCTYPE mujoco [<!ENTITY a "b">]><mujoco><worldbody/></mujoco>',
-        "<mujoco><worldbody><body/></worldbody></mujoco>",
-        '<mujoco><worldbody><body name="a" pos="0 0"/></worldbody></mujoco>',
-        '<mujoco><worldbody><body name="a" pos="0 0 x"/></worldbody></mujoco>',
-        '<mujoco><worldbody><body name="a"><inertial mass="nan"/></body></worldbody></mujoco>',
-        '<mujoco><worldbody><body name="a"><inertial mass="1_0"/></body></worldbody></mujoco>',
-        '<mujoco><worldbody><body name="a"><body name="b" quat="0 0 0 0"/></body></worldbody></mujoco>',
-        '<mujoco><worldbody/><keyframe><key name="k" qpos="1"/></keyframe></mujoco>',
-        '<mujoco><worldbody/><equality><joint joint1="a" joint2="b"/></equality></mujoco>',
-        '<mujoco><worldbody/><actuator><position joint="a" kp="1"/></actuator></mujoco>',
-        '<mujoco><worldbody><body name="a"><geom class="x_visual" type="mesh" mesh="m"/></body></worldbody></mujoco>',
-    ],
-)
+TEXTS = ["", "<mujoco>", "<robot/>", "<mujoco/>", '<!DOCTYPE mujoco [<!ENTITY a "b">]><mujoco><worldbody/></mujoco>']
+TEXTS += ["<mujoco><worldbody><body/></worldbody></mujoco>"]
+TEXTS += ['<mujoco><worldbody><body name="a" pos="0 0"/></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a" pos="0 0 x"/></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a"><inertial mass="nan"/></body></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a"><inertial mass="1_0"/></body></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a"><body name="b" quat="0 0 0 0"/></body></worldbody></mujoco>']
+TEXTS += ['<mujoco><worldbody/><keyframe><key name="k" qpos="1"/></keyframe></mujoco>']
+TEXTS += ['<mujoco><worldbody/><equality><joint joint1="a" joint2="b"/></equality></mujoco>']
+TEXTS += ['<mujoco><worldbody/><actuator><position joint="a" kp="1"/></actuator></mujoco>']
+TEXTS += ['<mujoco><worldbody><body name="a"><geom class="x_visual" type="mesh" mesh="m"/></body></worldbody></mujoco>']
+
+
+@pytest.mark.parametrize("text", TEXTS)
 def test_damaged_text_is_a_value_error(text):
     with pytest.raises(ValueError, match=r"."):
         read(text)
@@ -76,16 +69,7 @@ def test_cutting_an_artifact_anywhere_is_a_value_error():
             read(text[:end])
 
 
-OF_A_SIMULATION = """<mujoco><worldbody>
-<body name="base"><freejoint name="free"/><site name="base"/><site name="mark" size="0.1"/>
-  <geom name="foot" size="0.1"/>
-  <body name="arm"><joint name="turn" type="hinge" axis="0 0 1"/><geom name="tip" size="0.1"/></body></body></worldbody>
-<equality><connect name="shut" site1="base" site2="mark" solref="0.01 1"/>
-  <joint joint1="turn" polycoef="0.5 0 0 0 0"/></equality>
-<tendon><fixed name="rope"><joint joint="turn" coef="2"/></fixed></tendon>
-<contact><pair geom1="foot" geom2="tip" margin="0.2"/></contact>
-<actuator><motor name="push" joint="turn" gear="2"/></actuator>
-<keyframe><key name="home" qpos="1 2 3 1 0 0 0 0.5"/><key name="zero"/></keyframe></mujoco>"""
+OF_A_SIMULATION = data_text("robots/mjcf_read_back.mjcf.xml")
 
 
 def test_what_a_simulation_has_is_read() -> None:

@@ -1,7 +1,5 @@
 """What MuJoCo does not load, and what MJCF cannot say, is told; MuJoCo is the judge."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -17,7 +15,6 @@ from support.simulator import BASES, load  # noqa: E402
 
 
 def emitted(robot: Robot, base: str = "fixed") -> tuple[str, list[str]]:
-    """Return the text and the rule and severity of what is said."""
     text, said = mjcf.write(robot, Output("mjcf", "mjcf", "robot.xml", {"base": base}), Templates())
     return text, [f"{d.severity} {d.rule}" for d in said]
 

@@ -1,7 +1,5 @@
 """The MJCF of the reference robot in MuJoCo, held in the world and free."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np
@@ -25,7 +23,6 @@ MERGED_BOXES = 35  # which the recorded boxes make in the MJCF, where wheels hav
 
 @pytest.fixture(scope="module", params=BASES)
 def made(request) -> tuple[Robot, str]:
-    """The robot and its MJCF with one kind of base."""
     result = compiled(arguments={"base": request.param})
     assert [d for d in result.diagnostics if d.severity in (ERROR, WARNING)] == []
     assert result.robot is not None
@@ -107,14 +104,6 @@ def test_mass_and_boxes_are_those_of_the_description(made):
     assert sum(boxes.values()) == sum(RECORDED["urdf"]["collision_boxes"].values()) - fewer
     own = [i for i in range(model.ngeom) if "_wheel_" not in model.body(model.geom_bodyid[i]).name]
     assert {int(model.geom_type[i]) for i in own} == {int(mujoco.mjtGeom.mjGEOM_BOX)}
-
-
-def test_stand_ins_are_named(made):
-    robot, text = made
-    remarks = {shape.stand_in for link in robot.links for shape in link.collision if shape.stand_in}
-    assert len(remarks) == 2
-    for remark in remarks:
-        assert f"<!-- STAND-IN: {remark} -->" in text
 
 
 def test_nothing_touches_at_the_zero_pose_and_no_pair_touches_always(made):

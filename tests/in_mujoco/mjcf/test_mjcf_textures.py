@@ -1,37 +1,22 @@
 """Textures in MuJoCo: the images of visuals and materials are carried, each pixel of them; what is not is told."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
+import struct  # noqa: E402
+
 import numpy as np  # noqa: E402
 
 from rosorin_compile.cli.main import main  # noqa: E402
+from rosorin_compile.model.mesh_vertices import UnreadableMesh, read_vertices  # noqa: E402
 from support.images import png  # noqa: E402
+from support.paths import data_text  # noqa: E402
 
 Said = pytest.CaptureFixture[str]
-ROBOT = """\
-robot: box
-materials:
-  wood: {texture: TEXTURE}
-  tinted: {rgba: [0.5, 1, 1, 1], texture: TEXTURE}
-  red: {rgba: [1, 0, 0, 1]}
-links:
-  base:
-    inertial: {mass: 1, of: collision}
-    collision: [{box: {size: [0.3, 0.2, 0.1]}}]
-    visual:
-      - {box: {size: [0.3, 0.2, 0.1]}, name: plank, material: wood}
-      - {box: {size: [0.3, 0.2, 0.1]}, name: dyed, material: tinted}
-      - {box: {size: [0.3, 0.2, 0.1]}, name: own, texture: TEXTURE}
-      - {box: {size: [0.3, 0.2, 0.1]}, name: other, texture: OTHER, rgba: [0.5, 0.5, 0.5, 1]}
-      - {box: {size: [0.3, 0.2, 0.1]}, name: plain, material: red}
-outputs: {mjcf: {file: mjcf/box.xml}, scene: {file: mjcf/scene.xml}, urdf: {file: box.urdf}}
-"""
+ROBOT = data_text("robots/mjcf_textures.yaml")
 
 
 @pytest.fixture
@@ -105,7 +90,7 @@ def test_what_is_not_found_is_told_and_left_out(home: Path, folder: Path, capsys
     assert look_of(loaded(home), "plank")[0] == -1
 
 
-@pytest.mark.parametrize("data", [b"", b"\xff\xd8\xff", png(0)[:-4], png(0)[:60], png(0).replace(b"IDAT", b"IDAt")])
+@pytest.mark.parametrize("data", [b"", b"\xff\xd8\xff", png(0)[:-4], png(0)[:60]])
 def test_what_is_no_image_is_told_and_left_out(home: Path, folder: Path, capsys: Said, data: bytes) -> None:
     (folder / "wood.png").write_bytes(data)
     described(folder)
@@ -115,38 +100,12 @@ def test_what_is_no_image_is_told_and_left_out(home: Path, folder: Path, capsys:
     assert look_of(loaded(home), "plank")[0] == 10
 
 
-def test_a_urdf_alone_asks_for_no_texture(folder: Path, capsys: Said) -> None:
-    described(folder, "gone.png", "gone.png")
-    text = (folder / "robot.yaml").read_text("utf-8")
-    (folder / "robot.yaml").write_text(text[: text.index("outputs:")] + "outputs: {urdf: {file: box.urdf}}\n", "utf-8")
-    assert main(["all"]) == 0
-    assert "texture" not in capsys.readouterr().err
-
-
 def test_an_imported_mjcf_keeps_its_images(home: Path, capsys: Said) -> None:
     """An image as it is becomes a word; what MuJoCo wraps around a cube stays an element, and its material has it."""
     source = home / "source"
     (source / "pictures").mkdir(parents=True)
     (source / "pictures" / "wood.png").write_bytes(png(10))
-    (source / "box.xml").write_text("""\
-<mujoco model="box">
-  <compiler texturedir="pictures"/>
-  <default><geom contype="0" conaffinity="0"/></default>
-  <asset>
-    <texture name="wood" type="2d" file="wood.png"/>
-    <texture name="wrapped" type="cube" file="wood.png"/>
-    <material name="plank" texture="wood" texrepeat="3 3"/>
-    <material name="crate" texture="wrapped" rgba="0.5 1 1 1"/>
-  </asset>
-  <worldbody>
-    <body name="base">
-      <geom name="plank" type="box" size="1 1 1" material="plank" mass="1"/>
-      <geom name="crate" type="box" size="1 1 1" pos="3 0 0" material="crate" mass="1"/>
-      <geom name="dyed" type="box" size="1 1 1" pos="6 0 0" material="plank" rgba="0 1 0 1" mass="1"/>
-    </body>
-  </worldbody>
-</mujoco>
-""")
+    (source / "box.xml").write_text(data_text("robots/mjcf_textures_box.mjcf.xml"))
     assert main(["import", "source/box.xml", "-o", "descriptions/box", "--meshes", "../../source"]) == 0
     assert "MuJoCo's model of the MJCF is that of the source, in every field that it decides" in capsys.readouterr().out
     assert main(["all"]) == 0
@@ -160,3 +119,153 @@ def test_an_imported_mjcf_keeps_its_images(home: Path, capsys: Said) -> None:
         assert new.mat_texrepeat[ours.matid[0]].tolist() == old.mat_texrepeat[theirs.matid[0]].tolist()
         textures = [model.mat_texid[one.matid[0]][1] for model, one in ((old, theirs), (new, ours))]
         assert old.tex_type[textures[0]] == new.tex_type[textures[1]]
+
+
+# A free robot of meshes stands on the floor in MuJoCo: its lowest vertex is at z = 0, in every key.
+
+
+# A foot that is lowest at a corner, whatever way it is turned; in millimetres.
+CORNERS = ((-30.0, -20.0, 0.0), (60.0, -10.0, 5.0), (10.0, 40.0, 2.5), (5.0, 0.0, 90.0), (40.0, 30.0, -7.0))
+FACES = ((0, 1, 4), (0, 4, 2), (0, 2, 3), (0, 3, 1), (1, 3, 4), (2, 4, 3))
+ROBOT_MESHES = """\
+robot: walker
+links:
+  base:
+    inertial: {{mass: 2, of: [{{box: {{size: [0.1, 0.1, 0.1]}}}}]}}
+    collision: [{{mesh: {{file: "{file}", scale: [0.002, 0.002, 0.002]}}, xyz: [0, 0, 0.3], rpy: [0.4, -0.3, 0.2]}}]
+  foot:
+    inertial: {{mass: 0.2, of: [{{box: {{size: [0.1, 0.1, 0.1]}}}}]}}
+    collision: [{{mesh: {{file: "{file}", scale: [0.001, -0.001, 0.0015]}}, xyz: [0.02, 0, -0.2], rpy: [0.5, 2.8, -1]}}]
+joints:
+  knee: {{type: revolute, parent: base, child: foot, axis: [0, 1, 0],
+    limit: {{lower: -2, upper: 2, effort: 9, velocity: 1}}}}
+poses:
+  home: {{positions: {{knee: 0.3}}}}
+  up: {{positions: {{knee: 1.9}}}}
+outputs:
+  mjcf: {{file: mjcf/walker.xml, base: free}}
+  scene: {{file: mjcf/scene.xml}}
+"""
+
+
+def stl() -> bytes:
+    triangles = b"".join(struct.pack("<12fH", 0, 0, 0, *(v for i in face for v in CORNERS[i]), 0) for face in FACES)
+    return bytes(80) + struct.pack("<I", len(FACES)) + triangles
+
+
+def letters() -> bytes:
+    lines = ["solid foot"]
+    for face in FACES:
+        lines += ["facet normal 0 0 0", "outer loop", *(f"vertex {' '.join(map(str, CORNERS[i]))}" for i in face)]
+        lines += ["endloop", "endfacet"]
+    return "\n".join([*lines, "endsolid foot", ""]).encode()
+
+
+def obj() -> bytes:
+    lines = ["v 0 0 -90 1.0", *(f"v {x} {y} {z}" for x, y, z in CORNERS), "vn 0 0 1"]
+    lines += ["f " + " ".join(f"{i + 2}//1" for i in FACES[0])]
+    lines += ["f " + " ".join(f"{i - len(CORNERS)}//1" for i in face) for face in FACES[1:]]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def msh() -> bytes:
+    head = struct.pack("<4i", len(CORNERS), 0, 0, len(FACES))
+    places = struct.pack(f"<{3 * len(CORNERS)}f", *(v for corner in CORNERS for v in corner))
+    return head + places + struct.pack(f"<{3 * len(FACES)}i", *(i for face in FACES for i in face))
+
+
+def lowest(scene: Path, key: str) -> float:
+    model = mujoco.MjModel.from_xml_path(str(scene))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)
+    mujoco.mj_forward(model, data)
+    heights = []
+    for geom in np.flatnonzero((model.geom_type == mujoco.mjtGeom.mjGEOM_MESH) & (model.geom_contype > 0)):
+        mesh = model.geom_dataid[geom]
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        turned = model.mesh_vert[first : first + count] @ data.geom_xmat[geom].reshape(3, 3).T
+        heights.append((turned + data.geom_xpos[geom])[:, 2].min())
+    return float(min(heights))
+
+
+@pytest.mark.parametrize(
+    ("file", "data"), [("foot.stl", stl()), ("foot.obj", obj()), ("foot.msh", msh()), ("letters/foot.stl", letters())]
+)
+@pytest.mark.parametrize("by", ["", "package://feet/"])
+def test_the_lowest_vertex_is_on_the_floor(home: Path, file: str, data: bytes, by: str) -> None:
+    if data == letters() and not by:
+        pytest.skip("MuJoCo reads no STL of letters: it is converted on its way from a package alone")
+    folder = home / "descriptions" / "walker"
+    (folder / file).parent.mkdir(parents=True)
+    (folder / file).write_bytes(data)
+    (folder / "robot.yaml").write_text(ROBOT_MESHES.format(file=by + file), "utf-8")
+    (folder / "package.xml").write_text("<package><name>feet</name></package>")
+    assert main(["all", *(["--package", f"feet={folder}"] if by else [])]) == 0
+    scene = home / "outputs" / "walker" / "mjcf" / "scene.xml"
+    for key in ("home", "up"):
+        assert lowest(scene, key) == pytest.approx(0.0, abs=1e-6)
+    assert main(["check", *(["--package", f"feet={folder}"] if by else [])]) == 0
+
+
+def test_a_mesh_that_is_left_out_carries_nothing(home: Path) -> None:
+    folder = home / "descriptions" / "walker"
+    folder.mkdir(parents=True)
+    (folder / "foot.stl").write_bytes(stl())
+    old, new = (f'file: "{name}", scale: [0.001' for name in ("foot.stl", "package://away/a.stl"))
+    text = ROBOT_MESHES.format(file="foot.stl").replace(old, new)
+    (folder / "robot.yaml").write_text(text, "utf-8")
+    assert main(["all"]) == 0
+    scene = home / "outputs" / "walker" / "mjcf" / "scene.xml"
+    assert mujoco.MjModel.from_xml_path(str(scene)).nmesh == 1
+    assert lowest(scene, "home") == pytest.approx(0.0, abs=1e-6)
+
+
+def test_primitives_below_meshes_carry_the_robot(home: Path) -> None:
+    folder = home / "descriptions" / "walker"
+    folder.mkdir(parents=True)
+    (folder / "foot.stl").write_bytes(stl())
+    ball = "{sphere: {radius: 0.05}, xyz: [0, 0, -0.6]}, "
+    (folder / "robot.yaml").write_text(
+        ROBOT_MESHES.format(file="foot.stl").replace("collision: [", f"collision: [{ball}", 1)
+    )
+    assert main(["all"]) == 0
+    model = mujoco.MjModel.from_xml_path(str(home / "outputs" / "walker" / "mjcf" / "scene.xml"))
+    assert model.key("home").qpos[2] == pytest.approx(0.65)
+
+
+def test_the_picture_of_a_robot_of_meshes_is_as_large_as_the_robot(home: Path) -> None:
+    folder = home / "descriptions" / "walker"
+    folder.mkdir(parents=True)
+    (folder / "foot.stl").write_bytes(stl())
+    (folder / "robot.yaml").write_text(ROBOT_MESHES.format(file="foot.stl"), "utf-8")
+    assert main(["all"]) == 0
+    text = (home / "outputs" / "walker" / "mjcf" / "scene.xml").read_text("utf-8")
+    assert "<statistic" in text
+    model = mujoco.MjModel.from_xml_string(text.replace('<include file="walker.xml"/>', ""))
+    assert 0.4 < model.stat.extent < 0.9
+
+
+@pytest.mark.parametrize(
+    ("data", "ending"),
+    [
+        (stl()[:-1], ".stl"),
+        (b"", ".stl"),
+        (letters()[:-60], ".stl"),
+        (b"v 1 2\nf 1 1 1\n", ".obj"),
+        (b"v 0 0 x\nf 1 2 3\n", ".obj"),
+        (b"f 1 2 3\n", ".obj"),
+        (msh()[:20], ".msh"),
+        (b"abc", ".msh"),
+        (b"ply", ".ply"),
+    ],
+)
+def test_what_is_damaged_has_no_vertices(data: bytes, ending: str) -> None:
+    with pytest.raises(UnreadableMesh):
+        read_vertices(data, ending)
+
+
+def test_every_vertex_is_read() -> None:
+    for data, ending in ((stl(), ".stl"), (letters(), ".stl"), (obj(), ".obj"), (msh(), ".msh")):
+        stray = [(0.0, 0.0, -90.0)] if ending == ".obj" else []
+        numbers = read_vertices(data, ending)
+        assert set(zip(numbers[::3], numbers[1::3], numbers[2::3], strict=True)) == {*CORNERS, *stray}

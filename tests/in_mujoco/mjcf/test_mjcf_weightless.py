@@ -1,29 +1,16 @@
 """Links without mass between joints: MuJoCo loads them, and moves as if both joints were on one body."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
+from support.paths import data_text
 from support.robots import compiled_text, sound
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-ROBOT = """
-robot: hopper
-links:
-  rail: {}
-  cart: {}
-  swing: {}
-  plate: {}
-  body: {inertial: {mass: 2, xyz: [0.1, 0, 0.2], inertia: {ixx: 0.1, iyy: 0.2, izz: 0.25}}}
-joints:
-  slide: {type: prismatic, parent: rail, child: cart, axis: [1, 0, 0], LIMIT}
-  lift: {type: prismatic, parent: cart, child: swing, axis: [0, 0, 1], LIMIT}
-  mount: {type: fixed, parent: swing, child: plate, xyz: [0, 0, 0.3]}
-  turn: {type: continuous, parent: plate, child: body, axis: [0, 1, 0]}
-outputs: {mjcf: {file: a.xml, base: fixed}, urdf: {file: a.urdf}}
-""".replace("LIMIT", "limit: {lower: -1, upper: 1, effort: 1, velocity: 1}")
+ROBOT = data_text("robots/mjcf_weightless.yaml").replace(
+    "LIMIT", "limit: {lower: -1, upper: 1, effort: 1, velocity: 1}"
+)
 ONE_BODY = """
 <mujoco><worldbody><body pos="0 0 0.3">
   <joint name="slide" type="slide" axis="1 0 0"/>

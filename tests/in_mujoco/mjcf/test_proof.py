@@ -1,7 +1,5 @@
 """What an import of an MJCF lists may differ, of that feature and in that way; how both moved is said in words."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +7,7 @@ import pytest
 
 pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.compare.proof import Proof
-from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.imported import Imported, Proof
 from rosorin_compile.mujoco.mjcf import proof
 from rosorin_compile.mujoco.mjcf.proof import is_listed
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic

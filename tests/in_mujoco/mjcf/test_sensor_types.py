@@ -1,7 +1,5 @@
 """The types of sensors of the library, judged in MuJoCo: scenes whose right reading is known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model import Pose  # noqa: E402
 from support.engines import rpy_matrix  # noqa: E402
-from support.paths import ROSORIN  # noqa: E402
+from support.paths import ROSORIN, data_text  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import GRAVITY, distance, emitted, frame, load, no_warning, probe, rays, room, said, sensor  # noqa: E402
 
@@ -237,17 +235,7 @@ def test_robots_with_sensors_can_stand_in_one_scene(tmp_path):
     assert {model.sensor(i).name for i in range(72)} >= {"left_probe_00", "right_probe_35"}
 
 
-PART = """links: {base_link: {}}
-parts:
-  head:
-    links: {head: {}}
-    joints: {neck: {type: fixed, parent: mount, child: head, xyz: [0, 0.1, 0]}}
-    sensors:
-      eye: {type: camera, parent: head, frame: eye, rpy: [0, 0, 20 deg]}
-use:
-  left: {part: head, parent: base_link}
-  right: {part: head, parent: base_link, mirror: y}
-"""
+PART = data_text("robots/sensor_types_part.yaml")
 
 
 def test_sensors_of_parts_have_the_names_and_the_places_of_their_part(tmp_path):

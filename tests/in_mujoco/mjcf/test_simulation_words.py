@@ -1,7 +1,5 @@
 """Words for simulation: MuJoCo has what they say, parts rename them, and what MuJoCo would refuse is refused before."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco
@@ -13,7 +11,7 @@ from hypothesis import strategies as st
 from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.report import text as report
-from support.paths import DATA
+from support.paths import DATA, data_text
 from support.robots import compiled_text
 
 HOPPER = (DATA / "robots/hopper.yaml").read_text("utf-8")
@@ -63,21 +61,7 @@ def test_names_in_elements_follow_the_prefix_of_the_part(model):
     assert names(model, mujoco.mjtObj.mjOBJ_SENSOR, model.nsensor)[:2] == ["left_touch", "right_touch"]
 
 
-PART = """robot: r
-links: {base: {}}
-parts:
-  leg:
-    links: {thigh: {mjcf_elements: ['<geom name="pad" size="0.1"/>']}}
-    joints: {hip: {type: fixed, parent: mount, child: thigh}}
-    mjcf_elements:
-      - <contact><exclude name="apart" body1="mount" body2="thigh"/></contact>
-      - <sensor><framepos name="where" objtype="geom" objname="pad" reftype="body" refname="base"/></sensor>
-      - <custom><text name="note" data="thigh pad"/></custom>
-use:
-  a: {part: leg, parent: base}
-  b: {part: leg, parent: a_thigh, prefix: b.}
-outputs: {mjcf: {file: r.xml}}
-"""
+PART = data_text("robots/simulation_words_part.yaml")
 
 
 def test_every_attribute_that_names_something_gets_the_prefix(tmp_path):
@@ -93,16 +77,7 @@ def test_every_attribute_that_names_something_gets_the_prefix(tmp_path):
 
 
 def test_shapes_are_found_by_their_place_and_by_their_name(tmp_path):
-    text = """robot: r
-links:
-  base: {collision: [{name: plate, box: {size: [1, 1, 1]}}]}
-  ball: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 0.1}}]}
-joints: {j: {type: continuous, parent: base, child: ball, xyz: [0, 0, 2], axis: [1, 0, 0]}}
-contact_pairs:
-  - {name: one, shapes: [base_collision_1, ball_collision_1]}
-  - {name: two, shapes: [plate, ball_collision_1]}
-outputs: {mjcf: {file: r.xml}}
-"""
+    text = data_text("robots/simulation_words_shapes.yaml")
     model = mujoco.MjModel.from_xml_string(mjcf(tmp_path, text))
     assert [int(one) for one in model.pair_geom1] == [model.geom("plate").id] * 2 or [
         int(one) for one in model.pair_geom2
@@ -148,7 +123,6 @@ NUMBERS = st.sampled_from([0.01, 0.1, 0.5, 1.0, 2.0, 0.0, -1.0])
 
 
 def values(key: str, form: dict) -> st.SearchStrategy:
-    """Return values of a fragment of the schema, names of the robot below where it wants some."""
     form = dict(resolve(form)) | form
     if "enum" in form:
         return st.sampled_from(form["enum"])
@@ -176,25 +150,7 @@ def entries(form: dict) -> st.SearchStrategy:
 
 
 def robot(section: str, entry: object) -> str:
-    text = """robot: r
-links:
-  base:
-    inertial: {mass: 1, of: collision}
-    collision: [{box: {size: [0.1, 0.1, 0.1]}}]
-    sites: {mark: {xyz: [0, 0, 0.2]}}
-    cameras: {eye: {resolution: [4, 4]}}
-  thigh:
-    inertial: {mass: 1, of: collision}
-    collision: [{name: ball, sphere: {radius: 0.1}}]
-    sites: {foot: {}}
-  shin: {inertial: {mass: 1, of: [sphere: {radius: 0.1}]}}
-joints:
-  hip:
-    {type: revolute, parent: base, child: thigh, axis: [0, 0, 1], limit: {lower: -1, upper: 1, effort: 1, velocity: 1}}
-  knee: {type: continuous, parent: thigh, child: shin, axis: [0, 1, 0]}
-poses: {home: {positions: {hip: 0.1}}}
-outputs: {mjcf: {file: r.xml, base: free}}
-"""
+    text = data_text("robots/simulation_words.yaml")
     tree = yaml.safe_load(text)
     tree["actuators"] = {"push": {"joint": "hip", "type": "motor"}}
     tree["tendons"] = {"rope": {"path": [{"site": "mark"}, {"site": "foot"}]}, "pair": {"joints": {"hip": 1}}}
@@ -231,22 +187,7 @@ def test_what_is_not_refused_is_loaded(tmp_path: Path, made: tuple[str, object])
     mujoco.MjModel.from_xml_string(text)
 
 
-REFERRED = """
-robot: geared
-links:
-  base: {}
-  turned: &body {inertial: {mass: 1, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}}
-  led: *body
-  held: *body
-joints:
-  turn: {type: continuous, parent: base, child: turned, axis: [0, 1, 0], xyz: [0, 1, 0], mjcf: {ref: 0.3}}
-  lead: {type: continuous, parent: base, child: led, axis: [0, 1, 0], xyz: [0, 2, 0], mjcf: {ref: -0.2}}
-  hold: {type: continuous, parent: base, child: held, axis: [0, 1, 0], xyz: [0, 3, 0], mjcf: {ref: 0.1}}
-constraints:
-  gears: {type: joint, joints: [turn, lead]POLYNOMIAL}
-  stop: {type: joint, joints: [hold], polynomial: [0.7]}
-outputs: {mjcf: {file: geared.xml, base: fixed}}
-"""
+REFERRED = data_text("robots/simulation_words_referred.yaml")
 
 
 @pytest.mark.parametrize("polynomial", [(), (0.1, -2.0), (0.1, 0.5, -0.3, 0.2, 0.1)])

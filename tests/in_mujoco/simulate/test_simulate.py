@@ -3,8 +3,6 @@
 See support/cases.py; a robot that is called good keeps all limits.
 """
 
-from __future__ import annotations
-
 import json
 from html.parser import HTMLParser
 from pathlib import Path
@@ -29,7 +27,6 @@ CASES = sorted((DATA / "simulation").glob("*.yaml"))
 
 
 def simulated(path: Path) -> list[Diagnostic]:
-    """Return what simulate says of a description."""
     return list(simulation.simulate_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
@@ -162,19 +159,3 @@ def test_without_mujoco_the_way_out_is_told(monkeypatch: pytest.MonkeyPatch, cap
     assert main(["simulate", str(ARM)]) == 2
     said = f"rosorin-compile: simulate needs what is not installed (mujoco): {pip_install('simulate')}\n"
     assert capsys.readouterr().err == said
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--limit", "hodl=1"], 'unknown limit "hodl"; did you mean "hold"?'),
-        (["--limit", "hold"], "a limit is a number that is not negative, such as hold=0.01"),
-        (["--limit", "hold=nan"], "a limit is a number that is not negative, such as hold=0.01"),
-        (["--limit", "hold=-1"], "a limit is a number that is not negative, such as hold=0.01"),
-        (["--seconds", "0"], "seconds is 0.5 to 600, not 0"),
-        (["other"], "one robot is simulated at a time: rosorin-compile simulate ROBOT"),
-    ],
-)
-def test_wrong_usage(words: list[str], said: str, capsys: Shown) -> None:
-    assert main(["simulate", str(ARM), *words]) == 2
-    assert capsys.readouterr().err.startswith(f"rosorin-compile: {said}")

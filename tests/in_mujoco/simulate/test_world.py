@@ -1,7 +1,5 @@
 """The robot in MuJoCo: what its actuators are, where it stands, and what comes of numbers that end."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,7 +26,7 @@ from rosorin_compile.mujoco.simulate.world import (
     mjcf_text,
     quiet,
 )
-from support.paths import ROOT, ROSORIN
+from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled
 
 pytest.importorskip("mujoco", minversion="4")
@@ -58,16 +56,7 @@ def mjcf(names: tuple[str, ...], actuators: str, more: str = "") -> str:
     return f"<mujoco>{more}<worldbody>{body}</worldbody><actuator>{actuators}</actuator></mujoco>"
 
 
-ACTUATORS = """
-<position joint="position" kp="10" kv="1" ctrlrange="-0.5 0.7"/>
-<velocity joint="velocity" kv="2" ctrlrange="-6 6"/>
-<motor joint="motor" gear="3"/>
-<general joint="general" gaintype="fixed" gainprm="4" biastype="affine" biasprm="1 -2 -0.1"/>
-<general joint="damper" gaintype="fixed" gainprm="4" biastype="affine" biasprm="0 0 -2" gear="5" ctrlrange="-10 20"/>
-<position joint="geared" kp="10" gear="2" ctrlrange="-1 3"/>
-<position joint="unlimited" kp="10" kv="1"/>
-<adhesion body="base" gain="1" ctrlrange="0 1"/>
-"""
+ACTUATORS = data_text("robots/world_actuators.xml")
 
 
 def test_what_an_actuator_is_is_read_from_its_gain_and_bias(mujoco: Any) -> None:

@@ -1,7 +1,5 @@
 """Parameter files of ROS 2 nodes as rcl reads them: names, namespaces, wildcards, values, places, what is refused."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -9,23 +7,9 @@ import pytest
 
 from rosorin_compile.ros.check_parameters.files import NoParameters, Section, read
 from rosorin_compile.source.diagnostics import Source
+from support.paths import data_text
 
-FILE = """\
-/**:
-  ros__parameters: {use_sim_time: yes, rate: 1}
-base:
-  controller_manager:
-    ros__parameters:
-      rate: 2
-      wheels.radius: 0.05
-      wheels: {names: [a, b]}
-/other/node:
-  ros__parameters:
-    text: "yes"
-    size: 12.5 mm
-    path: $(find-pkg-share robot)/map.yaml
-    mixed: [0.5, $(var rate)]
-"""
+FILE = data_text("robots/files_of_parameters.yaml")
 
 
 def parsed(text: str) -> list[Section]:
@@ -33,7 +17,6 @@ def parsed(text: str) -> list[Section]:
 
 
 def value(text: str) -> Any:
-    """Return what a node gets for a value of a file."""
     return parsed(f"node: {{ros__parameters: {{a: {text}}}}}\n")[0].parameters["a"].value
 
 

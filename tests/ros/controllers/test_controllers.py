@@ -3,8 +3,6 @@
 A robot is a file of tests/data/controllers; what is to be written of it stands in ``expected``, by distribution.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,7 +18,7 @@ from rosorin_compile.ros.parameters.tables import DISTRIBUTIONS
 from rosorin_compile.source.diagnostics import NOTE, has_errors
 from rosorin_compile.source.project import Description
 from support.commands import parse
-from support.paths import DATA
+from support.paths import DATA, data_text
 
 FOLDER = DATA / "controllers"
 ROBOTS = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -34,7 +32,6 @@ def compiled(path: Path, distribution: str) -> Compiled:
 
 
 def changed(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
-    """Return a robot of the folder with a text replaced by another."""
     text = (FOLDER / f"{name}.yaml").read_text("utf-8")
     for old, new in changes:
         assert text.count(old) == 1, old
@@ -45,13 +42,11 @@ def changed(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
 
 
 def parameters(path: Path, distribution: str = "jazzy") -> Mapping[str, Any]:
-    """Return the parameters of each node that is written, as YAML has them."""
     text = compiled(path, distribution).artifacts[0].text
     return {name: node.get("ros__parameters", node) for name, node in yaml.safe_load(text).items()}
 
 
 def held(robot: Path, file: Path, *words: str) -> list[str]:
-    """Return what check parameters --controllers says of a file."""
     options = parse(["check", "parameters", str(robot), "--controllers", str(file), *words])
     request = Request(Description("robot", robot, Path("outputs")))
     result = check_parameters(request, [], controllers=[file], remaps=options.remap, distribution=options.distribution)
@@ -158,18 +153,7 @@ def test_texts_stay_texts(tmp_path: Path) -> None:
 
 def test_in_a_part_the_names_have_its_prefix(tmp_path: Path) -> None:
     (tmp_path / "side.yaml").write_text(
-        """parts:
-  side:
-    links: {upper: {}}
-    joints:
-      shoulder:
-        {type: revolute, parent: mount, child: upper, axis: [0, 1, 0],
-          limit: {lower: -1, upper: 1, effort: 5, velocity: 2}}
-    control:
-      arm: {plugin: mock_components/GenericSystem, joints: {shoulder: {command: position, state: position}}}
-    controllers:
-      moves: {type: joint_trajectory, hardware: arm, params: {gains: {shoulder: {p: 2}}}}
-""",
+        data_text("robots/controllers_side.yaml"),
         "utf-8",
     )
     path = tmp_path / "robot.yaml"

@@ -1,7 +1,5 @@
 """A package that compiles its description at launch: its launch files are run, and call the real program."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -17,7 +15,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from support.launch import Command, Context, Failed, LaunchConfiguration, Started, command_line, parsed, performed, read
 from support.packages import FORMS, clean, names_in
-from support.paths import DATA, DOCS, ROOT, ROSORIN
+from support.paths import DATA, DOCS
 
 ARM = (DATA / "robots/launched_arm.yaml").read_text("utf-8")
 FILES = {
@@ -39,7 +37,6 @@ def project_of(folder: Path, files: dict[str, str]) -> Path:
 
 
 def packaged(folder: Path, *words: str, files: dict[str, str] = FILES) -> Path:
-    """Write a package that compiles at launch into a folder with a space in its name, and return it."""
     project = project_of(folder, files)
     target = folder / "an install" / NAME
     first = next(name for name in files if name.endswith("robot.yaml"))
@@ -139,11 +136,6 @@ def test_simple_arguments_stand_in_the_command(tmp_path: Path, form: str, given:
     assert next(one for one in nodes if one.package == "robot_state_publisher").parameters["robot_description"] == urdf
     eye = next(one for one in nodes if one.name == "tf_eye")
     assert eye.arguments == statics["tf_eye"]
-
-
-def test_a_default_that_cannot_be_passed_is_not(tmp_path: Path) -> None:
-    package = packaged(tmp_path, "-a", 'label=a "b"', files=SIMPLE)
-    assert "rosorin_compile_words" in (package / "launch/description.launch.xml").read_text("utf-8")
 
 
 @pytest.mark.slow
@@ -339,24 +331,6 @@ outputs: {urdf: {file: a.urdf}}
     assert "gripper_description" in needs
     (node,) = launched(package, "yaml")
     assert '<link name="palm"/>' in node.parameters["robot_description"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("folder", [ROSORIN.parent, ROOT / "examples/ur5e"], ids=["rosorin", "ur5e"])
-def test_the_reference_robot_and_an_example(tmp_path: Path, folder: Path) -> None:
-    target = tmp_path / NAME
-    assert main(["package", str(folder), "-o", str(target), "--name", NAME, "--compile-at-launch"]) == 0
-    urdf = min((target / "urdf").iterdir(), key=lambda path: len(path.name))
-    nodes = launched(target, "xml")
-    assert nodes[-1].parameters["robot_description"] == urdf.read_text("utf-8")
-
-
-def test_a_package_without_a_urdf_is_refused_as_ever(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = "robot: arm\nlinks: {base_link: {}}\noutputs: {frames: {file: frames.md}}\n"
-    project = project_of(tmp_path, {"descriptions/arm/robot.yaml": text})
-    target = tmp_path / "package"
-    assert main(["package", str(project / "descriptions/arm"), "-o", str(target), "--compile-at-launch"]) == 1
-    assert "error[package-no-urdf]" in capsys.readouterr().err
 
 
 @pytest.mark.slow

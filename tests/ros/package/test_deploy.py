@@ -1,7 +1,5 @@
 """Deploying into a package that people have: what goes where, and what is said about it."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -10,18 +8,14 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST
-from rosorin_compile.source import ros_packages
 from support.launch import run
-from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
-from support.paths import ROSORIN
-from support.robots import compiled
+from support.packages import LAUNCH, TEXTS, check, contents, deploy, package_of_people
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
 def base(tmp_path: Path) -> Path:
-    """The package of people that artifacts are put into."""
     return package_of_people(tmp_path)
 
 
@@ -113,20 +107,6 @@ def test_a_damaged_mapping(base: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert contents(base) == {**before, ".rosorin-compile-deploy.yaml": "robots: {"}
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--map", "urdf"], '"urdf" is not OUTPUT=PLACE, such as urdf=urdf/robot.urdf'),
-        (["--map", "udrf=a"], 'the robot has no output "udrf"; it has '),
-        (["-o", "nowhere"], 'there is no folder "nowhere"; rosorin-compile package makes a new package'),
-        (["another"], "one robot is deployed at a time: rosorin-compile deploy ROBOT -o FOLDER"),
-    ],
-)
-def test_wrong_usage(base: Path, words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert deploy(base, *words) == 2
-    assert f"rosorin-compile: {message}" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("place", ["../x.urdf", "/x.urdf", "a/../../x.urdf"])
 def test_a_mapping_never_leads_out(base: Path, place: str, capsys: pytest.CaptureFixture[str]) -> None:
     before = contents(base.parent)
@@ -183,37 +163,11 @@ def test_for_programs(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert {"deploy-changes", "deploy-not-installed"} <= set(rules)
 
 
-def test_messages(base: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    (base / "package.xml").write_text(PACKAGE_XML.replace("  <exec_depend>tf2_ros</exec_depend>\n", ""), "utf-8")
-    (base / "launch/broken.launch.py").write_text("static_transform_publisher = (\n")
-    deploy(base)
-    said = capsys.readouterr().err
-    message = "package.xml of rosorin_base does not name tf2_ros, which its launch files start"
-    assert f"warning[deploy-not-depended]: {message}\n    add: <exec_depend>tf2_ros</exec_depend>\n" in said
-    message = f"{base}/launch/broken.launch.py: not a Python file: '(' was never closed (<unknown>, line 1)"
-    assert f"warning[deployed-launch-unread]: {message}\n" in said
-    monkeypatch.setattr(ros_packages, "MAX_FILES", 3)
-    assert deploy(base) == check(base) == 1
-    message = f"cannot read {base}: more than 3 files; name the folder of the package"
-    assert capsys.readouterr().err.count(f"error[deploy-unreadable]: {message}\n    name another folder\n") == 2
-
-
 def test_an_unknown_argument_writes_nothing(base: Path) -> None:
     before = contents(base)
     assert deploy(base, "nonsense:=1") == 1
     assert check(base, "nonsense:=1") == 1
     assert contents(base) == before
-
-
-def test_what_goes_nowhere_is_said(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    nowhere = ("mjcf", "scene", "frames", "frames_picture")
-    others = [a.output for a in compiled().artifacts if a.withheld or a.backend in nowhere]
-    message = f"no copy of {', '.join(others)} is in {base}, and none is put there"
-    deploy(base)
-    said = f"note[deploy-nowhere]: {message}\n    --map OUTPUT=PLACE puts one there; --map OUTPUT=none keeps it quiet\n"
-    assert said in capsys.readouterr().err
-    deploy(base, *[word for output in others for word in ("--map", f"{output}=none")])
-    assert "deploy-nowhere" not in capsys.readouterr().err
 
 
 def test_meshes_of_a_deployed_urdf(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -231,23 +185,3 @@ def test_meshes_of_a_deployed_urdf(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["deploy", str(path), "-o", str(package)]) == 0
     assert 'filename="package://mine/meshes/body.stl"' in (package / "urdf/meshed.urdf").read_text("utf-8")
     assert main(["check", "deployed", str(path), str(package)]) == 0
-
-
-@pytest.mark.parametrize(
-    "words",
-    [["deploy", "-o", ""], ["deploy", "-o", "x", "--install", ""], ["package", "-o", ""], ["frames", "-o", ""]],
-)
-def test_a_variable_that_is_not_set_is_no_folder(
-    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main([*words, "--", str(ROSORIN)]) == 2
-    assert ": the name is empty" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_the_one_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "robot.yaml"
-    path.write_text("robot: r\nlinks: {base_link: {}}\noutputs: {urdf: {file: r.urdf}}\n")
-    assert [main(["deploy", str(path), "-o", str(tmp_path)]) for _ in range(2)] == [0, 0]
-    assert capsys.readouterr().out.endswith("r: the one file as compiled\n")

@@ -1,9 +1,6 @@
 """check deployed: copies that are not the compiled ones."""
 
-from __future__ import annotations
-
 import json
-import os
 import shutil
 from pathlib import Path
 
@@ -19,7 +16,6 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def base(tmp_path: Path) -> Path:
-    """The package of people that artifacts are put into."""
     return package_of_people(tmp_path)
 
 
@@ -74,16 +70,6 @@ def test_damaged_copies_are_said_and_mended(base: Path, damage: str, capsys: pyt
         (base / "urdf/rosorin.urdf").unlink()
     assert deploy(base) == 0
     assert (base / "urdf/rosorin.urdf").read_text("utf-8") == TEXTS["rosorin.urdf"]
-
-
-def test_bytes_that_are_no_text(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (base / "urdf/rosorin.urdf").write_bytes(b"\xff\xfe\0")
-    (base / "launch/odd.launch.py").write_bytes(b"\xff static_transform_publisher (")
-    os.mkfifo(base / "config" / "static_tf.json")
-    assert check(base) == 1
-    captured = capsys.readouterr()
-    assert "urdf/rosorin.urdf: no UTF-8 text\n" in captured.out
-    assert "warning[deployed-launch-unread]: " in captured.err
 
 
 def test_an_edited_launch_file_of_a_package_of_ours(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

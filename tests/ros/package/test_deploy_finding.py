@@ -1,7 +1,5 @@
 """Finding copies: folders behind links, and files that are there for another robot."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -28,7 +26,6 @@ outputs:
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A folder with all that rosorin deploys."""
     folder = tmp_path / "base"
     folder.mkdir()
     assert main(["deploy", str(ROSORIN), "-o", str(folder)]) == 0

@@ -1,19 +1,16 @@
 """Whether what is deployed gets to the robot: setup.py, CMakeLists.txt, package.xml, install spaces."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.source.ros_packages import missing, undeclared
-from support.packages import TEXTS, check, deploy, package_of_people
+from support.packages import deploy, package_of_people
 
 
 @pytest.fixture
 def base(tmp_path: Path) -> Path:
-    """The package of people that artifacts are put into."""
     return package_of_people(tmp_path)
 
 
@@ -66,9 +63,7 @@ def test_what_cmake_installs(tmp_path: Path, text: str, is_installed: bool) -> N
         ("data_files=[('share/p/urdf', glob('launch/*.urdf'))]", False),
         ("data_files=[('share/p/urdf', glob(os.path.join('launch', '*.urdf')))]", False),
         ("data_files=[('share/p/urdf', glob('*'))]", False),
-        ("'urdf/rosorin.urdf is made elsewhere'", False),
         ("[str(p) for p in Path('urdf').rglob('*')]", True),
-        ("this is no python", True),
     ],
 )
 def test_what_setup_py_installs(tmp_path: Path, text: str, is_installed: bool) -> None:
@@ -107,41 +102,3 @@ def test_an_install_space_is_not_the_place_to_deploy_to(base: Path, capsys: pyte
     shutil.copytree(base, share)
     deploy(share)
     assert "warning[deploy-install-space]: " in capsys.readouterr().err
-
-
-def test_a_folder_in_no_package(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "model").mkdir()
-    (tmp_path / "model/robot_model.json").write_text("{}")
-    assert deploy(tmp_path / "model", "--map", "robot_model=robot_model.json") == 0
-    assert (tmp_path / "model/robot_model.json").read_text("utf-8") == TEXTS["robot_model.json"]
-    assert "note[deploy-no-package]: " in capsys.readouterr().err
-
-
-def test_what_colcon_made_is_no_place_to_deploy_to(base: Path) -> None:
-    for name in ("build", "install"):
-        shutil.copytree(base / "urdf", base / name / "urdf")
-        (base / name / "COLCON_IGNORE").touch()
-    assert deploy(base) == 0
-    assert "0.17044" in (base / "install/urdf/rosorin.urdf").read_text("utf-8")
-    assert check(base) == 1  # what is installed counts
-
-
-def test_messages_about_the_folder(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    share = base.parent.parent / "install/rosorin_base/share/rosorin_base"
-    shutil.copytree(base, share)
-    deploy(share)
-    message = f"{share} is an install space: the next colcon build writes over what is deployed here"
-    help = "deploy into the sources, and build"
-    assert f"warning[deploy-install-space]: {message}\n    {help}\n" in capsys.readouterr().err
-    deploy(base / "rosorin_base" / ".." / ".." / ".." / "src", "--map", "urdf=a.urdf", "--dry-run")
-    message = "is in no ROS package: nothing here says how the files get to the robot"
-    assert f"src {message}\n    rosorin-compile package writes a package\n" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(("kind", "decides"), [("ament_python", "setup.py"), ("ament_cmake", "CMakeLists.txt")])
-def test_the_build_type_says_which_file_counts(tmp_path: Path, kind: str, decides: str) -> None:
-    (tmp_path / "package.xml").write_text(f"<package><export><build_type>{kind}</build_type></export></package>")
-    (tmp_path / "setup.py").write_text("setup(data_files=[])")
-    (tmp_path / "CMakeLists.txt").write_text("ament_package()")
-    ((file, found),) = missing(tmp_path, "p", ["urdf/r.urdf"])
-    assert (file, found.decided_by) == ("urdf/r.urdf", decides)

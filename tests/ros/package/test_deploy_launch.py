@@ -1,9 +1,6 @@
 """Static transforms in launch files of people: read from every form, and held against the description."""
 
-from __future__ import annotations
-
 import math
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -22,7 +19,7 @@ from rosorin_compile.model import (
     Robot,
 )
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
-from rosorin_compile.ros.package.launch_files import Unreadable, calls, check, understood
+from rosorin_compile.ros.package.launch_files import Call, Unreadable, calls, check, understood
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.ros_packages import is_launch_file
 
@@ -286,9 +283,84 @@ def test_any_text_is_read_or_refused(pieces: list[str], name: str) -> None:
         list(check(ROBOT, source, call))
 
 
-@pytest.mark.parametrize("step", ["{0} * {0}", "{0} + {0}", "f'{{{0}}}{{{0}}}'"])
-def test_values_that_grow_are_left_unknown(step: str) -> None:
-    lines = ["a = 99" if "*" in step else "a = 'xx'"]
-    lines += [f"{after} = {step.format(before)}" for before, after in pairwise("abcdefghijklmnopqrstu")]
-    text = "\n".join([*lines, DIRECT.replace("ARGUMENTS", "[str(u)]")])
-    assert calls("a.launch.py", text)[0].arguments is None
+# Static transforms of launch files in Python, as people write them: read where they are plain, and never guessed.
+
+
+ENDS = "['--frame-id', 'base_link', '--child-frame-id', 'laser']"
+READ = ("--x", "0.1", "--frame-id", "base_link", "--child-frame-id", "laser")
+NODE_PYTHON = "Node(executable='static_transform_publisher', arguments="
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"def tf(x):\n    args = ['--x', x] + {ENDS}\n    return {NODE_PYTHON}args)\ntf('0.1')",
+        f"def tf(x):\n    ends = {ENDS}\n    return {NODE_PYTHON}['--x', x] + ends)\ntf(x='0.1')",
+        f"x = '7'\ndef tf(x):\n    return {NODE_PYTHON}['--x', x] + {ENDS})\ntf('0.1')",
+        f"x: str = '0.1'\n\n\n{NODE_PYTHON}['--x', x] + {ENDS})",
+        f"POSES = {{'laser': ['0.1', '0']}}\n\n\n{NODE_PYTHON}['--x', POSES['laser'][0]] + {ENDS})",
+        f"\n\n\n{NODE_PYTHON}'--x 0.1 --frame-id base_link --child-frame-id laser'.split())",
+        f"\n\n\n{NODE_PYTHON}'--x,0.1,--frame-id,base_link,--child-frame-id,laser'.split(','))",
+        f"def tf(text): return {NODE_PYTHON}text.split())\n\n\n"
+        "tf('--x 0.1 --frame-id base_link --child-frame-id laser')",
+    ],
+)
+def test_plain_values_are_read(text: str) -> None:
+    (call,) = calls("a.launch.py", text)
+    assert call.arguments == READ
+    assert call.line >= 4
+
+
+DECLARED = "DeclareLaunchArgument('prefix', default_value='base_')"
+PREFIXED = f"{NODE_PYTHON}['--x', '0.1', '--frame-id', [prefix, 'link'], '--child-frame-id', ['las', 'er']])"
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments"),
+    [
+        (f"{DECLARED}\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", READ),
+        (f"def f():\n    prefix = LaunchConfiguration('prefix')\n    return [{DECLARED}, {PREFIXED}]", READ),
+        (f"{DECLARED}\n{PREFIXED.replace('[prefix', '[LaunchConfiguration(' + repr('prefix') + ')')}", READ),
+        (f"prefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
+        (f"DeclareLaunchArgument('prefix')\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
+        (f"{DECLARED}\n{DECLARED}\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
+        (f"{DECLARED}\nprefix = LaunchConfiguration(name)\n{PREFIXED}", None),
+        (f"{DECLARED}\nprefix = LaunchConfiguration(7)\n{PREFIXED}", None),
+    ],
+)
+def test_an_argument_in_pieces_has_the_default_of_the_launch_argument(text: str, arguments: object) -> None:
+    assert [call.arguments for call in calls("a.launch.py", text)] == [arguments]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"x = '0'\ndef tf(x):\n    return {NODE_PYTHON}['--x', x] + {ENDS})",
+        f"x = '0'\nx = '1'\n{NODE_PYTHON}['--x', x] + {ENDS})",
+        f"a = ['--x', '0']\na += {ENDS}\n{NODE_PYTHON}a)",
+        f"a = ['--x', '0']\na.extend({ENDS})\n{NODE_PYTHON}a)",
+        f"a = ['--x', '0']\na[1] = '1'\n{NODE_PYTHON}a)",
+        f"def tf(x):\n    x = offset(x)\n    return {NODE_PYTHON}['--x', x] + {ENDS})\ntf('0.1')",
+        f"x = '0'\nfor x in '12':\n    {NODE_PYTHON}['--x', x] + {ENDS})",
+        f"{NODE_PYTHON}POSES['laser'])",
+        f"P = {{}}\n{NODE_PYTHON}P['laser'])",
+        f"{NODE_PYTHON}'a b'.split(' ', 1))",
+        f"{NODE_PYTHON}'a b'.split(sep))",
+        f"{NODE_PYTHON}'a,b c'.split(sep=','))",
+        f"P = {{'laser': ['0'], **more}}\n{NODE_PYTHON}P['laser'])",
+    ],
+)
+def test_what_is_known_only_at_run_time_is_never_guessed(text: str) -> None:
+    assert [call.arguments for call in calls("a.launch.py", text)] == [None]
+
+
+@pytest.mark.parametrize("call", ["*WORDS", "'n', **WORDS", "'n', *WORDS, x='1'"])
+def test_a_call_that_unpacks_is_left_unknown(call: str) -> None:
+    """Neither the defaults of the helper nor names of the file stand in for what is unpacked."""
+    text = f"""\
+x = '0.1'
+def static_tf(name, x='0', child='laser'):
+    return Node(executable='static_transform_publisher', arguments=['--x', x, '--child-frame-id', child])
+static_tf({call})
+"""
+    assert calls("a.launch.py", text) == [Call(4, None)]

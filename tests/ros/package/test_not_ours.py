@@ -1,33 +1,20 @@
 """What somebody else wrote, or changed since, is not lost to deploy and package: refused, or kept and said."""
 
-from __future__ import annotations
-
-import json
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST, digest, read_manifest
+from support.paths import data_text
 
-ROBOT = """\
-robot: mine
-links: {base_link: {}, mast: {}}
-joints: {j: {type: fixed, parent: base_link, child: mast, xyz: [SIZE, 0, 0]}}
-publishers: {tf_mast_top: {node: static_transform_publisher}}
-edges: [{parent: mast, child: top, publisher: tf_mast_top, moving: false, xyz: [0, 0, SIZE]}]
-outputs:
-  urdf: {file: mine.urdf}
-  static_tf: {file: static_tf.launch.py}
-  table: {file: table.txt, backend: template, template: table.txt.jinja}
-"""
+ROBOT = data_text("robots/not_ours.yaml")
 PACKAGE = "<package format='3'><name>pkg</name></package>\n"
 BY_HAND = "# written by hand\n"
 
 
 @pytest.fixture
 def pkg(home: Path) -> Path:
-    """The package of somebody, in a project with a robot."""
     described("0.1")
     (home / "descriptions/mine/table.txt.jinja").write_text("{{ robot.joint['j'].origin.xyz[0] }}\n")
     (home / "pkg" / "launch").mkdir(parents=True)
@@ -137,18 +124,6 @@ def test_without_the_note_the_first_line_tells(pkg: Path, capsys: pytest.Capture
         assert read_manifest(pkg)["urdf/mine.urdf"] == digest((pkg / "urdf/mine.urdf").read_bytes())
         described("0.6")
         assert "deploy-kept" not in deploy(capsys)
-
-
-def test_the_note_says_what_is_there_and_no_place_of_this_machine(
-    pkg: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    deploy(capsys)
-    noted = json.loads((pkg / MANIFEST).read_text())
-    assert noted == {n: digest((pkg / n).read_bytes()) for n in ("launch/static_tf.launch.py", "urdf/mine.urdf")}
-    (pkg / "urdf/mine.urdf").unlink()
-    deploy(capsys, "--map", "urdf=model/mine.urdf")
-    assert sorted(read_manifest(pkg)) == ["launch/static_tf.launch.py", "model/mine.urdf"]
-    assert "pkg" not in (pkg / MANIFEST).read_text()
 
 
 @pytest.mark.parametrize("name", ["CMakeLists.txt", "README.md", "launch/description.launch.py", "package.xml"])

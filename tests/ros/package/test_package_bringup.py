@@ -1,7 +1,5 @@
 """Packages that start more than the publishers: controllers, MoveIt, navigation."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -10,8 +8,8 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from support.launch import Started, read
-from support.packages import names_in, written
-from support.paths import DATA, ROOT
+from support.packages import written
+from support.paths import DATA, ROOT, data_text
 
 NAME = "rosorin_description"
 
@@ -76,22 +74,10 @@ def test_one_launch_file_starts_all(tmp_path: Path) -> None:
     assert len(types["ros__parameters"]) == 5
 
 
-def test_what_was_asked_once_holds_until_it_is_taken_back(tmp_path: Path) -> None:
-    package = written(tmp_path, "--control", "--moveit")
-    before = names_in(package)
-    assert written(tmp_path) == package
-    assert names_in(package) == before
-    written(tmp_path, "--no-moveit")
-    assert "launch/moveit.launch.py" not in (package / "README.md").read_text("utf-8")
-    assert "moveit" not in (package / "package.xml").read_text("utf-8")
-    assert "control.launch.py" in (package / "launch/bringup.launch.py").read_text("utf-8")
-
-
 MECANUM = (DATA / "robots/mecanum.yaml").read_text("utf-8")
 
 
 def cart(folder: Path, distribution: str, namespace: str) -> Path:
-    """Write the package of a mecanum base whose controller owns the odometry, and return it."""
     text = MECANUM.replace("DISTRIBUTION", distribution).replace("NAMESPACE", f'"{namespace}"')
     (folder / "cart.yaml").write_text(text, "utf-8")
     assert main(["package", str(folder / "cart.yaml"), "-o", str(folder / "cart"), "--control", "-q"]) == 0
@@ -118,31 +104,10 @@ def test_a_controller_that_owns_the_odometry_is_remapped_to_tf(
     assert described.namespace == namespace  # the manager listens there
 
 
-GRIPPER = """\
-robot: hand
-links: {base_link: {}, finger: {}}
-joints:
-  grip:
-    type: prismatic
-    parent: base_link
-    child: finger
-    axis: [0, 1, 0]
-    limit: {lower: 0, upper: 0.04, effort: 20, velocity: 0.1}
-control: {hand: {plugin: mock_components/GenericSystem, joints: {grip: {command: position, state: position}}}}
-moveit: {groups: {fingers: {joints: [grip]}}}
-controllers:
-  states: {type: joint_state_broadcaster}
-  gripper: {type: KIND, hardware: hand}
-  direct: {type: position_group, hardware: hand, inactive: true}
-outputs:
-  urdf: {file: hand.urdf, control: DISTRIBUTION}
-  srdf: {file: hand.srdf}
-  controllers: {file: controllers.yaml, distribution: DISTRIBUTION}
-"""
+GRIPPER = data_text("robots/package_bringup_gripper.yaml")
 
 
 def hand(folder: Path, distribution: str, kind: str = "position_gripper") -> Path:
-    """Write the package of a gripper that MoveIt moves, and return it."""
     (folder / "hand.yaml").write_text(GRIPPER.replace("DISTRIBUTION", distribution).replace("KIND", kind), "utf-8")
     words = ["--control", "--moveit"]
     assert main(["package", str(folder / "hand.yaml"), "-o", str(folder / "hand"), *words]) == 0

@@ -1,7 +1,5 @@
 """The three launch files of a package: they start the same nodes, with the numbers of the description."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -12,30 +10,16 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import static_tf
-from rosorin_compile.formats.launching import STATES
+from rosorin_compile.formats.launch_conditions import STATES
 from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Transform
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS
 from support.launch import Failed, command_line, read
 from support.packages import EXAMPLES, FORMS, clean, describe, made, static, written
+from support.paths import data_text
 from support.robots import compiled
 
-ODD = [
-    "a|b",
-    "x\\y",
-    "weiß",
-    "🤖",
-    "{{x}}",
-    "{%x%}",
-    "$(x)",
-    "#x",
-    "coding:latin-1",
-    "%s",
-    "--x",
-    "`a`",
-    "\\",
-    "a b",
-    "$$",
-]
+ODD = ["a|b", "x\\y", "weiß", "🤖", "{{x}}", "{%x%}", "$(x)", "#x", "coding:latin-1", "%s", "--x", "`a`", "\\", "a b"]
+ODD += ["$$"]
 
 
 def test_every_node_that_runs_on_a_robot_is_a_dependency(tmp_path: Path) -> None:
@@ -124,7 +108,6 @@ def test_odd_names_come_through_in_all_forms(tmp_path_factory: pytest.TempPathFa
 
 
 def composed(package: Path, form: str) -> dict[tuple[str, str], Transform]:
-    """Return the transforms that a launch file publishes, from its own arguments."""
     launch = read(package / f"launch/description.launch.{form}", {"rosorin_description": package})
     read_back = [command_line(node.arguments) for node in launch.nodes[1:]]
     return {(parent, child): pose.transform() for parent, child, pose in read_back}
@@ -177,23 +160,7 @@ def test_the_examples(tmp_path: Path, folder: Path) -> None:
     assert launches[0] == launches[1] == launches[2]
 
 
-TURNS = """\
-robot: turning
-modes: {slam: a map is made, rviz: somebody looks}
-links: {base_link: {}, mast: {}}
-joints:
-  mast_joint:
-    type: fixed
-    parent: base_link
-    child: mast
-    xyz: [0, 0, 1]
-    publisher:
-      - {by: {static_transform_publisher: tf_mast}, when: slam and not rviz}
-      - {by: {static_transform_publisher: tf_other}, when: not slam or rviz}
-outputs:
-  urdf: {file: turning.urdf}
-  static_tf: {file: static_tf.launch.py}
-"""
+TURNS = data_text("robots/package_launch_turns.yaml")
 
 
 @pytest.mark.slow

@@ -1,7 +1,5 @@
 """Every reference in every file of a built package resolves: meshes, their materials, textures and buffers."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -9,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from support.paths import data_text
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 PNG = bytes.fromhex(
@@ -17,23 +16,10 @@ PNG = bytes.fromhex(
 )
 COLLADA = """<COLLADA version="1.4.1"><library_images><image id="i"><init_from>../textures/skin.png</init_from></image>
 </library_images><library_effects><surface><init_from>i</init_from></surface></library_effects></COLLADA>"""
-ROBOT = """robot: r
-links:
-  base_link:
-    inertial: {mass: 1, inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}
-    visual:
-      - {mesh: {file: meshes/part.obj}, texture: meshes/paint.png}
-      - {mesh: {file: meshes/visual/shell.dae}}
-      - {mesh: {file: meshes/box.gltf}}
-      - {mesh: {file: "model://gun/meshes/grip.obj"}}
-    collision: [{mesh: {file: meshes/part.obj}}]
-outputs: {urdf: {file: r.urdf}, sdf: {file: r.sdf}, mjcf: {file: r.xml, visuals: from_collision}}
-source: {status: chosen, note: a test, packages: {gun: gun}}
-"""
+ROBOT = data_text("robots/package_references.yaml")
 
 
 def write(folder: Path) -> None:
-    """Write a description whose meshes name other files."""
     for name, data in {
         "robot.yaml": ROBOT,
         "meshes/part.obj": f"mtllib part.mtl\n{CORNERS}",
@@ -52,7 +38,6 @@ def write(folder: Path) -> None:
 
 
 def dangling(package: Path, name: str) -> list[str]:
-    """Return the references in the files of a package that lead nowhere."""
     found = []
     patterns = {
         ".urdf": r'filename="([^"]*)"',

@@ -1,7 +1,5 @@
 """The stock nodes of Debian, started as the launch files of a package say, put every frame where the model has it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

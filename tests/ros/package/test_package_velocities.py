@@ -18,7 +18,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.ros.parameters.files import nodes_of
 from support.launch import Failed, Started, read
 from support.packages import clean
-from support.paths import ROOT
+from support.paths import ROOT, data_text
 
 # As nav2_bringup/launch/navigation_launch.py has them: the remaps of the nodes that send velocities.
 NODES = {
@@ -88,23 +88,7 @@ STAMPED_BY_DEFAULT = ("diff_drive", "tricycle", "mecanum_drive")  # on Humble
 ON_TF = ("diff_drive", "omni_wheel_drive", "tricycle")  # the others have their transforms on ~/tf_odometry
 SENDERS = ("controller_server", "behavior_server", "docking_server")
 
-BASE = """\
-robot: car
-links:
-  base_link: {collision: [{box: {size: [0.4, 0.2, 0.1]}}]}
-  fork: {}
-  "w${i}": {for: {i: [0, 1, 2, 3]}, collision: [{cylinder: {radius: 50 mm, length: 20 mm}, rpy: [90 deg, 0, 0]}]}
-joints:
-  fork: {type: continuous, parent: base_link, child: fork, xyz: [0.3, 0, 0], axis: [0, 0, 1]}
-  "j${i}":
-    for: {"i, on, x, y": [[0, base_link, 0, 0.1], [1, base_link, 0, -0.1], [2, TWO], [3, base_link, 0.3, -0.1]]}
-    type: continuous
-    parent: ${on}
-    child: w${i}
-    xyz: ["${x}", "${y}", 0]
-    axis: [0, 1, 0]
-drive: {DRIVE}
-"""
+BASE = data_text("robots/package_velocities_base.yaml")
 ON_BASE, ON_FORK = "base_link, 0.3, 0.1", "fork, 0, 0"
 TRICYCLE = (ON_FORK, "tricycle: {steering: fork, driven: [j2], rolling: [j0, j1]}", ["j2"], ["fork"])
 DRIVES = {
@@ -127,18 +111,7 @@ EXAMPLES = {
         ["front_left_steering_joint", "front_right_steering_joint"],
     ),
 }
-REST = """
-publishers: {PUBLISHERS}
-edges:
-  - {parent: odom, child: base_link, publisher: OWNER}
-  - {parent: map, child: odom, publisher: locator}
-control: {base: {plugin: mock_components/GenericSystem, joints: {JOINTS}}}
-controllers: {states: {type: joint_state_broadcaster}, base: {type: KIND}}
-outputs:
-  urdf: {file: car.urdf, control: DISTRIBUTION}
-  controllers: {file: controllers.yaml, distribution: DISTRIBUTION, namespace: "NAMESPACE"}
-  nav2: {file: nav2.yaml, distribution: DISTRIBUTION}
-"""
+REST = data_text("robots/package_velocities_rest.yaml")
 FILTER = "  robot_localization: {file: ekf.yaml, inputs: {odom0: {topic: ODOMETRY, uses: [vx, vyaw]}}}\n"
 
 
@@ -182,7 +155,6 @@ def described(case: Case) -> str:
 
 
 def started(folder: Path, case: Case, **given: str) -> list[Started]:
-    """Write the package of a robot, and return the nodes that all of it starts."""
     bringup = folder / "nav2_bringup"
     files = (
         ("launch/bringup_launch.py", LAUNCH.format(nodes=NODES[case.distribution])),
@@ -209,8 +181,6 @@ def started(folder: Path, case: Case, **given: str) -> list[Started]:
 
 
 class End(NamedTuple):
-    """A topic by its full name, with its message."""
-
     topic: str
     message: str
 
@@ -270,7 +240,6 @@ def wheels(nodes: list[Started], case: Case) -> Wheels:
 
 
 def transforms(nodes: list[Started], case: Case) -> Iterator[tuple[str, str]]:
-    """Yield what nodes publish on /tf between the map, the odometry and the base."""
     topic, *ends = wheels(nodes, case).transform
     if topic == "/tf":
         yield tuple(ends)
@@ -285,7 +254,6 @@ def transforms(nodes: list[Started], case: Case) -> Iterator[tuple[str, str]]:
 
 
 def ends(node: Started, case: Case) -> tuple[list[End], list[End]]:
-    """Return what velocities a node of Nav2 takes and sends."""
     keys = parameters(node, node.name)
     stamped = case.distribution != "humble" and keys.get("enable_stamped_cmd_vel", case.distribution == "kilted")
     taken, sent = {

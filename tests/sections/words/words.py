@@ -1,7 +1,5 @@
 """Sections as packages bring them: one entry, many by name, a list, an axis, two deep, one that names a sensor."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 

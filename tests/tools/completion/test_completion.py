@@ -1,7 +1,5 @@
 """Shell completion: names of commands, options, robots, frames, joints, poses, arguments and formats are offered."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -80,11 +78,6 @@ def test_the_script_is_valid(home: Path, name: str, capsys: Shown) -> None:
     (home / "script").write_text(capsys.readouterr().out)
     checked = subprocess.run([name, "-n", "script"], capture_output=True, text=True, check=False)
     assert (checked.returncode, checked.stderr) == (0, "")
-
-
-def test_an_unknown_shell(capsys: Shown) -> None:
-    assert main(["completion", "tcsh"]) == 2
-    assert "'tcsh'" in capsys.readouterr().err
 
 
 @pytest.mark.tier("outside")

@@ -16,7 +16,6 @@ from support.schemas import properties, schema
 
 SCHEMA = schema("robot_diff")
 SHOULDER = "axis: [0, 1, 0]\n    limit: {lower: -1.5, upper: 2,"
-SLIDE = "xyz: [0.2, 0, 0]\n    axis: [1, 0, 0]\n    limit: {lower: 0, upper: 0.1"
 TOOL = "type: fixed, parent: finger, child: tool, xyz: [0.05, 0, 0]"
 LIMIT = "limit: {lower: -2, upper: 2, effort: 5, velocity: 3}"
 
@@ -50,15 +49,6 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
     (
         [(SHOULDER, "axis: [0, -1, 0]\n    limit: {lower: -2, upper: 1.5,")],
         "shoulder counts the other way round: axis 0 1 0 -> 0 -1 0; its limits follow",
-    ),
-    (
-        [
-            (
-                SLIDE,
-                SLIDE.replace("xyz: [0.2", "xyz: [0.25").replace("lower: 0, upper: 0.1", "lower: -0.05, upper: 0.05"),
-            )
-        ],
-        "slide counts from another zero: position in B = position in A - 0.05; its limits follow",
     ),
     (
         [("type: revolute\n    parent: upper_arm", "type: prismatic\n    parent: upper_arm")],

@@ -214,40 +214,6 @@ def test_whom_a_follower_follows_stands_in_the_json(tmp_path: Path) -> None:
     assert (item["quantity"], item["a"], item["b"]) == ("mimic", "turn * 1 + 0", "nothing")
 
 
-THREE = (
-    "links: {{base: {{}}, p: {{}}, q: {{}}}}\njoints:\n"
-    "  f: {{type: fixed, parent: base, child: p, {}}}\n  g: {{type: fixed, parent: p, child: q, {}}}\n"
-)
-STILL = "xyz: [0, 0, 0.1]"
-FOLLOWS = TWO + ARM + HAND.replace("velocity: 1}}", "velocity: 1}, mimic: {joint: turn}}")
-
-
-@pytest.mark.parametrize(
-    ("one", "other", "notes"),
-    [
-        (
-            THREE.format("rpy: [0.2, 0, 0]", "rpy: [0.2, 0, 0]"),
-            THREE.format("rpy: [0.3, 0, 0]", "rpy: [0.3, 0, 0]"),
-            ["all together: q is off by up to 11.5 deg in base with all joints at 0"],
-        ),
-        (
-            THREE.format(STILL, STILL),
-            THREE.format("xyz: [0, 0, 0.11], rpy: [0.5, 0, 0]", "xyz: [0, 0, 0.13]"),
-            ["all together: q is off by up to 66.8 mm and 28.6 deg in base with all joints at 0"],
-        ),
-        (
-            FOLLOWS,
-            TWO + ARM + HAND.replace("0, 0, 1", "0, 0, -1"),
-            ["all together: hand is off by up to 57.3 deg in base at turn = -1"],
-        ),
-        (THREE.format(STILL, STILL), THREE.format(STILL, "xyz: [0, 0, 0.2]"), []),
-    ],
-)
-def test_what_is_off_the_most_by_all_changes_together(tmp_path: Path, one: str, other: str, notes: list[str]) -> None:
-    """Nothing is said where one of the changes says as much."""
-    assert compared(robot(tmp_path, "a", one), robot(tmp_path, "b", other))["notes"] == notes
-
-
 def test_a_urdf_has_the_mass_of_what_another_node_moves(tmp_path: Path) -> None:
     """It stands still there, with what carries it, and so it is compared."""
     solid = "{inertial: {mass: %s, of: collision}, collision: [{sphere: {radius: 0.1}}]}"

@@ -1,17 +1,20 @@
 """Explain: where a frame sits, and for each number the file, line and column that set it, and the way it took."""
 
-from __future__ import annotations
-
+import json
 import math
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.load_robot import understand
+from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import understand
+from rosorin_compile.importing.new_robot import start
 from rosorin_compile.language.arguments import read
-from rosorin_compile.language.explain.answer import NotThere, explain
-from rosorin_compile.language.explain.explanation import Answer, Explanation, Meaning, Number, Origin, Where
+from rosorin_compile.language.explain import Answer, Explanation, NotThere, Number, explain
+from rosorin_compile.language.origins import Meaning, Origin, Where
 from support.commands import HANDY
+
+pytestmark = pytest.mark.usefixtures("project")
 
 PROJECT = HANDY
 
@@ -51,7 +54,6 @@ def meanings(names: tuple[Meaning, ...], indent: str = "") -> list[str]:
     return lines
 
 
-@pytest.mark.usefixtures("project")
 def test_a_plain_number() -> None:
     (eye,) = found("eye_link")
     z = number(eye, "z")
@@ -61,7 +63,6 @@ def test_a_plain_number() -> None:
     assert number(eye, "roll").note == "not written"
 
 
-@pytest.mark.usefixtures("project")
 def test_a_number_of_a_part_in_a_loop_in_a_part_in_a_loop() -> None:
     (tip,) = found("left_f1_tip")
     x = origin(tip, "x")
@@ -90,7 +91,6 @@ def test_a_number_of_a_part_in_a_loop_in_a_part_in_a_loop() -> None:
     ]
 
 
-@pytest.mark.usefixtures("project")
 def test_the_pose_of_a_mount_and_of_what_is_on_it() -> None:
     (palm,) = found("right_palm", scale="2")
     parts = origin(palm, "y").parts
@@ -115,7 +115,6 @@ def test_the_pose_of_a_mount_and_of_what_is_on_it() -> None:
     }
 
 
-@pytest.mark.usefixtures("project")
 def test_a_mirrored_part_on_the_mount_of_its_part() -> None:
     (thumb,) = found("left_thumb_finger")
     assert [number(thumb, axis).value for axis in "xyz"] == pytest.approx([0.101, 0.002 + 0.002 - 0.01, 0.008])
@@ -129,7 +128,6 @@ def test_a_mirrored_part_on_the_mount_of_its_part() -> None:
     ]
 
 
-@pytest.mark.usefixtures("project")
 def test_what_a_named_value_holds_is_found_in_it() -> None:
     (finger,) = found("right_f0_joint")
     (upper,) = [n for n in finger.joint if n.name == "limit upper"]
@@ -149,7 +147,6 @@ def test_what_a_named_value_holds_is_found_in_it() -> None:
     ]
 
 
-@pytest.mark.usefixtures("project")
 def test_a_list_that_is_one_expression() -> None:
     (shelf,) = found("shelf", scale="0.5")
     assert [number(shelf, axis).value for axis in "xyz"] == [0.1, 0.12, 0.5]
@@ -163,7 +160,6 @@ def test_a_list_that_is_one_expression() -> None:
     assert [n.name for n in shape.numbers] == ["box size[0]", "box size[1]", "box size[2]"]
 
 
-@pytest.mark.usefixtures("project")
 def test_frames_of_other_nodes() -> None:
     odom, chip, inner, world, base = found("odom", "chip", "inner", "map", "base_link")
     assert [(edge.parent, edge.child, edge.publisher, edge.when) for edge in odom.chain] == [
@@ -184,7 +180,6 @@ def test_frames_of_other_nodes() -> None:
     assert base.children == ("shelf", "left_palm", "left_thumb_finger", "right_palm", "right_thumb_finger")
 
 
-@pytest.mark.usefixtures("project")
 def test_names_of_all_kinds() -> None:
     assert [e.name for e in found("eye", "shelf_joint", "shelf", "eye_link")] == ["eye_link", "shelf"]
     with pytest.raises(
@@ -196,7 +191,6 @@ def test_names_of_all_kinds() -> None:
         found("shelf", pose="opn")
 
 
-@pytest.mark.usefixtures("project")
 def test_a_pose() -> None:
     (tip,) = found("left_f0_tip", pose="open")
     at_zero, opened = tip.placed
@@ -218,42 +212,140 @@ def test_an_argument_from_a_file(project: Path) -> None:
     assert meanings(origin(shelf, "z").names)[1] == "scale = 3 (argument, set by the file) mine.yaml:1:8: 3"
 
 
-def test_what_a_part_knows_of_its_use(project: Path) -> None:
-    (project / "descriptions" / "handy" / "robot.yaml").write_text(
-        "robot: handy\n"
-        "links: {base_link: {}}\n"
-        "parts:\n"
-        "  peg:\n"
-        "    links: {peg: {}}\n"
-        '    joints: {joint: {type: fixed, parent: mount, child: peg, xyz: [0, 0, "${len(name) * mm}"]}}\n'
-        "use:\n"
-        "  abc: {part: peg, parent: base_link}\n",
-        "utf-8",
-    )
-    (peg,) = found("abc_peg")
-    assert number(peg, "z").value == 0.003
-    (line,) = meanings(origin(peg, "z").names)
-    assert line == "name = abc (name of what uses it) robot.yaml:8:3: {part: peg, parent: base_link}"
-
-
-@pytest.mark.usefixtures("project")
-def test_numbers_alone() -> None:
-    (eye,) = answers("eye_link", "z", "rpy")
-    assert isinstance(eye, Answer)
-    assert [n.name for n in eye.numbers] == ["z", "roll", "pitch", "yaw"]
-    assert eye.numbers[0].origin is not None
-    assert place(eye.numbers[0].origin.where) == "robot.yaml:21:67: 1 cm"
-
-
-@pytest.mark.usefixtures("project")
-def test_the_name_of_a_use_means_its_frames() -> None:
-    whole = [one.name for one in found("left")]
-    assert "left_f1_tip" in whole
-    assert all(name.startswith("left_") for name in whole)
-    assert [one.name for one in found("left_f1")] == [name for name in whole if name.startswith("left_f1_")]
-
-
-@pytest.mark.usefixtures("project")
 def test_a_number_that_none_has_is_told() -> None:
     with pytest.raises(NotThere, match='"mas"; did you mean "mass"'):
         answers("left_f1_tip", "left", "mas")
+
+
+# Explain on the command line: what people and programs get to see, and what they are told after a mistake.
+
+
+GOLDEN = """\
+eye_link: frame, frame of the sensor "eye" (camera), child of the joint "eye_link_joint"
+  descriptions/handy/robot.yaml:21:38
+  carries eye_link_optical, chip
+
+From base_link to eye_link, moving joints at zero:
+  base_link -> shelf: shelf_joint, fixed, published by robot_state_publisher on /tf_static
+    descriptions/handy/robot.yaml:12:3
+    x               0.1 m   descriptions/handy/robot.yaml:12:68  "${[0.1, cal.left.length, scale]}"
+    y               0.12 m  descriptions/handy/robot.yaml:12:68  "${[0.1, cal.left.length, scale]}"
+    z               1 m     descriptions/handy/robot.yaml:12:68  "${[0.1, cal.left.length, scale]}"
+        cal.left.length = 0.12 m: table  descriptions/handy/calibration.yaml:2:18  120 mm
+        scale = 1: argument, its default  descriptions/handy/robot.yaml:3:39  1
+    roll pitch yaw  0 rad   not written
+    quaternion x y z w  0  0  0  1
+
+  shelf -> eye_link: eye_link_joint, fixed, published by robot_state_publisher on /tf_static
+    descriptions/handy/robot.yaml:21:3
+    x               0 m     descriptions/handy/robot.yaml:21:61  0
+    y               0 m     descriptions/handy/robot.yaml:21:64  0
+    z               0.01 m  descriptions/handy/robot.yaml:21:67  1 cm
+    roll pitch yaw  0 rad   not written
+    quaternion x y z w  0  0  0  1
+
+eye_link in base_link, with all joints at zero:
+  xyz                 0.1  0.12  1.01 m
+  rpy                 0  0  0 rad
+                      0  0  0 deg
+  quaternion x y z w  0  0  0  1
+
+"""
+
+
+def test_for_people(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", "eye"]) == 0
+    assert capsys.readouterr().out == GOLDEN
+    assert main(["explain", "handy", "eye"]) == 0
+    assert capsys.readouterr().out == GOLDEN
+    assert main(["explain", "descriptions/handy/robot.yaml", "eye_link"]) == 0
+    assert capsys.readouterr().out == GOLDEN
+
+
+def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", "eye", "--format", "json", "-a", "scale=2"]) == 0
+    (eye,) = json.loads(capsys.readouterr().out)["result"]
+    assert eye["chain"][0]["transform"]["xyz"] == [0.1, 0.12, 2.0]
+    z = eye["chain"][0]["numbers"][2]
+    assert z["origin"]["where"]["line"] == 12
+    assert z["origin"]["names"][1] == {
+        "name": "scale",
+        "value": "2",
+        "given_by": "argument, set on the command line",
+        "where": None,
+        "names": [],
+    }
+    assert "-0.0" not in json.dumps(eye)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (
+            ["shlf"],
+            'handy: there is no frame, link, joint, sensor, use, value or number "shlf"; did you mean "shelf"?',
+        ),
+        (["shelf", "--pose", "x"], 'handy: there is no pose "x"; known: open'),
+        (["nobody", "shelf"], 'there is no frame, link, joint, sensor, use, value or number "nobody"'),
+    ],
+)
+def test_unknown_names(capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
+    assert main(["explain", *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_several_robots_or_none(project: Path, capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
+    start("second", project)
+    assert main(["explain", "shelf"]) == 2
+    told = capsys.readouterr().err
+    assert "there are several robots here: handy, second; name one: rosorin-compile explain ROBOT shelf" in told
+    assert main(["explain", "second", "laser"]) == 0
+    monkeypatch.chdir(project / "descriptions" / "handy")
+    assert main(["explain", "shelf"]) == 0
+    (project / "descriptions").rename(project / "others")
+    assert main(["explain", "shelf"]) == main(["explain", ".", "shelf"]) == 0
+    monkeypatch.chdir(project / "others")
+    assert main(["explain", "shelf"]) == 2
+    assert "there is no descriptions/*/robot.yaml here" in capsys.readouterr().err
+    assert main(["explain"]) == 2
+
+
+def test_a_description_with_errors(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = project / "descriptions" / "handy" / "robot.yaml"
+    path.write_text(HANDY["descriptions/handy/robot.yaml"].replace("${cal[side].length", "${cal[sid].length"), "utf-8")
+    assert main(["explain", "shelf"]) == 1
+    shown = capsys.readouterr()
+    assert "error[expression]" in shown.err
+    assert "a description with errors has no meaning to explain" in shown.err
+    assert shown.out == ""
+
+
+def test_arguments_and_named_values_are_explained_with_what_uses_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "robot.yaml").write_text(
+        "robot: r\n"
+        "include: [more.yaml]\n"
+        "args: {length: {type: length, default: 300 mm}, spare: 1}\n"
+        'let: {half: "${length / 2}"}\n'
+        "links: {base_link: {}, a: {}}\n"
+        'joints: {j: {type: fixed, parent: base_link, child: a, xyz: [0, 0, "${half}"]}}\n',
+        "utf-8",
+    )
+    (tmp_path / "more.yaml").write_text('links: {b: {if: "${length > 1 m}"}}\n', "utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["explain", "robot.yaml", "half", "length", "spare", "-a", "length=0.5"]) == 0
+    assert capsys.readouterr().out == (
+        'half = 0.25 m: named value  robot.yaml:4:7  "${length / 2}"\n'
+        "  length = 0.5 m: argument, set on the command line\n"
+        "  used by:\n"
+        '    robot.yaml:6:68  "${half}"\n'
+        "length = 0.5 m: argument, set on the command line\n"
+        "  used by:\n"
+        '    more.yaml:1:17  "${length > 1 m}"\n'
+        '    robot.yaml:4:13  "${length / 2}"\n'
+        "spare = 1: argument, its default  robot.yaml:3:56  1\n"
+        "  nothing uses it\n"
+    )
+    assert main(["explain", "robot.yaml", "lenght"]) == 2
+    assert 'did you mean "length"?' in capsys.readouterr().err

@@ -1,16 +1,13 @@
 """Every number of every robot of this repository is written where explain says, and means what explain says."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.load_robot import understand
-from rosorin_compile.language.explain.answer import explain
-from rosorin_compile.language.explain.explanation import Explanation, Number
+from rosorin_compile.formats.compiled import understand
+from rosorin_compile.language.explain import Explanation, Number, explain
 from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.source.load import plain_scalar
@@ -18,7 +15,6 @@ from support.paths import ROOT, ROSORIN
 
 
 def all_explanations() -> Iterator[tuple[Path, list[Explanation]]]:
-    """Yield the explanations of every frame of every robot in this repository."""
     for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]:
         expanded, lowered, *_ = understand(path)
         assert lowered is not None

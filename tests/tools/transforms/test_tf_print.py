@@ -5,8 +5,6 @@ built on the linear algebra of tf2 itself (package libtf2-dev, or TF2_INCLUDE=fo
 edge, its composition, and what tf2_echo prints. Both are written here, from what the code of tf2 does.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import shutil
@@ -170,13 +168,6 @@ def test_straight_up_and_down_the_angles_are_those_of_tf2(tf2: Path, pitch: floa
     assert text(lookup(Graph(robot), "a", "b", {})) == said.stdout.splitlines()
 
 
-def test_exactly_straight_down_the_yaw_is_zero() -> None:
-    rows = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))
-    assert rpy(rows) == (0.0, math.pi / 2, 0.0)
-    up = ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
-    assert rpy(up) == (0.0, -math.pi / 2, 0.0)
-
-
 @pytest.mark.parametrize(
     ("angles", "expected"),
     [
@@ -191,14 +182,3 @@ def test_half_turns_keep_the_largest_component_positive(
 ) -> None:
     kept = of_rows(rows_of_rpy(angles))
     assert kept == pytest.approx((*expected, 0.0), abs=1e-15)
-
-
-def test_the_sign_is_that_of_the_product() -> None:
-    """Two turns of 200 degrees are kept with w > 0 each and multiplied: -40 degrees, with w < 0."""
-    turn = Pose((0, 0, 0), (0, 0, math.radians(-160)))
-    joints = (Joint("j0", "fixed", "a", "b", turn), Joint("j1", "fixed", "b", "c", turn))
-    robot = Robot("made", (Link("a"), Link("b"), Link("c")), joints)
-    answer = lookup(Graph(robot), "a", "c", {})
-    assert isinstance(answer, Answer)
-    assert answer.quaternion[3] == pytest.approx(-math.cos(math.radians(20)))
-    assert answer.degrees[2] == pytest.approx(40)

@@ -1,12 +1,7 @@
 """rosorin-compile frames: who publishes each frame, in the terminal, as JSON, as files; and every way to ask amiss."""
 
-from __future__ import annotations
-
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -159,23 +154,6 @@ def test_json_says_all_of_it(capsys: Shown) -> None:
     assert [[edge["child"] for edge in one["edges"]] for one in ekf] == [["base_link"], ["base_link"]]
 
 
-def test_a_robot_without_modes_has_one_tree_without_a_heading(
-    capsys: Shown, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder = tmp_path / "other" / "descriptions" / "cart"
-    folder.mkdir(parents=True)
-    joint = "joints: {mast_joint: {type: fixed, parent: base_link, child: mast}}"
-    (folder / "robot.yaml").write_text(f"robot: cart\nlinks: {{base_link: {{}}, mast: {{}}}}\n{joint}\n", "utf-8")
-    monkeypatch.chdir(tmp_path / "other")
-    assert shown(capsys) == [
-        "frame      published by           topic       joint",
-        "base_link",
-        "└── mast   robot_state_publisher  /tf_static  mast_joint (fixed)",
-    ]
-    assert refused(capsys, "--mode", "slam") == 'cart has no mode "slam"; it has none'
-    assert shown(capsys, "-o", "pictures/") == ["cart: pictures/frames.svg"]
-
-
 # Files.
 
 
@@ -222,39 +200,7 @@ def test_nobody_elses_file_is_overwritten(capsys: Shown, rosorin: Path) -> None:
     assert shown(capsys, "-o", "notes.svg", "--force") == ["rosorin: notes.svg"]
 
 
-def test_a_file_that_cannot_be_written(capsys: Shown, rosorin: Path) -> None:
-    (rosorin / "file").write_text("", "utf-8")
-    assert main(["frames", "-o", "file/frames.svg"]) == 1
-    assert "error[picture-file]: cannot write file/frames.svg" in capsys.readouterr().err
-    assert main(["frames", "-o", "file/more/"]) == 1
-    assert "error[output-folder]" in capsys.readouterr().err
-
-
 # Amiss.
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--frame", "base_lnk"], 'there is no frame "base_lnk"; did you mean "base_link"?'),
-        (["--publisher", "efk"], 'there is no publisher "efk"; did you mean "ekf"?'),
-        (["--mode", "slan"], 'rosorin has no mode "slan"; did you mean "slam"?'),
-        (["--mode", "not slan"], 'rosorin has no mode "slan"; did you mean "slam"?'),
-        (["--mode", "slam=yes"], '"slam=yes" is not a mode: write slam, "not slam", slam=on or slam=off'),
-        (["--mode", "not slam=on"], '"not slam=on" is not a mode: write slam, "not slam", slam=on or slam=off'),
-        (["--mode", "slam", "--mode", "not slam"], 'the mode "slam" cannot be on and off'),
-        (["--mode", "slam and x"], 'rosorin has no mode "slam and x"; did you mean "slam"?'),
-        (["--frame", "a", "--publisher", "b"], "--frame and --publisher do not go together"),
-        (["--frame", "a", "-o", "b.svg"], "--frame and --output do not go together"),
-        (
-            ["-o", "frames.png"],
-            "frames.png is no picture: name one that ends in .svg, or FOLDER/",
-        ),
-        (["rosorin", "again"], "one robot at a time: rosorin-compile frames ROBOT"),
-    ],
-)
-def test_wrong_usage(capsys: Shown, words: list[str], said: str) -> None:
-    assert refused(capsys, *words) == said
 
 
 def test_too_many_trees_ask_for_modes(capsys: Shown, rosorin: Path) -> None:
@@ -274,21 +220,3 @@ def test_a_description_with_errors(capsys: Shown, rosorin: Path) -> None:
     path.write_text(path.read_text("utf-8") + "nonsense: 1\n", "utf-8")
     assert main(["frames"]) == 1
     assert "error[unknown-key]" in capsys.readouterr().err
-
-
-def test_nothing_heavy_is_imported() -> None:
-    code = (
-        "import sys; from rosorin_compile.cli.main import main; main(['frames', 'rosorin', '-o', 'x.svg']);"
-        "print([name for name in ('numpy', 'mujoco', 'trimesh', 'xacro', 'rosbags') if name in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=dict(os.environ))
-    assert done.stdout.splitlines()[-1] == "[]", done.stderr
-
-
-def test_what_is_no_file_is_not_replaced(rosorin: Path, capsys: Shown) -> None:
-    os.mkfifo(rosorin / "pipe")
-    (rosorin / "pipe.svg").symlink_to("pipe")
-    for words in (["-o", "pipe.svg"], ["-o", "pipe.svg", "--force"]):
-        assert main(["frames", *words]) == 2
-        assert "pipe.svg cannot be written: it is not a regular file" in capsys.readouterr().err
-    assert (rosorin / "pipe").is_fifo()

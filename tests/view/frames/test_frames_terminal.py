@@ -1,9 +1,6 @@
 """The tree of frames in a terminal: colours, letters, columns, and terminals that have few of each."""
 
-from __future__ import annotations
-
 import io
-import json
 import re
 import sys
 from pathlib import Path
@@ -27,8 +24,6 @@ def rosorin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 class Terminal(io.TextIOWrapper):
-    """Standard output as a terminal of some encoding."""
-
     def __init__(self, encoding: str, people: bool = True) -> None:
         super().__init__(io.BytesIO(), encoding)
         self.people = people
@@ -88,7 +83,6 @@ def test_the_columns_stand_below_each_other_for_wide_letters() -> None:
 
 
 def columns(text: str) -> list[str]:
-    """Return the heads of the columns of a tree."""
     return re.split("  +", next(line for line in text.splitlines() if line.startswith("frame")))
 
 
@@ -128,12 +122,3 @@ def test_no_line_is_wider_than_a_terminal_that_has_room_for_the_rest(names: list
     assert (said == whole) == (max(map(text_width, whole)) <= width)
     if "topic" in said[0] and said != whole:
         assert max(map(text_width, said[:-1])) <= width
-
-
-def test_json_is_json_whatever_the_terminal_can_print(monkeypatch: pytest.MonkeyPatch, rosorin: Path) -> None:
-    path = rosorin / "robot.yaml"
-    path.write_text("robot: r\nlinks: {räder: {}}\noutputs: {urdf: {file: r.urdf}}\n", "utf-8")
-    (situation,) = json.loads(seen(monkeypatch, Terminal("ascii"), str(path), "--format", "json"))["result"][
-        "situations"
-    ]
-    assert situation["frames"] == ["räder"]

@@ -1,7 +1,5 @@
 """picture: its files and their pixels, its options, its errors and exit codes; the same bytes each time."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess
@@ -65,12 +63,10 @@ def refused(capsys, *words: str) -> str:
 
 
 def count_of(shown: np.ndarray, colour: tuple[int, int, int]) -> int:
-    """Return how many pixels nearly have a colour."""
     return int((np.abs(shown[..., :3].astype(int) - colour).max(axis=2) < 20).sum())
 
 
 def rows_of(shown: np.ndarray, name: str) -> np.ndarray:
-    """Return the rows in which a colour is seen."""
     return np.array([index for index, row in enumerate(shown) if any(hue_name(colour) == name for colour in row)])
 
 
@@ -241,38 +237,6 @@ def test_a_broken_robot_is_not_drawn(capsys):
     assert not Path("b.png").exists()
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["arm", "-o", "a.jpg"], 'a.jpg: unsupported picture format ".jpg": use .png'),
-        (["arm", "-o", "a.svg"], 'a.svg: unsupported picture format ".svg": use .png'),
-        (["arm", "-o", "descriptions"], 'descriptions: unsupported picture format "": use .png'),
-        (["arm", "-o", "a.png", "--size", "80"], '"80" is not WIDTHxHEIGHT in pixels, such as 1280x800'),
-        (["arm", "-o", "a.png", "--size", "9000x80"], "a picture has 16 to 8192 pixels along a side, not 9000x80"),
-        (
-            ["arm", "-o", "a.png", "--from", "fromt"],
-            'there is no view "fromt"; did you mean "front"?, or AZIMUTH,ELEVATION: 30deg,20deg',
-        ),
-        (["arm", "-o", "a.png", "--from", "1m,2deg"], '"1m,2deg" is not AZIMUTH,ELEVATION, such as 30deg,20deg'),
-        (
-            ["arm", "-o", "a.png", "--from", "1deg,2deg,3deg"],
-            '"1deg,2deg,3deg" is not AZIMUTH,ELEVATION, such as 30deg,20deg',
-        ),
-        (["arm", "bare", "-o", "a.png"], "a picture shows one robot: rosorin-compile picture ROBOT -o FILE"),
-        (
-            ["arm", "shoulder=1", "-o", "a.png"],
-            "write --joint shoulder=1 for a position, --pulse shoulder=1 for a pulse",
-        ),
-        (["arm", "-o", "a.png", "--frame", "uper"], 'there is no frame "uper"; did you mean "upper"?'),
-        (["arm", "-o", "a.png", "--frames", "--mode", "slam"], 'arm has no mode "slam"; it has none'),
-        (["arm", "-o", "a.png", "--joint", "sholder=1"], 'there is no joint "sholder"; did you mean "shoulder"?'),
-    ],
-)
-def test_wrong_usage(capsys, words, message):
-    assert refused(capsys, *words) == message
-    assert not Path("a.png").exists()
-
-
 def test_a_file_of_another_program_is_not_replaced(capsys):
     Path("mine.png").write_bytes(b"a holiday")
     assert refused(capsys, "arm", "-o", "mine.png") == (
@@ -281,11 +245,6 @@ def test_a_file_of_another_program_is_not_replaced(capsys):
     assert Path("mine.png").read_bytes() == b"a holiday"
     drawn_by("arm", "--size", "16x16", file="mine.png")
     assert main(["picture", "arm", "-o", "mine.png", "--size", "20x20"]) == 0  # now it is ours
-
-
-def test_a_position_beyond_a_limit_is_reported_and_drawn(capsys):
-    drawn_by("arm", "--joint", "shoulder=2.5", "--size", "32x32")
-    assert 'joint "shoulder" at 2.5 rad is above its upper limit of 2 rad' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("package", "what"), [("numpy", "a picture"), ("trimesh", "a picture of meshes")])

@@ -3,8 +3,6 @@
 ``python tests/renew.py pictures`` draws them anew.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -43,7 +41,6 @@ def draw(name: str, target: Path) -> None:
 
 
 def scene(description: Path) -> bytes:
-    """Return what MuJoCo draws of the scene of a robot."""
     with TemporaryDirectory() as folder:
         for artifact in of_this_project(description).artifacts:
             Path(folder, artifact.file).write_text(artifact.text, "utf-8")

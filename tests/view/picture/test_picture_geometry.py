@@ -1,7 +1,5 @@
 """The pixels of pictures, compared with rays through the exact shapes."""
 
-from __future__ import annotations
-
 import math
 import random
 import re
@@ -158,15 +156,6 @@ def test_triangles_with_common_edges_share_no_sample_and_leave_none_out():
     assert (np.bincount(place, minlength=(5 * count) ** 2) == 1).all()
 
 
-@pytest.mark.parametrize("size", [7, 1000])
-def test_pixels_do_not_depend_on_the_size_of_bands(tmp_path, monkeypatch, size):
-    _, scene, camera = scene_of(random_robot(tmp_path, 3), VIEWS["iso"], (60, 40))
-    expected = drawn(scene, camera, False)
-    monkeypatch.setattr("rosorin_compile.viewer.picture.render._CHUNK", size)
-    monkeypatch.setattr("rosorin_compile.viewer.picture.render._BAND", size)
-    assert (drawn(scene, camera, False) == expected).all()
-
-
 @pytest.mark.parametrize("view", ["top", "iso"])
 def test_of_shapes_in_one_plane_the_first_is_seen(tmp_path, view):
     flat = "{{box: {{size: [{0}, {0}, 0.1]}}, rgba: {1}}}"
@@ -224,10 +213,3 @@ def test_colours_of_links_are_those_of_the_page():
     for link, piece in zip(bare.links, made, strict=True):
         named = colours[link.name]
         assert [int(named[at : at + 2], 16) / 255 for at in (1, 3, 5)] == pytest.approx(piece.colour, abs=0.003)
-
-
-def test_a_box_around_nothing_is_fitted():
-    camera = Camera.fitted(Box((1.0, 2.0, 3.0), (1.0, 2.0, 3.0)), VIEWS["front"], 100, 100)
-    x, y, depth = camera.project(np.array([1.0, 2.0, 3.0]))
-    assert (float(x), float(y)) == pytest.approx((50, 50))
-    assert float(depth) > 0

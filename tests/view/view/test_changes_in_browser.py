@@ -1,7 +1,5 @@
 """The page of a change in Chromium: the robot before is drawn, listed, and flown to."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -12,6 +10,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from support.commands import edit
+from support.paths import data_text
 
 CHROMIUM = shutil.which("chromium")
 PROJECT = {
@@ -32,27 +31,7 @@ WORDS = [
     *("--virtual-time-budget=8000", "--window-size=1000,700"),
 ]
 # Asks the page what it shows when it is ready, and leaves the answer where the test finds it.
-PROBE = """
-<script>
-const wait = setInterval(() => {
-  if (document.body.dataset.ready !== "yes") return;
-  clearInterval(wait);
-  const { app } = window;
-  const { before } = app.shown;
-  const key = (key) => window.dispatchEvent(new KeyboardEvent("keydown", { key }));
-  key("n");
-  const flown = app.selected;
-  key("b");
-  const answer = {
-    boxes: app.ghost.layers.map(({ view }) => view.pieces.map((piece) => piece.link)),
-    off: app.ghost.gone.map((name) => app.places.get(name).p[2] - app.ghost.places.get(name).p[2]),
-    rows: [...document.querySelectorAll(".changes li p")].map((line) => line.textContent),
-    before, toggled: app.shown.before, flown, camera: app.stage.controls.target.toArray(),
-  };
-  document.body.dataset.answer = JSON.stringify(answer);
-}, 50);
-</script>
-</body>"""
+PROBE = data_text("robots/changes_in_browser.html")
 
 pytestmark = [
     pytest.mark.slow,

@@ -1,7 +1,5 @@
 """The page puts every frame where the model has it: its own module, run by node, on random robots and states."""
 
-from __future__ import annotations
-
 import json
 import math
 import random

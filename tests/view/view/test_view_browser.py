@@ -3,8 +3,6 @@
 Pictures that are compared are in tests/data/pages; ``RENEW_PICTURES=1`` writes them anew. Look at them then.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -13,13 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.model import Box, Joint, Link, Pose, Robot, Shape
 from rosorin_compile.viewer.page import html
 from rosorin_compile.viewer.page.data import robot_data
 from support.browsing import Browser, apart, is_near, lacking
 from support.commands import Shown, ask, edit
-from support.paths import DATA, ROOT, ROSORIN
+from support.paths import DATA, ROOT, ROSORIN, data_text
 from support.robots import compiled, copy_of_rosorin
 from support.viewing import Viewing
 
@@ -49,21 +46,18 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.fixture
 def sent(home: Path, capsys: Shown) -> Path:
-    """The page of the reference robot as a file."""
     ask(capsys, "view", str(ROSORIN), "--html", "robot.html")
     return home / "robot.html"
 
 
 @pytest.fixture
 def live(home: Path) -> Iterator[Viewing]:
-    """A server of a copy of the reference robot."""
     copy_of_rosorin(home)
     with Viewing(home, "--port", "0") as viewing:
         yield viewing
 
 
 def kept_to_itself(browser: Browser, port: int = 0) -> None:
-    """Hold that a page asked nothing from elsewhere, and complained of nothing."""
     own = (f"http://localhost:{port}/", "data:", "blob:") if port else ("file:///", "data:", "blob:")
     assert [url for url in browser.asked if not url.startswith(own)] == []
     assert browser.complaints == []
@@ -107,7 +101,6 @@ def test_a_robot_that_is_not_there_is_seen(browser: Browser, sent: Path, tmp_pat
 
 
 def near_model(browser: Browser, robot: Robot, state: dict[str, float]) -> None:
-    """Hold that the page has every link where the model has it."""
     for link, meant in robot.poses_in_root(state).items():
         place, rotation = browser.place(link)
         assert math.dist(place, meant.xyz) < 1e-9, link
@@ -147,54 +140,7 @@ def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsy
     kept_to_itself(browser)
 
 
-@pytest.mark.tier("outside")
-def test_measuring_between_two_frames_says_what_tf_says(browser: Browser, sent: Path) -> None:
-    robot = compiled().robot
-    assert robot is not None
-    browser.open(f"file://{sent}#pose=tuck")
-    browser.evaluate("(app.select('laser'), document.querySelector('.card footer button').click())")
-    browser.evaluate("(app.use({units: 'm, rad'}), app.select('gripper_link'))")
-    tuck = next(pose for pose in robot.poses if pose.name == "tuck")
-    meant = robot.transform("laser", "gripper_link", dict(tuck.positions)).xyz
-    card = browser.evaluate("document.querySelector('.card').innerText")
-    for number in meant:
-        assert f"{number:.5f}".rstrip("0") in card, (meant, card)
-    assert f"{math.hypot(*meant):.5f}".rstrip("0") in card
-
-
-def tree_of(browser: Browser) -> list[str]:
-    return list(browser.evaluate("[...document.querySelectorAll('.tree .row')].map((row) => row.title)"))
-
-
-@pytest.mark.tier("outside")
-def test_modes_change_the_tree(browser: Browser, sent: Path) -> None:
-    browser.open(f"file://{sent}")
-    before = tree_of(browser)
-    browser.evaluate("document.querySelector('#mode-slam').click()")
-    after = tree_of(browser)
-    assert before != after
-    assert any("slam" in row for row in after)
-    assert not any("slam_toolbox" in row for row in before)
-    browser.evaluate("document.querySelector('#mode-slam').click()")
-    assert tree_of(browser) == before
-
-
-@pytest.mark.tier("outside")
-def test_frames_have_names(browser: Browser, sent: Path) -> None:
-    browser.open(f"file://{sent}")
-    labels = "[...document.querySelectorAll('.labels span')].map((one) => one.textContent)"
-    assert browser.evaluate(labels) == []
-    select = "document.querySelector('select[aria-label=frames]')"
-    for value, meant in {"all": {"laser", "r_link"}, "published": {"laser"}, "none": set()}.items():
-        browser.evaluate(f"({select}.value = '{value}', {select}.dispatchEvent(new Event('change')))")
-        found = set(browser.evaluate(labels))
-        assert meant <= found
-        assert bool(found) == bool(meant)
-    kept_to_itself(browser)
-
-
 def on_screen(browser: Browser, xyz: tuple[float, float, float]) -> list[float]:
-    """Return the pixel at which a point (m, in the root frame) is seen."""
     at = browser.evaluate(f"app.stage.pixel({list(xyz)})")
     return [float(at[0]), float(at[1])]
 
@@ -280,16 +226,7 @@ def test_a_page_waits_for_a_robot_that_does_not_compile_yet(browser: Browser, ho
         kept_to_itself(browser, viewing.port)
 
 
-FREE = """\
-robot: free
-links:
-  base: {visual: [{box: {size: [0.4, 0.3, 0.1]}, rgba: [0.8, 0.1, 0.1, 1]}]}
-  puck: {visual: [{cylinder: {radius: 0.06, length: 0.04}}]}
-  drone: {visual: [{box: {size: [0.1, 0.1, 0.03]}}]}
-joints:
-  slide: {type: planar, parent: base, child: puck, xyz: [0, 0, 0.1], axis: [0, 0, 1]}
-  fly: {type: floating, parent: base, child: drone, xyz: [0, 0, 0.3]}
-"""
+FREE = data_text("robots/view_browser_free.yaml")
 
 
 @pytest.mark.tier("outside")
@@ -308,23 +245,6 @@ def test_sliders_of_planar_and_floating_joints(browser: Browser, home: Path, cap
     numbers = "[...document.querySelectorAll('[data-joint={}] input[type=number]')].map((one) => Number(one.value))"
     assert browser.evaluate(numbers.format("fly")) == [100, 0, 200, 0, 0, 90]
     assert browser.evaluate(numbers.format("slide")) == [100, -100, pytest.approx(math.degrees(0.5), abs=0.01)]
-    kept_to_itself(browser)
-
-
-@pytest.mark.tier("outside")
-def test_a_colour_that_changed_is_drawn(browser: Browser, home: Path, capsys: Shown) -> None:
-    (home / "old.yaml").write_text(FREE)
-    (home / "new.yaml").write_text(FREE.replace("0.8, 0.1, 0.1", "0.1, 0.7, 0.1"))
-    assert main(["diff", "old.yaml", "new.yaml", "--html", "page.html"]) == 1
-    capsys.readouterr()
-    browser.open(f"file://{home}/page.html")
-    spots = "[...document.querySelectorAll('.changes .dot')].map((dot) => getComputedStyle(dot).backgroundColor)"
-    assert browser.evaluate(spots) == ["rgb(204, 26, 26)", "rgb(26, 179, 26)"]
-    drawn = """((piece) => { const colour = piece.colour.clone(); piece.mesh.getColorAt(piece.instance, colour);
-        return colour.getHex(); })(app.view.pieces.find(({link}) => link === 'base'))"""
-    assert browser.evaluate(drawn) == 0x1AB31A
-    browser.evaluate("app.fade(2)")
-    assert browser.evaluate(drawn) == 0xCC1A1A
     kept_to_itself(browser)
 
 
@@ -375,51 +295,6 @@ def test_a_name_is_text_and_nothing_else(browser: Browser, home: Path, name: str
     kept_to_itself(browser)
 
 
-def chain(size: int) -> Robot:
-    """A deep tree of many boxes."""
-    shape = Shape(Box((-0.01, -0.01, -0.01), (0.01, 0.01, 0.01)))
-    names = ["base", *(f"link{index}" for index in range(size))]
-    joints = tuple(
-        Joint(
-            f"joint{index}", "revolute", names[index if index % 50 else 0], name, Pose((0.03, 0.03 * (index % 7), 0.0))
-        )
-        for index, name in enumerate(names[1:])
-    )
-    return Robot("many", tuple(Link(name, collision=(shape,)) for name in names), joints)
-
-
-@pytest.mark.tier("outside")
-def test_five_thousand_links_answer(browser: Browser, home: Path) -> None:
-    (home / "many.html").write_text(html({"robot": robot_data(chain(5000))}), "utf-8")
-    browser.open(f"file://{home}/many.html")
-    browser.slide("joint49", 0.7)
-    assert browser.evaluate("app.state.joint49") == pytest.approx(0.7, abs=0.01)
-    browser.evaluate("(app.show({frames: 'all'}), app.select('link4999'))")
-    assert "link4999" in browser.evaluate("document.querySelector('.card').innerText")
-    left = browser.evaluate("app.panels.tree.rows.get('link49').querySelector('span').getBoundingClientRect().left")
-    assert 0 <= left < 200, "a deep tree stays in its panel"
-    kept_to_itself(browser)
-
-
-@pytest.mark.tier("outside")
-def test_how_long_a_picture_takes(browser: Browser, home: Path) -> None:
-    """Printed, and not held: here no graphics card draws."""
-    (home / "many.html").write_text(html({"robot": robot_data(chain(148))}), "utf-8")
-    browser.open(f"file://{home}/many.html")
-    took = browser.evaluate("""new Promise((done) => {
-        const [begun, count] = [performance.now(), 20];
-        let left = count;
-        const next = () => {
-            app.move({joint1: left / 20});
-            left -= 1;
-            if (left) requestAnimationFrame(next); else done((performance.now() - begun) / count);
-        };
-        next();
-    })""")
-    print(f"148 boxes: {took:.1f} ms a picture")
-    assert took > 0
-
-
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390)])
 def test_a_phone_shows_the_robot_first(browser: Browser, sent: Path, width: int, height: int) -> None:
     browser.open(f"file://{sent}", width=width, height=height, touch=True)
@@ -465,45 +340,4 @@ def test_every_control_has_a_name_and_is_reached_by_keys(browser: Browser, sent:
         before = browser.evaluate(f"app.shown.{layer}")
         browser.ask("press", key=key)
         assert browser.evaluate(f"app.shown.{layer}") is not before
-    kept_to_itself(browser)
-
-
-WARNED = """robot: r
-links:
-  base: {visual: [{mesh: {file: lost.stl}}], collision: [{box: {size: [1, 1, 1]}}]}
-  arm: {}
-joints:
-  j: {type: fixed, parent: base, child: arm, rpy: [0, 5, 0]}
-"""
-COUNTED = "document.querySelector('.warnings summary').textContent"
-
-
-@pytest.mark.tier("outside")
-def test_warnings_and_lost_meshes_are_counted_and_listed(browser: Browser, home: Path, capsys: Shown) -> None:
-    """On a page that is served, followed, and on one that is sent."""
-    (home / "robot.yaml").write_text(WARNED)
-    with Viewing(home, "robot.yaml", "--port", "0") as viewing:
-        browser.open(f"http://localhost:{viewing.port}/")
-        assert browser.evaluate(COUNTED) == "1 mesh is not shown, 1 warning"
-        assert (
-            browser.evaluate("document.querySelector('.warned button').innerText") == "1 mesh is not shown, 1 warning"
-        )
-        browser.evaluate("document.querySelector('.warned button').click()")
-        listed = browser.evaluate("document.querySelector('.warnings ul').innerText")
-        assert "lost.stl is not shown: not found" in listed
-        assert "[angle-looks-like-degrees]" in listed
-        assert "robot.yaml:6" in listed
-        browser.evaluate("document.querySelector('.warned .close').click()")
-        (home / "robot.yaml").write_text(WARNED.replace("[0, 5, 0]", "[0, 5 deg, 0]"))
-        browser.wait(f"{COUNTED} === '1 mesh is not shown'")
-        assert browser.evaluate("document.querySelector('.warned').hidden") is False
-        (home / "robot.yaml").write_text(
-            WARNED.replace("visual: [{mesh: {file: lost.stl}}], ", "").replace("[0, 5, 0]", "[0, 5 deg, 0]")
-        )
-        browser.wait("document.querySelector('.warned').hidden && document.querySelector('.warnings').hidden")
-        kept_to_itself(browser, viewing.port)
-    (home / "robot.yaml").write_text(WARNED)
-    ask(capsys, "view", "robot.yaml", "--html", "robot.html")
-    browser.open(f"file://{home}/robot.html")
-    assert browser.evaluate(COUNTED) == "1 mesh is not shown, 1 warning"
     kept_to_itself(browser)

@@ -1,10 +1,5 @@
 """View as a person uses it: a process beside an editor that follows the files, and ends when it is told to."""
 
-from __future__ import annotations
-
-import gc
-import os
-import shutil
 import signal
 import socket
 import struct
@@ -17,11 +12,6 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from rosorin_compile.cli.view import contacts
-from rosorin_compile.request import Request
-from rosorin_compile.source.console import Console
-from rosorin_compile.source.project import Description
-from rosorin_compile.viewer.live import LiveRobot
 from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
@@ -133,19 +123,6 @@ def test_a_robot_with_errors_is_waited_for(project: Path) -> None:
         assert x_of_arm(view) == 1
 
 
-def test_a_description_that_is_removed_and_comes_back(project: Path) -> None:
-    with Viewing(project, "--port", "0") as view, Events(view.port) as events:
-        events.next()
-        shutil.move("descriptions/r", "away")
-        assert "robot.yaml" in events.until("problem")["text"]
-        assert x_of_arm(view) == 1
-        shutil.move("away", "descriptions/r")
-        events.until("robot")
-        while "problem" in view.lines[-1]:
-            time.sleep(0.05)
-        assert x_of_arm(view) == 1
-
-
 FOREIGN = {
     "a.urdf": '<robot name="r"><link name="base"/><link name="arm"/><joint name="j" type="fixed">'
     '<origin xyz="{0} 0 0"/><parent link="base"/><child link="arm"/></joint></robot>',
@@ -173,26 +150,6 @@ def test_robots_in_other_formats_are_followed_too(home: Path, name: str) -> None
         assert x_of_arm(view) == 2
         file.write_text("<robot")
         assert name in events.until("problem")["text"]
-
-
-def test_what_a_xacro_includes_is_followed(home: Path) -> None:
-    pytest.importorskip("xacro")
-    top = (
-        FOREIGN["a.xacro"]
-        .format(1)
-        .replace('<xacro:property name="x" value="1"/>', '<xacro:include filename="x.xacro"/>')
-    )
-    part = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="x" value="{}"/></robot>'
-    write_files(home, {"a.xacro": top, "x.xacro": part.format(1)})
-    with Viewing(home, "a.xacro", "--port", "0") as view, Events(view.port) as events:
-        events.next()
-        assert x_of_arm(view) == 1
-        (home / "x.xacro").write_text(part.format(2))
-        events.until("robot")
-        assert x_of_arm(view) == 2
-        (home / "x.xacro").write_text("<robot")
-        assert "x.xacro" in events.until("problem")["text"]
-        assert x_of_arm(view) == 2
 
 
 @pytest.mark.parametrize("text", [SMALL, FOREIGN["a.urdf"].format(1)], ids=["yaml", "urdf"])
@@ -239,13 +196,6 @@ def test_it_ends_at_once_while_pages_are_open(project: Path, number: int) -> Non
         assert [line for line in view.lines if line and "http://" not in line] == []
 
 
-@pytest.mark.tier("outside")
-def test_a_second_one_takes_another_port(project: Path) -> None:
-    with Viewing(project) as one, Viewing(project) as other:
-        assert one.port != other.port
-        assert x_of_arm(one) == x_of_arm(other) == 1
-
-
 def test_only_this_machine_reaches_it_unless_somebody_says_so(project: Path) -> None:
     with Viewing(project, "--port", "0") as view:
         assert is_reached("127.0.0.1", view.port)
@@ -257,7 +207,6 @@ def test_only_this_machine_reaches_it_unless_somebody_says_so(project: Path) -> 
 
 
 def is_reached(host: str, port: int) -> bool:
-    """Say whether somebody answers at an address."""
     try:
         socket.create_connection((host, port), timeout=5).close()
     except OSError:
@@ -279,18 +228,3 @@ def test_a_browser_that_goes_away_says_nothing_here(project: Path) -> None:
         assert view.end(signal.SIGINT) == 0
         view.reader.join()
         assert [line for line in view.lines if line and "http://" not in line] == []
-
-
-@pytest.mark.tier("outside")
-@pytest.mark.usefixtures("project")
-def test_memory_stays_flat_over_many_saves() -> None:
-    (description,) = Description.find([])
-    followed = LiveRobot(Request(description), Console("text"), contacts)
-    counts = []
-    for save in range(60):
-        os.utime(ROBOT, ns=(save, save))
-        followed.inputs.read(followed.compile)
-        if save in (9, 59):
-            gc.collect()
-            counts.append(len(gc.get_objects()))
-    assert counts[1] < 1.02 * counts[0]

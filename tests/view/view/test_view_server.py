@@ -1,7 +1,5 @@
 """The server of the page gives the robot to this machine, and nothing else to anybody."""
 
-from __future__ import annotations
-
 import json
 import socket
 import threading
@@ -18,7 +16,6 @@ from support.viewing import Events, asked
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    """A server with a page, a mesh and contacts."""
     mesh = tmp_path / "arm.stl"
     mesh.write_bytes(b"solid")
     (tmp_path / "secret").write_text("secret")
@@ -213,37 +210,7 @@ def test_shown_to_others_it_still_has_only_names_of_this_machine() -> None:
         server.server_close()
 
 
-def test_a_port_that_browsers_leave_out() -> None:
-    server = Server(Page(), LOOPBACK, 0)
-    try:
-        server.port = 80
-        assert server.is_mine("localhost")
-        assert server.is_mine("localhost:80")
-        assert not server.is_mine("localhost:81")
-    finally:
-        server.server_close()
-
-
 PROJECT = {"descriptions/r/robot.yaml": "robot: r\nlinks: {base: {}}\n"}
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["--port", "65536"], "there is no port 65536: they go from 0 to 65535"),
-        (["--port", "-1"], "there is no port -1: they go from 0 to 65535"),
-        (["--host", "192.0.2.1"], "192.0.2.1 is no address of this machine (Cannot assign requested address)"),
-        (["--host", "no such"], "no such is no address of this machine (Name or service not known)"),
-        (["--no-meshes"], "--no-meshes and --max-megabytes go with --html FILE"),
-        (["--html", "a.html", "--max-megabytes", "nan"], "--max-megabytes wants a number from 0 on"),
-        (["--html", "a.html", "--max-megabytes", "-1"], "--max-megabytes wants a number from 0 on"),
-        (["r", "r"], "a page shows one robot: rosorin-compile view ROBOT"),
-    ],
-)
-@pytest.mark.usefixtures("project")
-def test_words_that_cannot_be_meant(capsys: Shown, words: list[str], told: str) -> None:
-    assert main(["view", "--no-open", *words]) == 2
-    assert capsys.readouterr().err.startswith(f"rosorin-compile: {told}")
 
 
 @pytest.mark.usefixtures("project")

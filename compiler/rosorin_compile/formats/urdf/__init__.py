@@ -1,34 +1,25 @@
 """URDF: what robot_state_publisher, MoveIt and most other readers take.
 
-Written by ``write``; ``facts`` reads such a file back for comparison. Foreign files are read, in this order, by
-``robot`` (the file as a whole), ``reading`` and ``values`` (how one element and its numbers are taken apart), then
-``links``, ``joints`` and ``materials``. What stands in a URDF, ``grammar`` says for all that read.
+``content`` decides what a URDF contains of a robot, ``gazebo`` adds blocks for Gazebo, ``write`` writes it. ``robot``
+reads URDFs, with ``reading``, which readers of other XML formats share.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.model.sections import sections_in_urdf
 
 from ..distributions import DISTRIBUTIONS
-from ..format import (
-    BOXES_OF_HEIGHT_MAPS,
-    FORMS_OF_BOXES,
-    NUMBER_FORMAT,
-    Asked,
-    Format,
-    Opened,
-)
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, Opened
 from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
-from . import damping, masses, write
+from . import write
+from .checks import check
+from .content import frames_of, links_of
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
-    from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.tree import Map
 
     from ..imported import Imported
@@ -48,22 +39,15 @@ def _read_back(text: str) -> Robot:
     return read(text)
 
 
-def _syntax(text: str) -> object:
+def syntax(text: str) -> object:
+    """Return the elements of a text in one spelling."""
     from rosorin_compile.source.xml.elements import canonical, tree_of
 
     return canonical(tree_of(text))
 
 
-def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    yield from masses.check(case, output)
-    yield from damping.check(case, output)
-    for section in sections_in_urdf(output):
-        if section.check_urdf is not None:
-            yield from section.check_urdf(case, output)
-
-
 def _for_simulators(output: Output) -> bool:
-    return "frames" in output.options and output.options["frames"] != "published"
+    return frames_of(output) != "published"
 
 
 def _leaves_out(robot: Robot, link: str) -> bool:
@@ -108,11 +92,7 @@ FORMAT = Format(
     article="a",
     about="the URDF",
     rank=10,
-    covers=(
-        *MODEL_KEYS,
-        "urdf_elements",
-        "control",
-    ),
+    covers=(*MODEL_KEYS, "urdf_elements", "control"),
     unsupported=_unsupported,
     options={
         "number_format": NUMBER_FORMAT,
@@ -151,36 +131,22 @@ FORMAT = Format(
     file="{}.urdf",
     endings=(".urdf",),
     roots=("robot",),
-    check=_check,
+    check=check,
     write=write.write,
     view=write.view,
     read=_read_back,
     load=_read,
     asked=_asked,
     lacks=frozenset(
-        (
-            "armature",
-            "stiffness",
-            "simulation",
-            "actuator",
-            "pose",
-            "servo",
-            "sensor",
-            "contact",
-            "publisher",
-            "edge",
-            "capsule",
-            "drive",
-            "planning",
-            "mode",
-        )
+        {"armature", "stiffness", "simulation", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge"}
+        | {"capsule", "drive", "planning", "mode"}
     ),
-    links=masses.links_of,
+    links=links_of,
     leaves_out=_leaves_out,
-    brings=write.brought,
+    brings=write.added_elements,
     why="a URDF has only what robot_state_publisher publishes",
     meshes=True,
-    syntax=_syntax,
+    syntax=syntax,
     feeds=(ROBOT_STATE_PUBLISHER,),
     withheld=_for_simulators,
     folder="urdf",

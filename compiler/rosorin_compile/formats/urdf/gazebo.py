@@ -1,4 +1,4 @@
-"""Sensors of Gazebo in a URDF: ``<gazebo reference="LINK"><sensor>``, as Gazebo reads them out of it.
+"""Blocks for Gazebo in a URDF: ``<gazebo reference="LINK">`` with sensors, springs and friction.
 
 Gazebo turns a URDF to SDF with libsdformat. That drops every link without mass, merges what fixed joints hold together
 into one link (a sensor moves along, its reference stays good), and names collisions after the link that they end up in
@@ -7,20 +7,25 @@ into one link (a sensor moves along, its reference stays good), and names collis
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
-from rosorin_compile.model import Inertial, Joint, Pose, Robot, Sensor
+from rosorin_compile.model import Joint, Pose, Sensor
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.simulation import CLASSIC, GazeboSensor
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
-from rosorin_compile.source.numbers import NumberFormat, vector
+from rosorin_compile.source.numbers import number_format, vector
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import quoted
 from rosorin_compile.source.xml.elements import tree_of
 
-from ..gazebo_sensors import DISTRIBUTIONS, sensor_lines
+from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
 from ..templating import attributes
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from .content import Content
 
 RULES = (
     Rule(
@@ -30,119 +35,89 @@ RULES = (
         FORMATS,
     ),
 )
+_KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 
-class Carried(NamedTuple):
-    """What a URDF has: its links and joints, whether it has inertials, and the names of the collisions of a link.
-
-    ``masses``: the inertials by link. ``kept``: the fixed joints that the description itself keeps from being merged.
-    """
-
-    links: Set[str]
-    joints: Sequence[Joint]
-    inertials: bool
-    masses: Mapping[str, Inertial]
-    collisions: Callable[[str], Sequence[str]]
-    kept: Set[str]
-
-
-def sensors(robot: Robot, carried: Carried, asked: str, number: NumberFormat) -> tuple[list[str], list[Diagnostic]]:
-    """Return the blocks of all sensors for one Gazebo, and what it will not see."""
-    writer = _Writer(robot, carried, asked, number)
-    # The joints that are measured at are no joints of a merged link: that comes before all else.
-    writer.merged.kept.update(one.link for sensor in robot.sensors for one in sensor.gazebo if writer.measures(one))
-    blocks = [block for sensor in robot.sensors for one in sensor.gazebo for block in writer.block(sensor, one)]
-    return blocks, [_not_seen(names, *why) for why, names in writer.unseen.items()]
+def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
+    """Return the blocks for the Gazebo of an output, and what it will not see."""
+    writer = _Writer(content)
+    blocks = [
+        block for sensor in content.robot.sensors for one in sensor.gazebo for block in writer.sensor(sensor, one)
+    ]
+    lost = []
+    for (why, way), names in writer.unseen.items():
+        which = f"{'sensors' if len(names) > 1 else 'sensor'} {quoted(names, 3)} {'are' if len(names) > 1 else 'is'}"
+        help = f"{way}; or leave the sensor out: gazebo: []"
+        lost.append(Diagnostic("gazebo-cannot-see", WARNING, f"{which} not seen by Gazebo: {why}", help=help))
+    physics, lost_physics = _physics(content)
+    return [*blocks, *physics], [*lost, *lost_physics]
 
 
-def physics(
-    robot: Robot, frictions: Mapping[str, Set[float | None]], joints: Sequence[Joint], number: NumberFormat
-) -> tuple[list[str], list[Diagnostic]]:
+def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
+    """Yield the <gazebo> elements that a description has in its own words."""
+    for text in elements:
+        if "<gazebo" in text:
+            yield from tree_of(f"<all>{text}</all>").iter("gazebo")
+
+
+def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
     """Return the blocks for what a URDF has no word for and Gazebo reads: springs of joints and friction of links.
 
-    ``frictions`` are the coefficients of the collision shapes of each link, None for a shape without. Gazebo reads one
-    coefficient a link. What the description already has in a ``<gazebo>`` of its own is left as it is.
+    Gazebo reads one coefficient a link. What the description already has in a ``<gazebo>`` of its own is left as it is.
     """
-    own = {
-        (block.get("reference", ""), inner.tag)
-        for text in robot.urdf_elements
-        if "<gazebo" in text
-        for block in tree_of(f"<all>{text}</all>").iter("gazebo")
-        for inner in block
-    }
-    wanted: dict[str, dict[str, float]] = {}
-    mixed = []
-    for link, coefficients in frictions.items():
+    robot, number = content.robot, number_format(content.output.options)
+    own = {(block.get("reference", ""), inner.tag) for block in _blocks_in(robot.urdf_elements) for inner in block}
+    values: dict[str, dict[str, float]] = {}
+    mixed, balls = [], []
+    for link in robot.links:
+        shapes = content.collisions(link.name) if link.name in content.carried else ()
+        coefficients = {shape.contact.sliding_friction if shape.contact else None for shape in shapes}
         given = [one for one in coefficients if one is not None]
-        if given and not {(link, "mu1"), (link, "mu2")} & own:
-            wanted[link] = {"mu1": min(given), "mu2": min(given)}
-            mixed += [link] if len(coefficients) > 1 else []
-    for joint in joints:
-        spring = joint.dynamics if joint.moves else None
-        if spring is not None and spring.stiffness and (joint.name, "springStiffness") not in own:
-            wanted[joint.name] = {"springReference": spring.spring_reference, "springStiffness": spring.stiffness}
-    blocks = [
-        "\n".join(
-            [
-                f"  <gazebo{attributes(reference=name)}>",
-                *(f"    <{tag}>{number(value)}</{tag}>" for tag, value in values.items()),
-                "  </gazebo>",
-            ]
-        )
-        for name, values in wanted.items()
-    ]
-    balls = [one.name for one in joints if not one.moves and one.dynamics is not None and one.dynamics.stiffness]
+        if given and not {(link.name, "mu1"), (link.name, "mu2")} & own:
+            values[link.name] = {"mu1": min(given), "mu2": min(given)}
+            mixed += [link.name] if len(coefficients) > 1 else []
+    for joint in content.joints if "dynamics" in content.elements else ():
+        spring = joint.dynamics
+        if spring is None or not spring.stiffness:
+            continue
+        if not joint.moves:
+            balls.append(joint.name)
+        elif (joint.name, "springStiffness") not in own:
+            values[joint.name] = {"springReference": spring.spring_reference, "springStiffness": spring.stiffness}
+    blocks = []
+    for name, numbers in values.items():
+        lines = [f"    <{tag}>{number(value)}</{tag}>" for tag, value in numbers.items()]
+        blocks.append("\n".join([f"  <gazebo{attributes(reference=name)}>", *lines, "  </gazebo>"]))
     lost = []
     if balls:
         message = f"Gazebo reads no springs of joints that move in several directions: {quoted(balls, 3)}"
-        lost = [
-            Diagnostic("urdf-cannot-say", WARNING, message, help="make each of them several joints, one for each axis")
-        ]
-    if not mixed:
-        return blocks, lost
-    message = f"shapes of {quoted(mixed, 3)} differ in friction, and Gazebo reads one a link from a URDF: the least"
-    help = "give each shape a link of its own, or use the SDF"
-    return blocks, [*lost, Diagnostic("urdf-cannot-say", WARNING, message, help=help)]
-
-
-def _not_seen(names: Sequence[str], why: str, way: str) -> Diagnostic:
-    which = f"{'sensors' if len(names) > 1 else 'sensor'} {quoted(names, 3)} {'are' if len(names) > 1 else 'is'}"
-    help = f"{way}; or leave the sensor out: gazebo: []"
-    return Diagnostic("gazebo-cannot-see", WARNING, f"{which} not seen by Gazebo: {why}", help=help)
-
-
-def kept_joints(elements: Iterable[str]) -> frozenset[str]:
-    """Return the fixed joints that elements of a description keep from being merged."""
-    words = ("preserveFixedJoint", "disableFixedJointLumping")
-    kept = set()
-    for text in elements:
-        if any(word in text for word in words):
-            for block in tree_of(f"<all>{text}</all>"):
-                said = (block.findtext(word, "").strip() for word in words)
-                kept |= {block.get("reference", "")} if any(one in ("true", "1") for one in said) else set()
-    return frozenset(kept)
+        lost.append((message, "make each of them several joints, one for each axis"))
+    if mixed:
+        message = f"shapes of {quoted(mixed, 3)} differ in friction, and Gazebo reads one a link from a URDF: the least"
+        lost.append((message, "give each shape a link of its own, or use the SDF"))
+    return blocks, [Diagnostic("urdf-cannot-say", WARNING, message, help=help) for message, help in lost]
 
 
 class _Merged:
-    """The links that Gazebo makes of those of a URDF: what fixed joints hold together is one, called like its top."""
+    """The links that Gazebo makes of those of a URDF: what fixed joints hold together is one, called like its top.
 
-    def __init__(self, robot: Robot, carried: Carried) -> None:
-        self.robot = robot
-        self.carried = carried
-        self.kept = set(carried.kept)
-        self.above = {joint.child: joint for joint in carried.joints}
+    ``kept`` are the fixed joints that are not merged.
+    """
+
+    def __init__(self, content: Content, kept: set[str]) -> None:
+        self.content, self.kept = content, kept
+        self.above = {joint.child: joint for joint in content.joints}
         self.below: dict[str, list[Joint]] = {}
-        for joint in sorted(carried.joints, key=lambda joint: joint.name):  # urdfdom has them by name
+        for joint in sorted(content.joints, key=lambda joint: joint.name):  # urdfdom has them by name
             self.below.setdefault(joint.parent, []).append(joint)
 
-    def _merges(self, joint: Joint | None) -> bool:
-        return joint is not None and joint.is_fixed and joint.name not in self.kept
+    def _merges(self, joint: Joint) -> bool:
+        return joint.is_fixed and joint.name not in self.kept
 
     def top(self, link: str) -> str:
         """Return the link of Gazebo that a link becomes a piece of."""
-        while self._merges(above := self.above.get(link)):
-            assert above is not None  # noqa: S101 - it merges
-            link = above.parent
+        while link in self.above and self._merges(self.above[link]):
+            link = self.above[link].parent
         return link
 
     def pieces(self, top: str) -> Iterator[str]:
@@ -155,21 +130,19 @@ class _Merged:
 
     def dropped(self, link: str) -> str:
         """Return the link without mass that Gazebo drops with all below it, this link among them; empty if none."""
-        link = self.top(link)
-        while True:
-            inertials = (self.carried.masses.get(piece) for piece in self.pieces(link))
-            if not any(one is not None and one.mass > 0 for one in inertials):
-                return link
+        masses, link = self.content.masses, self.top(link)
+        while any(piece in masses and masses[piece].mass > 0 for piece in self.pieces(link)):
             if link not in self.above:
                 return ""
             link = self.above[link].parent  # also one that is merged: what moves on it is dropped if it has no mass
+        return link
 
     def collisions(self, link: str) -> list[str]:
         """Return what Gazebo calls the collisions of a link."""
         top, found, index = self.top(link), [], 0
         for piece in self.pieces(top):
-            for own in self.carried.collisions(piece):
-                base = own or piece
+            for shape in self.content.collisions(piece):
+                base = shape.name or piece
                 # It takes every name that begins like the link for one of the link's own.
                 base = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
                 found += [f"{base}_collision{f'_{index}' if index else ''}"] if piece == link else []
@@ -178,67 +151,61 @@ class _Merged:
 
 
 class _Writer:
-    def __init__(self, robot: Robot, carried: Carried, asked: str, number: NumberFormat) -> None:
-        self.robot = robot
-        self.carried = carried
+    """Writes the sensors of a URDF; ``unseen`` has the names of those that Gazebo drops, by why and what to do."""
+
+    def __init__(self, content: Content) -> None:
+        self.content, self.robot = content, content.robot
+        asked = distribution(content.output.options["gazebo"])
         self.frame_id, self.classic = DISTRIBUTIONS[asked], asked == CLASSIC
-        self.number = number
-        self.merged = _Merged(robot, carried)
+        self.number = number_format(content.output.options)
+        elements = self.robot.urdf_elements if "urdf_elements" in content.elements else ()
+        self.own_kept = {
+            block.get("reference", "")
+            for block in _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
+            if any(block.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)
+        }
+        # Fixed joints that sensors measure at are not merged, where both ends have mass: that comes before all else.
+        joints = {joint.name for joint in content.joints}
+        self.measured = set()
+        for one in (one for sensor in self.robot.sensors for one in sensor.gazebo if one.at_joint):
+            if one.link in joints:
+                trial = _Merged(content, {*self.own_kept, one.link})
+                self.measured |= set() if trial.dropped(self.robot.joint[one.link].child) else {one.link}
+        self.merged = _Merged(content, self.own_kept | self.measured)
         self.unseen: dict[tuple[str, str], list[str]] = {}
 
-    def measures(self, one: GazeboSensor) -> bool:
-        """Say whether a sensor measures at a joint of the URDF that has mass on both of its ends."""
-        if not one.at_joint or one.link not in {joint.name for joint in self.carried.joints}:
-            return False
-        trial = _Merged(self.robot, self.carried)
-        trial.kept.add(one.link)
-        return not trial.dropped(self.robot.joint[one.link].child)
-
-    def block(self, sensor: Sensor, one: GazeboSensor) -> Iterator[str]:
-        """Yield the block of a sensor; nothing for one that Gazebo cannot have, after telling."""
+    def sensor(self, sensor: Sensor, one: GazeboSensor) -> Iterator[str]:
+        """Yield the block of a sensor, or take down why Gazebo cannot have it."""
+        link, pose, names = one.link, IDENTITY, list[str]()
+        reason: tuple[str, str] | None = None
         if one.at_joint:
-            if one.link in self.merged.kept:
-                yield from self._text(one, one.link, IDENTITY, keep=self._may_merge(one.link))
-            else:
-                self._tell(sensor, *self._why_not(sensor.frame))
-            return
-        link, pose = self._carrier(one.feels or one.link, IDENTITY if one.feels else one.pose)
-        if not link or (one.feels and link != one.feels):
-            self._tell(sensor, *self._why_not(one.feels or one.link))
-            return
-        names = self.merged.collisions(link) if one.feels else ()
-        top = self.merged.dropped(link)
-        if top:
-            self._tell(sensor, *self._massless(top))
-        elif one.feels and not names:
-            self._tell(sensor, f'link "{link}" has no shape in this URDF that could feel', "give it a collision")
+            if one.link not in self.measured:
+                reason = self._reason(sensor.frame)
         else:
-            yield from self._text(one, link, pose, collisions=names)
+            link, pose = self._carrier(one.feels or one.link, IDENTITY if one.feels else one.pose)
+            if not link or (one.feels and link != one.feels):
+                reason = self._reason(one.feels or one.link)
+            elif top := self.merged.dropped(link):
+                reason = self._reason(top)
+            elif one.feels and not (names := self.merged.collisions(link)):
+                reason = f'link "{link}" has no shape in this URDF that could feel', "give it a collision"
+        if reason is None:
+            yield self._block(one, link, pose, names)
+        elif sensor.name not in self.unseen.setdefault(reason, []):
+            self.unseen[reason].append(sensor.name)
 
-    def _may_merge(self, joint: str) -> bool:
-        """Say whether Gazebo would merge the ends of a joint if nobody kept it from that."""
-        return self.robot.joint[joint].is_fixed and joint not in self.carried.kept
-
-    def _why_not(self, link: str) -> tuple[str, str]:
-        if link in self.carried.links:
-            return self._massless(link)
-        return f'the URDF has no link "{link}"', "let robot_state_publisher publish it"
-
-    def _massless(self, link: str) -> tuple[str, str]:
-        if not self.carried.inertials:
+    def _reason(self, link: str) -> tuple[str, str]:
+        """Return why a sensor on a link is not seen, and what to do."""
+        if link not in self.content.carried:
+            return f'the URDF has no link "{link}"', "let robot_state_publisher publish it"
+        if "inertial" not in self.content.elements:
             return "it drops links without mass, and no link of this URDF has one", "add inertial to elements"
-        why = f'it drops link "{link}", which has no mass in this URDF'
-        return why, "give it an inertial, or what is fixed to it"
-
-    def _tell(self, sensor: Sensor, why: str, way: str) -> None:
-        names = self.unseen.setdefault((why, way), [])
-        if sensor.name not in names:
-            names.append(sensor.name)
+        return f'it drops link "{link}", which has no mass in this URDF', "give it an inertial, or what is fixed to it"
 
     def _carrier(self, link: str, pose: Pose) -> tuple[str, Pose]:
         """Return the link of the URDF that carries a frame, empty if no fixed joint leads there, and the pose in it."""
         transform = pose.transform()
-        while link not in self.carried.links:
+        while link not in self.content.carried:
             above = self.robot.joint_to.get(link)
             if above is None or not above.is_fixed:
                 return "", pose
@@ -246,14 +213,12 @@ class _Writer:
             link, pose = above.parent, pose_of(transform)
         return link, pose
 
-    def _text(
-        self, one: GazeboSensor, reference: str, pose: Pose, keep: bool = False, collisions: Sequence[str] = ()
-    ) -> Iterator[str]:
+    def _block(self, one: GazeboSensor, reference: str, pose: Pose, collisions: Sequence[str]) -> str:
         lines = [f"  <gazebo{attributes(reference=reference)}>"]
-        if keep:
+        if one.at_joint and self.robot.joint[one.link].is_fixed and one.link not in self.own_kept:
             lines.append("    <preserveFixedJoint>true</preserveFixedJoint>")
         numbers = f"{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}"
         place = "" if pose == IDENTITY else f"<pose>{numbers}</pose>"
-        said = one.in_classic() if self.classic else one
-        lines += sensor_lines(said, self.frame_id, self.number, "    ", place, collisions)
-        yield "\n".join([*lines, "  </gazebo>"])
+        written = one.in_classic() if self.classic else one
+        lines += sensor_lines(written, self.frame_id, self.number, "    ", place, collisions)
+        return "\n".join([*lines, "  </gazebo>"])

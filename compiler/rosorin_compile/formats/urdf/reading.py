@@ -1,30 +1,29 @@
-"""Read XML elements that describe a robot: attributes, numbers, unknown words, and everything that is wrong in them.
+"""Read XML elements that describe a robot: attributes, numbers, misspelt words, and the mistakes in them.
 
-``Reading`` is shared by the readers of URDF, SDF and SRDF. The tables of this module are the grammar of URDF
-(http://wiki.ros.org/urdf/XML, ``ros/urdfdom@jazzy:urdf_parser``).
+``Reading`` is shared by the readers of URDF, SDF and SRDF.
 """
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.rules.check import acceptable
 from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
-from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq, Text
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
-from rosorin_compile.source.wording import counted, plural, quoted
+from rosorin_compile.source.wording import and_more, counted, plural, quoted
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.markup import INSTRUCTION, TEXT, Element, Word
 
-from ..format import cannot_carry
+from ..format import Placed, cannot_carry
 from ..imported import LeftOut, ReadOptions
-from .magnitudes import LIMIT, ORIGIN, SIZE, Magnitudes
 
 RULES = (
     Rule(
@@ -64,71 +63,26 @@ RULES = (
     ),
 )
 
-# Units that decide from which size on a number is written with its unit.
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
-_POSITION_UNIT = "q"  # that of the position of the joint
-_LIMITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}
-
-# Types of joints, with the units of their positions.
-TYPES = {"revolute": "rad", "continuous": "rad", "prismatic": "m", "fixed": "", "floating": "", "planar": "m"}
-SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
-JOINT_PARTS = ("axis", "limit", "mimic", "dynamics", "calibration", "safety_controller")
-CHILDREN = {
-    "robot": ("link", "joint", "material"),
-    "link": ("inertial", "visual", "collision"),
-    "inertial": ("origin", "mass", "inertia"),
-    "visual": ("origin", "geometry", "material"),
-    "collision": ("origin", "geometry"),
-    "geometry": SHAPES,
-    "material": ("color", "texture"),
-    "joint": ("origin", "parent", "child", *JOINT_PARTS),
-}
-TEXTS = {
-    "robot": ("name", "version"),
-    "joint": ("name", "type"),
-    **dict.fromkeys(("link", "visual", "collision", "material"), ("name",)),
-    **dict.fromkeys(("parent", "child"), ("link",)),
-    **dict.fromkeys(("mesh", "texture"), ("filename",)),
-    "mimic": ("joint",),
-}
-_LENGTH, _POSITION, _ONE = (1, LENGTHS), (1, _POSITION_UNIT), (1, PLAIN)
-# The attributes with numbers: how many, and their unit if its size matters.
-NUMBERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
-    "origin": {"xyz": (3, LENGTHS), "rpy": (3, ANGLES), "quat_xyzw": (4, PLAIN)},
-    "mass": {"value": _ONE},
-    "inertia": dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), _ONE),
-    "box": {"size": (3, LENGTHS)},
-    "cylinder": {"radius": _LENGTH, "length": _LENGTH},
-    "sphere": {"radius": _LENGTH},
-    "capsule": {"radius": _LENGTH, "length": _LENGTH},
-    "mesh": {"scale": (3, PLAIN)},
-    "color": {"rgba": (4, PLAIN)},
-    "axis": {"xyz": (3, PLAIN)},
-    "limit": {"lower": _POSITION, "upper": _POSITION, "effort": _ONE, "velocity": _ONE},
-    "mimic": {"multiplier": _ONE, "offset": _POSITION},
-    "dynamics": {"damping": _ONE, "friction": _ONE},
-    "calibration": dict.fromkeys(("rising", "falling", "reference_position"), _POSITION),
-    "safety_controller": {
-        **dict.fromkeys(("soft_lower_limit", "soft_upper_limit"), _POSITION),
-        **dict.fromkeys(("k_position", "k_velocity"), _ONE),
-    },
-}
-
-
-def attributes(tag: str) -> tuple[str, ...]:
-    """Return the attributes that an element of URDF has."""
-    return (*TEXTS.get(tag, ()), *NUMBERS.get(tag, ()))
-
-
-_ATTRIBUTES = {"iyx", "izx", "izy", *(name for tag in (*TEXTS, *NUMBERS) for name in attributes(tag))}
-_DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
+UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # the dimension, and the largest number without its unit
 
 # A name in a description, as its schema has it.
 NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")
-_NAMED = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
-_NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
+NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
+_NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
 _LINE_END = re.compile("\r\n|\r")
+# The elements of which a second one that differs is an error: readers would see another robot.
+_DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
+
+
+class _Size(NamedTuple):
+    """An angle or a length of the file: its amount (rad or m), the tag of its element, and its description."""
+
+    value: float
+    tag: str
+    what: str
+    span: Span
 
 
 class Reading:
@@ -137,27 +91,28 @@ class Reading:
     Without ``spelling``, elements with unknown names are kept, even where their names look misspelt.
     """
 
+    attributes: Collection[str] = ()  # all attributes of the format
+
     def __init__(self, options: ReadOptions, spelling: bool = True) -> None:
         self.options = options
         self.spelling = spelling
         self.diagnostics: list[Diagnostic] = []
-        self.paths: dict[int, Path] = {}
-        self.joints: frozenset[str] = frozenset()  # the names of all joints of the file
-        self.magnitudes = Magnitudes()
+        self.paths: dict[int, Path] = {}  # the path of the entry for each element, by id
+        self.joint_types: set[str] = set()
         self._ignored: dict[str, list[Span]] = {}
         self._left_out: dict[tuple[str, str], list[LeftOut]] = {}
-        self._first: dict[tuple[str, str], Diagnostic] = {}
+        self._sizes: dict[str, list[_Size]] = {ANGLES: [], LENGTHS: []}
 
     def error(self, rule: str, message: str, span: Span, help: str = "", related: Iterable[Related] = ()) -> None:
         """Report that the file is broken."""
         self.diagnostics.append(error(rule, message, span, help, related))
 
     def note(self, rule: str, message: str, span: Span) -> None:
-        """Report something that is read otherwise than it is written."""
+        """Report something that the description has in another form."""
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span))
 
     def lenient(self, rule: str, message: str, span: Span, help: str, instead: str) -> bool:
-        """Report something broken that --lenient reads as ``instead`` says; return True if it is read."""
+        """Report a mistake that --lenient reads as ``instead`` describes; return True if it is read."""
         if not self.options.lenient:
             self.error(rule, message, span, f"{help}; --lenient {instead}")
             return False
@@ -168,7 +123,7 @@ class Reading:
     def spoilt(self, element: Element, what: str, before: int) -> bool:
         """Return True if there are errors among the diagnostics from ``before`` on.
 
-        With --lenient a warning that the element is left out replaces them.
+        With --lenient, a warning that the element is left out replaces them.
         """
         reported = self.diagnostics[before:]
         wrong = [one for one in reported if one.severity == ERROR]
@@ -176,20 +131,17 @@ class Reading:
             self.diagnostics[before:] = [one for one in reported if one not in wrong]
             self.cannot_carry(named(element), element.span, wrong[0].message)
         elif wrong:
-            hint = f"--lenient leaves {what} out"
             self.diagnostics[before:] = [
-                replace(one, help=f"{one.help}; {hint}") if one in wrong and "--lenient" not in one.help else one
+                replace(one, help=f"{one.help}; --lenient leaves {what} out")
+                if one in wrong and "--lenient" not in one.help
+                else one
                 for one in reported
             ]
         return bool(wrong)
 
     def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
         """Report something that the language has no key for, once for each kind, whatever the names."""
-        kind = (_NAMED.sub(r"\1>", what), help)
-        if kind not in self._left_out:
-            self._first[kind] = cannot_carry(what, span, help)
-            self.diagnostics.append(self._first[kind])
-        self._left_out.setdefault(kind, []).append(LeftOut(what, span))
+        self._left_out.setdefault((_NAME_IN_TAG.sub(r"\1>", what), help), []).append(LeftOut(what, span))
 
     def ignored(self, what: str, span: Span) -> None:
         """Report something without effect, once for each ``what``, with the count and the first place."""
@@ -198,27 +150,27 @@ class Reading:
     def left_out(self) -> tuple[LeftOut, ...]:
         """Return what the tree does not carry, each kind once."""
         return tuple(
-            found[0] if len(found) == 1 else LeftOut(f"{kind} ({len(found)} places)", found[0].span)
-            for (kind, _), found in self._left_out.items()
+            places[0] if len(places) == 1 else LeftOut(f"{kind} ({len(places)} places)", places[0].span)
+            for (kind, _), places in self._left_out.items()
         )
 
     def all_diagnostics(self) -> list[Diagnostic]:
         """Return all diagnostics, the grouped ones included."""
-        whole = {
-            id(self._first[kind]): cannot_carry(one.what, one.span, kind[1], others=[again.span for again in found[1:]])
-            for one, (kind, found) in zip(self.left_out(), self._left_out.items(), strict=True)
-        }
-        grouped = []
+        made = list(self.diagnostics)
+        for one, ((_, help), places) in zip(self.left_out(), self._left_out.items(), strict=True):
+            made.append(cannot_carry(one.what, one.span, help, others=[again.span for again in places[1:]]))
         for what, spans in self._ignored.items():
             times = f" ({len(spans)} times, first here)" if len(spans) > 1 else ""
-            grouped.append(Diagnostic("import-ignored", NOTE, f"{what}{times}", spans[0]))
-        return [*(whole.get(id(one), one) for one in self.diagnostics), *grouped, *self.magnitudes.diagnostics()]
+            made.append(Diagnostic("import-ignored", NOTE, f"{what}{times}", spans[0]))
+        return [*made, *self._other_units()]
+
+    # Elements and attributes
 
     def single(self, element: Element, tag: str) -> Element | None:
-        """Return the one child of this tag, or None; a second one is an error if it decides on motion and differs."""
+        """Return the only child of a tag, or None; a second one is an error if it decides on motion and differs."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
-            if _same(children[0], again):
+            if _equal(children[0], again):
                 self.ignored(f"a second <{tag}>, the same as the first, has no effect", again.span)
             elif tag in _DECIDING and not self.options.lenient:
                 message = f"{named(element)} has a second <{tag}>; readers differ in which of them they take"
@@ -231,38 +183,31 @@ class Reading:
     def attribute(self, element: Element, name: str) -> str | None:
         """Return a required attribute, or None after an error."""
         self.need(element, name)
-        own = element.attributes.get(name)
-        return None if own is None else own.value
+        attribute = element.attributes.get(name)
+        return None if attribute is None else attribute.value
 
     def need(self, element: Element, *names: str) -> None:
-        """Report required attributes that are missing; a misspelt one has its own message."""
-        missing = self.missing(element, *names)
+        """Report required attributes that are missing, but not those that are reported as misspelt."""
+        strange = [other for other in element.attributes if other not in self.attributes and not self.options.lenient]
+        missing = [name for name in names if name not in element.attributes]
+        missing = [name for name in missing if not any(correction(other, [name]) for other in strange)]
         if missing:
             message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
             help = "add " + " ".join(f'{name}="..."' for name in missing)
             self.error("missing-attribute", message, element.span, help)
 
-    def missing(self, element: Element, *names: str) -> list[str]:
-        """Return the attributes that an element lacks, without those that are reported as misspelt."""
-        missing = [name for name in names if name not in element.attributes]
-        if self.options.lenient:
-            return missing
-        others = [other for other in element.attributes if other not in _ATTRIBUTES]
-        return [name for name in missing if not any(correction(other, [name]) for other in others)]
-
     def check(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
         """Report unknown attributes and children of an element: misspelt, kept in ``keep``, or not carried over."""
-        self.known_attributes(element, attributes)
+        self.check_attributes(element, attributes)
         for child in element.children:
             if child.tag in tags:
                 continue
+            near = correction(child.tag, tags) if self.spelling else None
             if child.tag.startswith("xacro:"):
                 help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded"
                 self.cannot_carry(f"<{child.tag}> in {named(element)}", child.span, help)
-                continue
-            near = correction(child.tag, tags) if self.spelling else None
-            if near is not None:
-                self._misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
+            elif near is not None:
+                self.misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
             elif keep is None:
                 self.cannot_carry(f"<{child.tag}> in {named(element)}", child.span)
             else:
@@ -273,19 +218,20 @@ class Reading:
                 span = element.document.span(item.start, min(item.end - item.start, 40))
                 self.ignored(f"{what} has no meaning to any reader", span)
 
-    def known_attributes(self, element: Element, attributes: Collection[str]) -> None:
-        """Report attributes that a reader of this element does not know."""
+    def check_attributes(self, element: Element, attributes: Collection[str]) -> None:
+        """Report unknown attributes of an element, as ``check``."""
         for attribute in element.attributes.values():
-            name, what = attribute.name, f'the attribute "{attribute.name}"'
-            if name in attributes or name.startswith("xmlns"):
+            if attribute.name in attributes or attribute.name.startswith("xmlns"):
                 continue
-            near = correction(name, [other for other in attributes if other not in element.attributes])
+            what = f'the attribute "{attribute.name}"'
+            near = correction(attribute.name, [name for name in attributes if name not in element.attributes])
             if near is None:
                 self.cannot_carry(f"{what} of {named(element)}", attribute.name_span)
             else:
-                self._misspelt(what, f'"{near}"', element, attribute.name_span)
+                self.misspelt(what, f'"{near}"', element, attribute.name_span)
 
-    def _misspelt(self, what: str, near: str, element: Element, span: Span) -> None:
+    def misspelt(self, what: str, near: str, element: Element, span: Span) -> None:
+        """Report a misspelt word of an element, which is ``near`` a known one."""
         if self.options.lenient:
             self.cannot_carry(f"{what} of {named(element)}", span, f"did you mean {near}?")
         else:
@@ -300,141 +246,105 @@ class Reading:
         self.paths[id(element)] = (*inside, "urdf_elements", len(entry["urdf_elements"]))
         entry["urdf_elements"].put(kept(element), element.span)
 
+    # Numbers
 
-def check_element(element: Element, reading: Reading, keep: Map | None = None) -> None:
-    """Report what no reader of URDF knows in an element; ``keep`` as for ``Reading.check``."""
-    reading.check(element, CHILDREN.get(element.tag, ()), attributes(element.tag), keep)
+    def numbers(
+        self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
+    ) -> list[Placed] | None:
+        """Return the numbers of an attribute or a text, or None after an error; see ``number``."""
+        # A comma between numbers makes a word that is no number, which is the better message.
+        if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
+            have = "is empty" if not words else f"has {counted(len(words), 'number')}"
+            message = f"{what} {have}; it takes {'one' if count == 1 else count}"
+            self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
+            return None
+        made = []
+        for word in words:
+            value = self.number(word, what, unit, tag)
+            if value is None:
+                return None
+            made.append(Placed(value, word.span))
+        return made
 
+    def number(self, word: Word, what: str, unit: str = "", tag: str = "") -> float | None:
+        """Return the number that a word is, or None after an error.
 
-def _same(first: Element, second: Element) -> bool:
-    """Return True if two elements are equal without text, comments and the order of attributes."""
-    if first.tag != second.tag or len(first.children) != len(second.children):
-        return False
-    texts = ({item.name: item.value for item in element.attributes.values()} for element in (first, second))
-    return next(texts) == next(texts) and all(map(_same, first.children, second.children))
+        An angle beyond a full turn and a length beyond any robot become quantities with their unit, because the rules
+        about numbers that look like degrees or millimetres are for what people write in a description. Numbers in
+        elements with a ``tag`` are compared with the other numbers of the file instead.
+        """
+        text = word.text
+        if not NUMBER.match(text) or not math.isfinite(float(text)):
+            wrong = "too large for a number" if NUMBER.match(text) else "not a number"
+            self.error("not-a-number", f"{what}: {shortened(text)} is {wrong}", word.span, _advice(text))
+            return None
+        value: float = int(text) if _INTEGER.match(text) else float(text)
+        if unit not in UNITS:
+            return value
+        dimension, far = UNITS[unit]
+        is_far = abs(value) > far
+        if tag and value:
+            self._sizes[unit].append(_Size(abs(value), tag, f"{what} is {text} {unit}" if is_far else "", word.span))
+        return Quantity(value, dimension, f"{text} {unit}") if is_far else value
 
+    def _other_units(self) -> Iterator[Diagnostic]:
+        """Yield warnings about numbers in degrees and in millimetres.
 
-def named(element: Element) -> str:
-    """Return an element in words: its tag, with its name or that of the element that contains it."""
-    name = element.get("name")
-    if name:
-        return f'<{element.tag} name="{name}">'
-    above = element.parent
-    while above is not None and not above.get("name"):
-        above = above.parent
-    if above is None or above.parent is None:
-        return f"<{element.tag}>"
-    return f'<{element.tag}> of <{above.tag} name="{above.get("name")}">'
+        A large number alone proves nothing: wrists turn by 400 degrees, and "no limit" is written as 999999. Degrees
+        are round numbers, as are the other limits of such a robot; in a drawing in millimetres most lengths are large.
+        """
+        angles, lengths = self._sizes.values()
+        limits = {one.value for one in angles if one.tag != "origin"}
+        in_degrees = len(limits) > 1 and all(size >= 5 and _is_multiple(size, 0.5) for size in limits)
+        in_degrees &= any(
+            _is_round(size) and not math.isclose(math.log10(size) % 1, 0, abs_tol=1e-9) for size in limits
+        )
 
+        def is_degrees(one: _Size) -> bool:
+            if one.tag == "origin":
+                return _is_round(one.value)
+            # 20 rad is the largest limit in 600 public robots that does not stand for many turns.
+            is_large = one.value > 31 and not _means_many_turns(one.value)
+            return in_degrees or (one.value < 360.06 and (is_large or _is_multiple(one.value, 45)))
 
-def put(entry: Map, key: str, value: Any, element: Element) -> None:
-    """Set a key whose value is that of a whole element."""
-    entry.put(key, value, element.span, element.span)
-
-
-def correction(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that ``word`` is a misspelling of, None if it is a word of its own.
-
-    One letter too many, too few, wrong or swapped is a misspelling, of long words two; so is another case. A word with
-    a prefix (``drake:mass``) belongs to somebody.
-    """
-    if ":" in word:
-        return None
-    best: tuple[int, str] | None = None
-    for other in known:
-        allowed = 0 if min(len(word), len(other)) < 3 else 1 if len(other) < 7 else 2
-        if abs(len(word) - len(other)) > allowed:
-            continue
-        distance = 0 if word.lower() == other.lower() else _distance(word.lower(), other.lower())
-        if distance <= allowed and (best is None or (distance, other) < best):
-            best = (distance, other)
-    return best[1] if best else None
-
-
-def _distance(one: str, other: str) -> int:
-    """Return how many letters are added, left out, changed or swapped (optimal string alignment)."""
-    before: list[int] = []
-    last = list(range(len(other) + 1))
-    for i, a in enumerate(one, 1):
-        row = [i]
-        for j, b in enumerate(other, 1):
-            cost = min(last[j] + 1, row[-1] + 1, last[j - 1] + (a != b))
-            if i > 1 and j > 1 and a == other[j - 2] and one[i - 2] == b:
-                cost = min(cost, before[j - 2] + 1)
-            row.append(cost)
-        before, last = last, row
-    return last[-1]
-
-
-def kept(element: Element, text: str = "") -> Text:
-    """Return an element as text: as it stands, its further lines moved left, where space means nothing.
-
-    ``text`` is what stands for it where something in it has been renamed.
-
-    A prefix that an element around it declares (``xmlns:sim``) is declared in the text, so that it can stand alone.
-    """
-    text = _LINE_END.sub("\n", text or element.verbatim)
-    declared = _declared(element)
-    if declared:
-        at = 1 + len(element.tag)
-        text = text[:at] + "".join(f' xmlns:{prefix}="{address}"' for prefix, address in declared) + text[at:]
-    return Text(indented(text, ""))
+        degrees = [one for one in angles if FULL_TURN < one.value < 721 and is_degrees(one)]
+        sizes = sorted(one.value for one in lengths if one.tag != "limit")
+        far = [one for one in lengths if one.value > FAR]
+        # What does not move is a room or a plane; what has no joint at all can be anything.
+        if not (self.joint_types - {"fixed"} and sizes and sizes[len(sizes) // 2] > 1):
+            far = [one for one in far if one.tag == "origin" and self.joint_types]
+        for rule, found, limit, other, unit in (
+            ("angle-looks-like-degrees", degrees, "more than a full turn", "degrees", ANGLES),
+            ("length-looks-like-millimetres", far, "larger than any robot", "millimetres", LENGTHS),
+        ):
+            if found:
+                more = f",{and_more(len(found) - 1)}" if len(found) > 1 else ""
+                message = f"{found[0].what}, {limit}: this looks like {other}{more}"
+                help = f"it is kept as it is, in {unit}; if it is wrong, correct it in the source"
+                yield Diagnostic(rule, WARNING, message, found[0].span, (), help)
 
 
-def _declared(element: Element) -> list[tuple[str, str]]:
-    """Return the prefixes used in an element that are declared around it, with their addresses."""
-    used: dict[str, None] = {}
-    own: set[str] = set()
-    for inner in element.iter():
-        for name in (inner.tag, *inner.attributes):
-            prefix, colon, rest = name.partition(":")
-            if prefix == "xmlns":
-                own.add(rest)
-            elif colon:
-                used[prefix] = None
-    declared = []
-    for prefix in used:
-        above = element.parent
-        while above is not None and f"xmlns:{prefix}" not in above.attributes:
-            above = above.parent
-        if above is not None and prefix not in own:
-            declared.append((prefix, above.attributes[f"xmlns:{prefix}"].raw.replace('"', "&quot;")))
-    return declared
+def _is_round(degrees: float) -> bool:
+    return 14.94 < degrees < 721 and _is_multiple(degrees, 5)
 
 
-def number_of(word: Word, unit: str, element: Element, name: str, reading: Reading) -> float | None:
-    """Return the number that a word of an attribute is, or None after an error.
+def _means_many_turns(limit: float) -> bool:
+    """Return True for 1, 2 or 5 times a power of ten, and for full turns (rad)."""
+    digits = limit / 10 ** math.floor(math.log10(limit))
+    return any(math.isclose(digits, one) for one in (1, 2, 5)) or abs(math.remainder(limit, math.tau)) < 0.06
 
-    An angle beyond a full turn and a length beyond any robot become quantities with their unit: the rules about numbers
-    that look like degrees or millimetres are for what people write.
-    """
-    text, what = word.text, f"{name} of {named(element)}"
-    if not _NUMBER.match(text):
-        reading.error("not-a-number", f"{what}: {shortened(text)} is not a number", word.span, _advice(text))
-        return None
-    value: float = int(text) if _INTEGER.match(text) else float(text)
-    if not math.isfinite(value):
-        reading.error("not-a-number", f"{what}: {shortened(text)} is too large for a number", word.span, "correct it")
-        return None
-    if unit not in _LIMITS:
-        return value
-    dimension, far = _LIMITS[unit]
-    is_far = abs(value) > far
-    where = ORIGIN if element.tag == "origin" else SIZE if element.tag in SHAPES else LIMIT
-    reading.magnitudes.take(unit, value, where, f"{what} is {text} {unit}" if is_far else "", word.span)
-    return Quantity(value, dimension, f"{text} {unit}") if is_far else value
+
+def _is_multiple(value: float, step: float) -> bool:
+    return abs(value - round(value / step) * step) < 0.06  # 89.95 is 1.57 rad
 
 
 def _advice(text: str) -> str:
-    lower = text.lower().lstrip("+-")
-    if lower in ("nan", "inf", "infinity"):
+    if text.lower().lstrip("+-") in ("nan", "inf", "infinity") or NUMBER.match(text):
         return "write a finite number"
     if "$" in text:
         return "this is xacro: name the file NAME.xacro, or declare xmlns:xacro"
     if "," in text:
         return "write a point in numbers and a space between them"
-    if lower.startswith("0x"):
-        return "write it in decimal"
     if text[:1].isdigit() or text[:1] in "+-.":
         return "write digits alone: values are in metres, radians and kilograms and carry no unit"
     return "write a number such as 0.5 or 1e-3"
@@ -446,47 +356,85 @@ def shortened(text: str, most: int = 40) -> str:
     return f'"{text}"'
 
 
+def number_of(word: Word, unit: str, element: Element, name: str, reading: Reading) -> float | None:
+    """Return the number that a word of an attribute is, or None after an error."""
+    tag = element.tag if element.tag in ("origin", "limit") else "size"
+    return reading.number(word, f"{name} of {named(element)}", unit, tag)
+
+
 def numbers(element: Element, name: str, count: int, unit: str, reading: Reading) -> Seq | None:
     """Return the numbers of an attribute as a list, or None if it is missing or after an error."""
     attribute = element.attributes.get(name)
     if attribute is None:
         return None
-    words = attribute.words()
-    # A comma between numbers makes a word that is no number, which is the better message.
-    if len(words) != count and (count == 1 or all(_NUMBER.match(word.text) for word in words)):
-        have = "is empty" if not words else f"has {counted(len(words), 'number')}"
-        message = f"{name} of {named(element)} {have}; it takes {'one' if count == 1 else count}"
-        reading.error("wrong-count", message, attribute.span, f"give {'one number' if count == 1 else count}")
+    tag = "origin" if element.tag == "origin" else "size" if name in ("size", "radius", "length") else "limit"
+    found = reading.numbers(attribute.words(), f"{name} of {named(element)}", attribute.span, count, unit, tag)
+    if found is None:
         return None
-    made = Seq(attribute.span)
-    for word in words:
-        value = number_of(word, unit, element, name, reading)
-        if value is None:
-            return None
-        made.put(value, word.span)
     if count > 1 and any(letter in attribute.raw.strip() for letter in "\t\n\r"):
         message = "numbers are parted by a tab or a line end; urdfdom, the reader of ROS, splits at spaces alone"
         reading.ignored(message, attribute.span)
+    made = Seq(attribute.span)
+    for one in found:
+        made.put(one.value, one.span)
     return made
 
 
-def put_numbers(
-    entry: Map, element: Element, name: str, reading: Reading, key: str = "", position: str = PLAIN
-) -> None:
-    """Set a key (default: the name) to the numbers of an attribute, if there is one.
+def put(entry: Map, key: str, value: Any, element: Element) -> None:
+    """Set a key whose value is that of a whole element."""
+    entry.put(key, value, element.span, element.span)
 
-    ``position`` is the unit of the position of the joint that the element belongs to.
+
+def _equal(first: Element, second: Element) -> bool:
+    """Return True if two elements are equal without text, comments and the order of attributes."""
+    if first.tag != second.tag or len(first.children) != len(second.children):
+        return False
+    texts = ({item.name: item.value for item in element.attributes.values()} for element in (first, second))
+    return next(texts) == next(texts) and all(map(_equal, first.children, second.children))
+
+
+def _ancestors(element: Element) -> Iterator[Element]:
+    while element.parent is not None:
+        element = element.parent
+        yield element
+
+
+def named(element: Element) -> str:
+    """Return an element in words: its tag, with its name or that of the element that contains it."""
+    name = element.get("name")
+    if name:
+        return f'<{element.tag} name="{name}">'
+    above = next((one for one in _ancestors(element) if one.get("name")), None)
+    inside = f' of <{above.tag} name="{above.get("name")}">' if above is not None and above.parent is not None else ""
+    return f"<{element.tag}>{inside}"
+
+
+def correction(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that ``word`` is a misspelling of, or None if it is another word.
+
+    A word with a prefix (``drake:mass``) belongs to another program.
     """
-    count, unit = NUMBERS[element.tag][name]
-    made = numbers(element, name, count, position if unit == _POSITION_UNIT else unit, reading)
-    if made is not None:
-        span = made.span if count > 1 else made.value_spans[0]
-        entry.put(key or name, made if count > 1 else made[0], element.attributes[name].name_span, span)
+    if ":" in word or len(word) < 2:
+        return None
+    lower = {name.lower(): name for name in known if len(name) > 2}
+    cutoff = 0.8 if len(word) > 4 else 0.66
+    near = difflib.get_close_matches(word.lower(), lower, n=1, cutoff=cutoff)
+    return lower[near[0]] if near else None
 
 
-def put_all(entry: Map, element: Element, reading: Reading, position: str = PLAIN, zero: Collection[str] = ()) -> None:
-    """Set the keys of all numbers of an element; those of ``zero`` are 0 where the attribute is missing."""
-    for name in NUMBERS[element.tag]:
-        if name in zero and name not in element.attributes:
-            entry.put(name, 0, element.span, element.span)
-        put_numbers(entry, element, name, reading, position=position)
+def kept(element: Element, text: str = "") -> Text:
+    """Return an element as text, its further lines moved left, where space means nothing.
+
+    ``text`` replaces it where something in it has been renamed. A prefix that an element around it declares
+    (``xmlns:sim``) is declared in the text as well.
+    """
+    text = _LINE_END.sub("\n", text or element.verbatim)
+    names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
+    declarations = ""
+    for key in dict.fromkeys(f"xmlns:{name.partition(':')[0]}" for name in names):
+        above = next((one for one in _ancestors(element) if key in one.attributes), None)
+        if above is not None and key not in names:
+            address = above.attributes[key].raw.replace('"', "&quot;")
+            declarations += f' {key}="{address}"'
+    at = 1 + len(element.tag)
+    return Text(indented(text[:at] + declarations + text[at:], ""))

@@ -10,16 +10,22 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.compare.elements import Context, context_of, element_differences
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.checked import errors
 from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.reading import violations
 from rosorin_compile.formats.templating import Templates
+from rosorin_compile.language.expand.expansion import Expansion
+from rosorin_compile.language.expand.scope import Scope
+from rosorin_compile.language.expand.sensor_types import apply_types
+from rosorin_compile.language.lower import lower
+from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot, Sensor
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
+from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.xml.markup import Document
+from rosorin_compile.source.xml.elements import tree_of
 
+from ..elements import Context, context_of, element_differences
 from .blocks import Unsayable, block
 from .drives import Driven, driven
 from .sensors import Seen, entry, gazebo_of, overlay, seen, without_collisions
@@ -41,6 +47,15 @@ class Worded(NamedTuple):
     said: Mapping[str, Sequence[str]] = {}
     kept: Mapping[str, str] = {}
     remarks: Sequence[str] = ()
+
+
+def _with_types(tree: Map) -> tuple[Map, list[Diagnostic]]:
+    """Return a tree with the defaults of the types of its sensors, and diagnostics about these."""
+    made, expansion = tree.copied(), Expansion()
+    if isinstance(made.get(SENSORS), Map):
+        made[SENSORS] = made[SENSORS].copied()
+        apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
+    return made, expansion.diagnostics
 
 
 def worded(imported: Imported) -> Worded:
@@ -161,8 +176,8 @@ class _Conversion:
             frames = put(Map(self.tree.span, self.tree.via), {"robot": self.tree["robot"], "links": links})
             if "joints" in self.tree:
                 frames.put("joints", self.tree["joints"], self.tree.span, self.tree.span)
-            typed = Imported(frames, []).with_sections({SENSORS: some}).typed()
-            robot = None if typed.diagnostics else typed.robot
+            tree, diagnostics = _with_types(put(frames, {SENSORS: some}))
+            robot = None if diagnostics else lower(tree).robot
             return {one.name: one for one in robot.sensors if len(one.gazebo) == 1} if robot else {}
 
         links: dict[str, Any] = {name: {} for name in self.tree.get("links") or ()}
@@ -210,12 +225,15 @@ class _Conversion:
     def errors(self, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> list[Diagnostic]:
         """Return the errors of the robot with more sections."""
         output = {"file": "robot.urdf", **(options or {})}
-        typed = Imported(self.tree, []).with_sections({**sections, "outputs": {"urdf": output}}).typed()
-        return [*typed.diagnostics, *errors(typed, rules=not typed.diagnostics)]
+        tree, diagnostics = _with_types(put(self.tree, {**sections, "outputs": {"urdf": output}}))
+        found = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
+        if not found and not diagnostics:
+            found = [one for one in violations(tree) if one.severity == ERROR]
+        return [*diagnostics, *found]
 
     def _robot(self, sections: dict[str, Any]) -> Robot | None:
-        typed = Imported(self.tree, []).with_sections(sections).typed()
-        return None if typed.diagnostics or errors(typed, rules=False) else typed.robot
+        tree, diagnostics = _with_types(put(self.tree, sections))
+        return None if diagnostics or has_errors(validate(tree, FORMATS)) else lower(tree).robot
 
     def _written(self, sections: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
         """Return the elements of the URDF that the robot becomes: those of hardware blocks and sensors."""
@@ -236,9 +254,13 @@ class _Conversion:
         if robot is not None:
             output = Output("sdf", "sdf", "robot.sdf", {**options, **_UNROUNDED})
             text, _ = FORMATS["sdf"].written(robot, output, Templates())
-            for place in (place for place in Document.tree(text).iter() if place.tag in ("link", "joint")):
+            for place in (place for place in tree_of(text).iter() if place.tag in ("link", "joint")):
                 for sensor in (child for child in place if child.tag == "sensor"):
-                    one = Candidate(SENSORS, sensor.get("name", ""), 0, 0, sensor, place.get("name", ""))
+                    pose = sensor.find("pose")
+                    frame = "" if pose is None else pose.attrib.pop("relative_to", "")
+                    if pose is not None and not pose.text:
+                        sensor.remove(pose)
+                    one = Candidate(SENSORS, sensor.get("name", ""), 0, 0, sensor, frame or place.get("name", ""))
                     found.setdefault(one.called, []).append(one.alone)
         return found
 

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats.imported import Comment, Imported
+from rosorin_compile.formats.imported import Comment, as_tree
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.tree import Map, Path, Seq, Text
+from rosorin_compile.source.xml.elements import indented, tree_of
 from rosorin_compile.source.xml.markup import Document, Element, Remark
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def trees(texts: Seq) -> Iterator[tuple[int, Tree]]:
     """Yield the elements of each text, with its index; none of one that is no XML."""
     for index, text in enumerate(texts):
         try:
-            yield from ((index, element) for element in Document.tree(f"<{_AROUND}>{text}</{_AROUND}>"))
+            yield from ((index, element) for element in tree_of(f"<{_AROUND}>{text}</{_AROUND}>"))
         except ValueError:
             continue
 
@@ -120,7 +121,7 @@ def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]
         at = end + len(whole[end:]) - len(whole[end:].lstrip(" \t"))
     pieces.append(whole[at : outer.end])
     lines = [line for line in "".join(pieces).split("\n") if line.strip()]
-    return Document.indented("\n".join(lines), ""), said
+    return indented("\n".join(lines), ""), said
 
 
 def _found(root: Element, one: Candidate) -> Element:
@@ -147,4 +148,11 @@ def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
 
 def put(tree: Map, sections: Mapping[str, Any]) -> Map:
     """Return a tree with more sections, whose values are plain; what is empty goes."""
-    return Imported(tree, []).with_sections(sections).whole
+    made = tree.copied()
+    for key, value in sections.items():
+        if value:
+            plain = value if isinstance(value, (Map, Seq)) else as_tree(value, tree.span, [key])
+            made.put(key, plain, tree.span, tree.span)
+        else:
+            made.pop(key, None)
+    return made

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
-from rosorin_compile.language.expression.functions import expression_names
+from rosorin_compile.language.expression.functions import functions
 
 from .texts import EXPRESSION, TEXT, Unsupported
 from .tree import (
@@ -501,9 +501,8 @@ def all_of(nodes: list[ast.expr]) -> ast.expr | None:
 
 def folded(node: ast.expr) -> Any:
     """Return the value of an expression without names except constants, or None."""
-    functions = expression_names().functions
     names = (one.id for one in ast.walk(node) if isinstance(one, ast.Name))
-    if any(name not in ("pi", "e", "tau", "true", "false", "none") and name not in functions for name in names):
+    if any(name not in ("pi", "e", "tau", "true", "false", "none") and name not in functions() for name in names):
         return None
     try:
         return evaluate(written(node), _no_names)

@@ -16,7 +16,7 @@ from keyword import iskeyword
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.language.expression.functions import expression_names
+from rosorin_compile.language.expression.functions import functions
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.packages import Packages
@@ -387,12 +387,7 @@ def names_in(raw: str) -> set[str]:
             name = getattr(one, "id", "")
             if name.startswith("__arg_"):
                 found.add(f"arg {name.removeprefix('__arg_')}")
-            elif (
-                name
-                and name not in _BUILTIN
-                and name not in expression_names().functions
-                and name not in ("load_yaml", "dict")
-            ):
+            elif name and name not in _BUILTIN and name not in functions() and name not in ("load_yaml", "dict"):
                 found.add(name)
     return found
 

@@ -15,8 +15,7 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
-from rosorin_compile.compare.same_model import model_differences
-from rosorin_compile.language.arguments import Argument
+from rosorin_compile.language.arguments import choices, combinations, declared
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
@@ -25,6 +24,7 @@ from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 
 from ..reimport import ENDING, read_record, text_of
+from ..same_model import model_differences
 from .build import Program
 from .merge import Merged, merged, renewed
 from .tree import File
@@ -224,11 +224,13 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
 
 
 def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
-    arguments, wrong = Argument.declared(root, {}, packages)
+    arguments, wrong = declared(root, {}, packages)
     if has_errors(wrong):
         return {(): _in_words(wrong[0])}
     made: dict[tuple[str, ...], Robot | str] = {}
-    for given in islice(Argument.combinations(arguments), _MOST_ROBOTS):
+    varied = choices(arguments, {})
+    for row in islice(combinations(varied), _MOST_ROBOTS):
+        given = dict(zip((name for name, _ in varied), row, strict=True))
         found = Request.of(root, given, packages).read()
         robot = found.robot
         errors = [_in_words(one) for one in found.diagnostics if one.severity == ERROR]

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.sax.saxutils import escape
 
-from rosorin_compile.language.expression.functions import expression_names
+from rosorin_compile.language.expression.functions import reserved_names
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.numbers import exact
@@ -772,7 +772,7 @@ class Values:
         own = [*macro.variables.values(), *macro.implicit.values()] if macro else []
         own += macro.body.locals if macro and macro.body else []
         names = {one.ours for one in (*self.program.names.arguments.values(), *self.program.globals, *own)}
-        names |= {one.ours for one in self.program.kept} | set().union(*expression_names())
+        names |= {one.ours for one in self.program.kept} | reserved_names()
         for document in self.documents.files.values():
             names |= {key.partition("(")[0] for key in document.get("let", ())}
         return names | {"prefix", "mount", "name", "parent"}

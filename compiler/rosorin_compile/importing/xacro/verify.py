@@ -15,10 +15,10 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.compare.same_model import model_differences
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.language.expand.included_robots import move_files
 from rosorin_compile.model import Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
@@ -27,9 +27,10 @@ from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.markup import Document
+from rosorin_compile.source.xml.elements import canonical, tree_of
 
 from ..read_back import by_elements, read_back, without_words
+from ..same_model import model_differences
 from .tree import FLAG, LIST, NAME, NUMBER, WORDS, XML, Place, Variable, literal, place_of
 from .write_yaml import PROBE
 
@@ -74,7 +75,7 @@ class Source:
                 arguments = {**self.options.arguments, **rest}
                 read = read_robot(self.path, replace(self.options, arguments=arguments))
             if self.meshes is not None and read.tree is not None:
-                read = read.with_files_below(self.meshes)
+                read = read._replace(tree=move_files(read.tree, self.meshes))
             self.known[combination] = read
         return self.known[combination]
 
@@ -237,7 +238,7 @@ def _differences(
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row, refused=True)]
     if name is not None:
         source = replace(source, name=name)
-    texts = by_elements(source, again, compiled.robot.asks_for_humble) if in_words else []
+    texts = by_elements(source, again, compiled.robot) if in_words else []
     again = without_words(again, source) if in_words else again
     source, again = _settled(source), _settled(again)
     texts += model_differences(source, again, carried_by_urdf=True)
@@ -262,7 +263,7 @@ def _spans(text: str, made: Imported) -> Iterator[Span]:
     elements: Any = made.whole.get("urdf_elements")
     if text.startswith("<") and elements is not None:
         for element, span in zip(elements, elements.value_spans, strict=True):
-            if text.startswith(f"{_called(Document.tree(str(element)))}: "):
+            if text.startswith(f"{_called(tree_of(str(element)))}: "):
                 yield span
 
 
@@ -324,7 +325,7 @@ def _settled(value: Any) -> Any:
 
 def _canonical(text: str) -> str:
     try:
-        return Document.canonical(Document.tree(text))
+        return canonical(tree_of(text))
     except ValueError:
         return " ".join(text.split())
 
@@ -337,9 +338,9 @@ def _differing_elements(source: Robot, again: Robot) -> Iterator[str]:
         for one in (one for one in getattr(source, section) if one.name in others):
             pairs.append((f'{section[:-1]} "{one.name}": ', one.urdf_elements, others[one.name].urdf_elements))
     for where, mine, theirs in pairs:
-        left = [Document.tree(text) for text in (Counter(theirs) - Counter(mine)).elements() if text[:1] == "<"]
+        left = [tree_of(text) for text in (Counter(theirs) - Counter(mine)).elements() if text[:1] == "<"]
         for text in (Counter(mine) - Counter(theirs)).elements():
-            element = Document.tree(text)
+            element = tree_of(text)
             match = next((other for other in left if _called(other) == _called(element)), None)
             if match is None:
                 yield f"{where}{_called(element)}: only xacro has it"
@@ -352,7 +353,7 @@ def _differing_elements(source: Robot, again: Robot) -> Iterator[str]:
 def difference(one: Element, other: Element) -> str:
     """Return where two elements of the same name differ first, and in what.
 
-    >>> difference(Document.tree("<a><b name='c'>True</b></a>"), Document.tree("<a><b name='c'>true</b></a>"))
+    >>> difference(tree_of("<a><b name='c'>True</b></a>"), tree_of("<a><b name='c'>true</b></a>"))
     'b "c": xacro has True, the translation true'
     """
     path: list[str] = []
@@ -365,9 +366,7 @@ def difference(one: Element, other: Element) -> str:
         if (one.text or "").split() != (other.text or "").split():
             return f"{where}xacro has {_value(one.text)}, the translation {_value(other.text)}"
         pairs = zip_longest(one, other)
-        first, second = next(
-            (a, b) for a, b in pairs if a is None or b is None or Document.canonical(a) != Document.canonical(b)
-        )
+        first, second = next((a, b) for a, b in pairs if a is None or b is None or canonical(a) != canonical(b))
         if first is None or second is None or _called(first) != _called(second):
             mine, theirs = ("nothing" if side is None else _called(side) for side in (first, second))
             return f"{where}xacro has {mine}, the translation {theirs}"

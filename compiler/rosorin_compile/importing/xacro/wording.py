@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.source.tree import Map, Seq, Text
-from rosorin_compile.source.xml.markup import Document
+from rosorin_compile.source.xml.elements import canonical, tree_of
 
 from ..description import _Document
 from ..layout import Expression, Verbatim
@@ -148,7 +148,7 @@ def _block(text: str, said: str, imported: Imported, humble: bool) -> Words | No
     name, entry, slots = found
     whole = put(tree, {CONTROL: {name: entry}})
     value = with_expressions(_document(whole).value(whole[CONTROL][name], (CONTROL, name), None), slots)
-    made = Entry(CONTROL, with_expressions(name, slots), value, Document.tree(said).get("name", ""))
+    made = Entry(CONTROL, with_expressions(name, slots), value, tree_of(said).get("name", ""))
     return Words(text, (made,), "", said)
 
 
@@ -165,7 +165,7 @@ def _may_be_words(text: str) -> bool:
 @lru_cache(maxsize=8192)  # each is held against those of all robots
 def _spelt(text: str) -> str:
     try:
-        return Document.canonical(Document.tree(text))
+        return canonical(tree_of(text))
     except ValueError:
         return text
 
@@ -316,7 +316,7 @@ def symbolic(text: str, said: str, robot: Robot, humble: bool) -> tuple[str, dic
     form = EXPRESSION.sub(numbered, text)
     if "${" in form or any(number in text for number in slots):
         return None
-    element, known = Document.tree(form), Document.tree(said)
+    element, known = tree_of(form), tree_of(said)
     if element.tag != "ros2_control" or any(_has_text(one) for one in element.iter() if len(one)):
         return None
     joints = {

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import Imported, Outputs
-from rosorin_compile.language.expression.functions import expression_names
+from rosorin_compile.language.expression.functions import OF_DESCRIPTIONS, functions
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
@@ -153,9 +153,9 @@ class Writer:
 
     def name_macros(self) -> None:
         """Give each macro that is kept the name of its part or its value."""
-        known, program = expression_names(), self.program
+        program = self.program
         taken = {one.ours for one in (*program.names.arguments.values(), *program.globals)}
-        taken |= {*known.functions, *known.of_descriptions}
+        taken |= {*functions(), *OF_DESCRIPTIONS}
         for macro in program.kept:
             macro.ours = macro.name.replace(".", "_")
             if macro.body is None:

@@ -44,7 +44,7 @@ from .scope import Scope
 from .sensor_types import apply_types
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.load_robot import RobotReader
+    from rosorin_compile.formats.compiled import RobotReader
 
     from .included_robots import Tell
 

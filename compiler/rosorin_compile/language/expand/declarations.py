@@ -20,9 +20,8 @@ from rosorin_compile.source.wording import in_words, quoted, unseen
 from ..annotations import ENTRIES, ITEMS
 from ..expression import CHOICES, pieces
 from ..expression.functions import kind_of
-from ..misnamed import text_meant_by, text_tails, word_meant
 from ..schema import merged, of_parts, of_types, resolve, schema
-from ..suggestions import flag_meant, number_meant
+from ..suggestions import flag_meant, number_meant, text_meant_by, text_tails, word_meant
 from .expansion import Failed
 from .placing import AXES, is_number
 from .scope import Scope, key_place, value_place

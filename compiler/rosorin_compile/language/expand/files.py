@@ -35,7 +35,7 @@ from .joining import join, sourced
 from .scope import Scope, key_place, value_place
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.load_robot import RobotReader
+    from rosorin_compile.formats.compiled import RobotReader
 
 RULES = (
     Rule("include-outside", "An included file is outside the project.", "Use `package://NAME/FILE`.", FILES),

@@ -36,7 +36,7 @@ from .placing import Use, map_items, placed
 from .scope import Scope
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.load_robot import RobotReader
+    from rosorin_compile.formats.compiled import RobotReader
 
     from .files import Reader
 

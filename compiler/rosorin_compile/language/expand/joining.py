@@ -8,8 +8,8 @@ from rosorin_compile.source.diagnostics import Related
 from rosorin_compile.source.tree import Map, Place, Seq
 
 from ..annotations import ENTRIES, ITEMS
-from ..misnamed import word_meant
 from ..schema import holds_many, is_one_entry, keys_of, merged
+from ..suggestions import word_meant
 from ..validate import validate
 from .provenance import argument_behind
 from .scope import Scope

@@ -14,8 +14,8 @@ from rosorin_compile.source.load import LoadError, load_own
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
 
-from ..misnamed import word_meant
 from ..schema import keys_of_xml, of_types
+from ..suggestions import word_meant
 from .declarations import check_sensor_type, declare, given_places
 from .expansion import Failed
 from .joining import copy

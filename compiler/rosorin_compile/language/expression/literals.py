@@ -1,15 +1,13 @@
-"""Literals: quantities as they stand in an expression (``30 mm``, ``-90 deg``, ``2.5 kg*m^2``).
+"""Quantities in expressions (``30 mm``, ``-90 deg``, ``2.5 kg*m^2``), and why a text is not an expression.
 
-A number and a unit behind it are one value, which binds tighter than every operator. The unit is written as in a
-plain value: without spaces around its ``*`` and ``/``, with ``^`` for its powers. Python's parser knows no such value:
-``masked`` puts a name of the same length in its place, so that columns stay as they are. ``mistake`` says why a text is
-no expression, in the words of the description.
+A number and the unit after it are one value, which binds tighter than every operator. The unit is written as in a plain
+value: no spaces around its ``*`` and ``/``, powers with ``^``. ``masked`` puts a name of the same length in its place
+for Python's parser, so columns stay as they are.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from rosorin_compile.source.units import UNITS, Quantity
@@ -19,7 +17,7 @@ from .functions import CONSTANTS, ExpressionError
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FACTOR = r"[A-Za-z]+(?:\^-?\d)?(?![\w(])"
-# Texts and names are passed by, so that what is in them is no literal.
+# The first alternatives skip texts and names, which contain no literals.
 _TOKEN = re.compile(
     r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[^\W\d]\w*|"""
     rf"(?<![\w.])(?P<number>{_NUMBER})[ ]*(?P<unit>{_FACTOR}(?:[*/]{_FACTOR})*)"
@@ -28,64 +26,50 @@ _OVER = rf"(?<![\w.])({_NUMBER})\s*/\s*\Z"
 
 
 class Literal(NamedTuple):
-    """A quantity that stands in an expression; ``factors`` are the units after its first one."""
+    """A quantity in an expression; ``factors`` are the units after its first one."""
 
     value: Quantity
     factors: tuple[str, ...]
 
 
-def masked(text: str) -> tuple[str, Mapping[tuple[int, int], Literal]]:
+def masked(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
     """Return an expression with a name of the same length for each quantity, and the quantities by line and column.
 
-    Raises ExpressionError for a quantity that two people would read in two ways.
+    Raises ExpressionError for an ambiguous quantity: 1/2 mm, or 2 m**2.
     """
-    if not any(letter.isdigit() for letter in text):
-        return text, {}
-    pieces: list[str] = []
+    parts: list[str] = []
     found: dict[tuple[int, int], Literal] = {}
     end = 0
     for match in _TOKEN.finditer(text):
-        unit = _known(match["unit"] or "")
-        if not unit or match.start() < end:
+        unit = ""  # the longest beginning whose factors are units; the rest is arithmetic
+        for factor in re.finditer(r"[*/]?([A-Za-z]+)(?:\^-?\d)?", match["unit"] or ""):
+            if factor[1] not in UNITS:
+                break
+            unit = match["unit"][: factor.end()]
+        parsed = Quantity.parse(f"{match['number']} {unit}") if unit else None
+        if parsed is None or match.start() < end:
             continue
         start, stop = match.start(), match.start("unit") + len(unit)
-        parsed = Quantity.parse(f"{match['number']} {unit}")
-        if parsed is None:
-            continue
-        value = Quantity(parsed, parsed.dimension, text[start:stop])  # what was parsed is shared by all who ask
-        _check_neighbours(text, start, stop, unit)
-        line, begin = text.count("\n", 0, start) + 1, text.rfind("\n", 0, start) + 1
-        # Python's parser counts bytes.
-        found[line, len(text[begin:start].encode())] = Literal(value, tuple(re.findall("[A-Za-z]+", unit)[1:]))
-        pieces += [text[end:start], "_" * (stop - start)]
+        written = text[start:stop]
+        if text[stop:].lstrip().startswith("**"):
+            help = f"write {unit}^2 for the power of a unit, ({written})**2 for that of the quantity"
+            raise ExpressionError(f'"**" after {written} could be the power of the unit', start, help)
+        quotient = re.search(_OVER, text[:start])
+        if quotient:
+            number = quotient[1]
+            help = f"write {number}/{written.removesuffix(unit).strip()} * 1 {unit}, or {number} / ({written})"
+            message = f"{number}/{written} could be a part of 1 {unit}, or one over {written}"
+            raise ExpressionError(message, start, help)
+        value = Quantity(parsed, parsed.dimension, written)
+        line = text.count("\n", 0, start) + 1
+        column = len(text[text.rfind("\n", 0, start) + 1 : start].encode())  # Python's parser counts bytes
+        found[line, column] = Literal(value, tuple(re.findall("[A-Za-z]+", unit)[1:]))
+        parts += [text[end:start], "_" * (stop - start)]
         end = stop
-    return "".join([*pieces, text[end:]]), found
+    return "".join([*parts, text[end:]]), found
 
 
-def _known(unit: str) -> str:
-    """Return the longest beginning of a unit whose factors are known; what follows is arithmetic."""
-    known = ""
-    for factor in re.finditer(r"[*/]?([A-Za-z]+)(?:\^-?\d)?", unit):
-        if factor[1] not in UNITS:
-            break
-        known = unit[: factor.end()]
-    return known
-
-
-def _check_neighbours(text: str, start: int, stop: int, unit: str) -> None:
-    """Raise ExpressionError where a power or a quotient could be that of the number or that of the quantity."""
-    if text[stop:].lstrip().startswith("**"):
-        help = f"write {unit}^2 for the power of a unit, ({text[start:stop]})**2 for that of the quantity"
-        raise ExpressionError(f'"**" after {text[start:stop]} could be the power of the unit', start, help)
-    quotient = re.search(_OVER, text[:start])
-    if quotient:
-        number, whole = quotient[1], text[start:stop]
-        divisor = whole.removesuffix(unit).strip()
-        help = f"write {number}/{divisor} * 1 {unit}, or {number} / ({whole})"
-        raise ExpressionError(f"{number}/{whole} could be a part of 1 {unit}, or one over {whole}", start, help)
-
-
-# What other languages write, and what is written here.
+# Syntax of other languages, and the help for it.
 _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"[\u00a0\u2007\u202f]", "type the space anew: it is none of the keyboard"),
     (r"&&", 'write "and"'),
@@ -109,7 +93,7 @@ _WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))
 
 
 def mistake(text: str, problem: SyntaxError) -> ExpressionError:
-    """Return why a text is no expression, given what Python's parser says of it."""
+    """Return the error for a text that is not an expression, given that of Python's parser."""
     plain = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), text)
     for match in re.finditer(_NO_UNIT, plain):
         word = match[2]

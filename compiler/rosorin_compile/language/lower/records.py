@@ -39,14 +39,16 @@ def entries_of(tree: Mapping[str, Any], section: str) -> list[tuple[str, Any]]:
 def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **given: Any) -> T:
     """Return a dataclass whose fields come from the keys of an entry, or from ``given``; else they have defaults.
 
-    A field of type ``Pose`` comes from ``xyz`` (m) and ``rpy`` (rad).
+    A field of type ``Pose`` comes from ``xyz`` (m) and ``rpy`` (rad); one called ``values`` has the remaining keys.
     """
     entry = entry or {}
-    converters, poses = _fields(kind)
+    converters, poses, has_values = _fields(kind)
     found = {name: convert(entry[name]) for name, convert in converters.items() if name in entry and name not in given}
     for name in poses:
         if name not in given:
             found[name] = pose_of_entry(entry)
+    if has_values and "values" not in given:
+        found["values"] = other_values(entry, ("xyz", "rpy", "source", *converters))
     return kind(**found, **given)
 
 
@@ -86,7 +88,7 @@ def plain(value: Any) -> Any:
 
 
 def source_of(entry: Mapping[str, Any] | None) -> Source:
-    """Return where the values of an entry come from."""
+    """Return the source of the values of an entry."""
     return record_of(Source, entry) if entry else NO_SOURCE
 
 
@@ -117,22 +119,20 @@ def renamed_values(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[s
 def attribute_of(value: Any) -> Attribute:
     """Return the value of an MJCF attribute."""
     if isinstance(value, list):
-        return tuple(_scalar(item) for item in value)
-    return None if value is None else _scalar(value)
-
-
-def _scalar(value: Any) -> float | str | bool:
-    if isinstance(value, (bool, str)):
-        return value if isinstance(value, bool) else str(value)
-    return float(value)
+        return tuple(attribute_of(item) for item in value)  # type: ignore[misc]
+    if value is None or isinstance(value, bool):
+        return value
+    return str(value) if isinstance(value, str) else float(value)
 
 
 @cache
-def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...]]:
-    """Return the converters of the fields of a dataclass by name, and the names of the fields that are poses."""
-    hints = {field.name: get_type_hints(kind)[field.name] for field in fields(kind)}
+def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
+    """Return the converters of fields by name, the names of fields that are poses, and whether it has ``values``."""
+    types = get_type_hints(kind)
+    hints = {field.name: types[field.name] for field in fields(kind)}
     poses = tuple(name for name, hint in hints.items() if hint is Pose)
-    return {name: _converter(hint) for name, hint in hints.items() if hint is not Pose}, poses
+    has_values = hints.get("values") == Values
+    return {name: _converter(hint) for name, hint in hints.items() if hint is not Pose}, poses, has_values
 
 
 _CONVERTERS: dict[Any, Convert] = {float: float, Source: source_of, Actuator: actuator_of}

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from rosorin_compile.model import Robot
@@ -33,18 +34,15 @@ def lower_sections(
 
     ``report`` takes a problem of a plug-in and the name of its section, which has no value then.
     """
-    own = {
-        section.name: _value(section, tree, problem)
-        for section in (*core, *own_sections())
-        if tree.get(section.name) is not None
-    }
-    contents, values = {}, {}
+    own = [section for section in (*core, *own_sections()) if tree.get(section.name) is not None]
+    values = {section.name: _value(section, tree, problem) for section in own}
+    contents, added = {}, {}
     for plugin, section in plugged().sections:
         if tree.get(section.name) is not None:
             contents[section.name] = _contents(section, tree)
             with _guarded(plugin, section.name, report):
-                values[section.name] = _value(section, tree, problem)
-    return own, Sections(values, contents) if contents else NO_SECTIONS
+                added[section.name] = _value(section, tree, problem)
+    return values, Sections(added, contents) if contents else NO_SECTIONS
 
 
 def _value(section: Section[Any], tree: Mapping[str, Any], problem: Problem) -> Any:
@@ -62,9 +60,26 @@ def _contents(section: Section[Any], tree: Mapping[str, Any]) -> Any:
     return completed(schema()["properties"][section.name], plain(tree[section.name]))
 
 
+def completed(fragment: Mapping[str, Any], value: Any) -> Any:
+    """Return a plain value with the defaults of the schema; an empty entry is a mapping."""
+    fragment = resolve(dict(fragment))
+    properties, others = fragment.get("properties", {}), fragment.get("additionalProperties")
+    others = others if isinstance(others, Mapping) else {}
+    if isinstance(value, tuple):
+        return tuple(completed(fragment.get("items", {}), item) for item in value)
+    if value is None and (properties or others):
+        value = {}
+    if not isinstance(value, Mapping):
+        return value
+    defaults = {
+        key: resolved["default"] for key, inner in properties.items() if "default" in (resolved := resolve(inner))
+    }
+    return {key: completed(properties.get(key, others), item) for key, item in {**defaults, **value}.items()}
+
+
 @contextmanager
 def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
-    """Report whatever the code of a plug-in raises."""
+    """Report any exception of a plug-in."""
     try:
         with aside(plugin):
             yield
@@ -80,18 +95,17 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
     joint that does not exist adds nothing: the rules report that.
     """
     made, symbols = robot, SymbolTable(tree)
-    waiting = [one for one in plugged().sections if one[1].adds is not None and one[1] in robot.sections]
-    while ready := [one for one in waiting if _in_order(made, symbols, one[1].name) is not None]:
-        plugin, section = ready[0]
-        waiting.remove(ready[0])
+    waiting = [
+        (plugin, section) for plugin, section in plugged().sections if section.adds and section in robot.sections
+    ]
+    while ready := [(item, order) for item in waiting if (order := _in_order(made, symbols, item[1].name)) is not None]:
+        (plugin, section), order = ready[0]
+        waiting.remove((plugin, section))
         before, value = made, robot.sections[section]
-        order = _in_order(made, symbols, section.name)
         if order and section.form != ONE:
             value = {name: value[name] for name in order} if section.form == ENTRIES else tuple(value[i] for i in order)
-        adds = section.adds
-        assert adds is not None  # noqa: S101 - those that wait have it
         with _guarded(plugin, section.name, report):
-            made = _checked(adds(made, value), made)
+            made = _checked(section.adds(made, value), made)  # type: ignore[misc]
         _place_added(before, made, symbols, section.name, place)
     return made if made is robot else replace(made, sections=replace(robot.sections, without=robot))
 
@@ -102,39 +116,20 @@ def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | N
     None for a circle, or a reference to a link or a joint that neither the robot nor the section has.
     """
     existing = {"link": robot.link, "joint": robot.joint}
-    defined = {(one.kind, one.name): one.path[1] for one in symbols.definitions(section) if len(one.path) > 1}
+    defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     needs: dict[Any, set[Any]] = {}
-    for one in symbols.references(existing, section):
-        if one.name not in existing[one.kind]:
-            if (one.kind, one.name) not in defined:
+    for reference in symbols.references(existing, section):
+        if reference.name not in existing[reference.kind]:
+            if (reference.kind, reference.name) not in defined:
                 return None
-            if len(one.path) > 1:
-                needs.setdefault(one.path[1], set()).add(defined[one.kind, one.name])
+            if len(reference.path) > 1:
+                needs.setdefault(reference.path[1], set()).add(defined[reference.kind, reference.name])
     entries = symbols.tree[section]
-    waiting = list(entries if isinstance(entries, Map) else range(len(entries)))
-    order: list[Any] = []
-    while waiting:
-        free = next((entry for entry in waiting if not needs.get(entry, set()) - {entry} - set(order)), None)
-        if free is None:
-            return None
-        order.append(free)
-        waiting.remove(free)
-    return order
-
-
-def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str, place: Place) -> None:
-    """Record where added links and joints are defined; a joint without a name of its own is where its link is."""
-    defined = {(one.kind, one.name): one.path for one in symbols.definitions(section)}
-    links = Counter(link.name for link in made.links) - Counter(link.name for link in before.links)
-    for name in links.elements():
-        place("link", name, defined.get(("link", name), (section,)))
-    twice = {name for name, count in Counter(link.name for link in made.links).items() if count > 1}
-    joints = Counter(joint.name for joint in made.joints) - Counter(joint.name for joint in before.joints)
-    for joint in reversed(made.joints):
-        if joints[joint.name] > 0 and joint.child not in twice:  # a duplicate link is reported already
-            joints[joint.name] -= 1
-            path = defined.get(("joint", joint.name)) or defined.get(("link", joint.child)) or (section,)
-            place("joint", joint.name, path)
+    names = entries if isinstance(entries, Map) else range(len(entries))
+    try:
+        return list(TopologicalSorter({name: needs.get(name, set()) - {name} for name in names}).static_order())
+    except CycleError:
+        return None
 
 
 def is_resolved(robot: Robot, symbols: SymbolTable, section: str) -> bool:
@@ -149,7 +144,7 @@ def _checked(made: object, before: Robot) -> Robot:
         raise TypeError(f"what a section adds to is a Robot again, not {str(made)[:60]!r}")
     types = fragment_at(("joints", "*", "type"))["enum"]
     names, known = {link.name for link in made.links}, {id(joint) for joint in before.joints}
-    for joint in (one for one in made.joints if id(one) not in known):
+    for joint in (joint for joint in made.joints if id(joint) not in known):
         for end in (joint.parent, joint.child):
             if end not in names:
                 raise ValueError(f'it adds joint "{joint.name}" at link "{end}", which there is not')
@@ -158,16 +153,15 @@ def _checked(made: object, before: Robot) -> Robot:
     return made
 
 
-def completed(fragment: Mapping[str, Any], value: Any) -> Any:
-    """Return a plain value with the defaults of the schema; an entry that is left empty is a mapping."""
-    resolved = resolve(dict(fragment))
-    if isinstance(value, tuple):
-        return tuple(completed(resolved.get("items", {}), one) for one in value)
-    properties, others = resolved.get("properties", {}), resolved.get("additionalProperties")
-    if value is None and (properties or isinstance(others, Mapping)):
-        value = {}
-    if not isinstance(value, Mapping):
-        return value
-    defaults = {key: one["default"] for key, one in properties.items() if "default" in resolve(dict(one))}
-    inner = {key: properties.get(key, others if isinstance(others, Mapping) else {}) for key in (*defaults, *value)}
-    return {key: completed(inner[key], value.get(key, defaults.get(key))) for key in inner}
+def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str, place: Place) -> None:
+    """Record where added links and joints are defined; a joint without a name of its own is where its link is."""
+    defined = {(symbol.kind, symbol.name): symbol.path for symbol in symbols.definitions(section)}
+    counts = Counter(link.name for link in made.links)
+    for name in (counts - Counter(link.name for link in before.links)).elements():
+        place("link", name, defined.get(("link", name), (section,)))
+    joints = Counter(joint.name for joint in made.joints) - Counter(joint.name for joint in before.joints)
+    for joint in reversed(made.joints):
+        if joints[joint.name] > 0 and counts[joint.child] <= 1:  # a duplicate link is reported already
+            joints[joint.name] -= 1
+            path = defined.get(("joint", joint.name)) or defined.get(("link", joint.child)) or (section,)
+            place("joint", joint.name, path)

@@ -29,6 +29,7 @@ from rosorin_compile.formats.format import (
     Asked,
     Format,
     Opened,
+    xml_syntax,
 )
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_PUBLISHERS, Unsupported
 from rosorin_compile.source.files import record, version
@@ -38,9 +39,9 @@ from .settings import SETTINGS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.compare.proof import Proof
     from rosorin_compile.formats.format import Refusal
-    from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.formats.imported import Imported, Proof
+    from rosorin_compile.formats.mesh_files import Searched
     from rosorin_compile.formats.templating import Templates
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
@@ -65,10 +66,10 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     yield from mjx.check(case, output)
 
 
-def _syntax(text: str) -> object:
-    from rosorin_compile.source.xml.elements import canonical, tree_of
+def _copies(searched: Searched, outputs: Path) -> Searched:
+    from ..mesh_copies import copy_meshes
 
-    return canonical(tree_of(text))
+    return copy_meshes(searched, outputs)
 
 
 def _refusal(text: str, folder: Path) -> Refusal:
@@ -227,7 +228,8 @@ FORMAT = Format(
     why="a simulation has sites and cameras of its own for the sensors of a description",
     beside=lambda text: _FILE.findall(text),
     opens=_opens,
-    syntax=_syntax,
+    copies=_copies,
+    syntax=xml_syntax,
     refusal=_refusal,
     prove=_prove,
     engine_reads=True,

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rosorin_compile.model import Transform
+from rosorin_compile.model import Link, Transform
 from rosorin_compile.model.geometry import Rows
+from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import counted, first_of
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
@@ -78,7 +79,8 @@ def add_links(reading: Reading) -> None:
             put(link, "inertial", _inertial(body, own))
         node = body["element"]
         more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
-        reading.put_words(link, more, "link", element, f'the body "{name}"', {"gravcomp": "gravity_compensation"})
+        words = {formats["mjcf"]: key for key, formats in limited_fields(Link).items() if "mjcf" in formats}
+        reading.put_words(link, more, "link", element, f'the body "{name}"', words)
         for inner in node["inner"]:
             reading.keep(inner, inner["tag"], element.span, name)
     if light:

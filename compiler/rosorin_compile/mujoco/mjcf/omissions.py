@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from rosorin_compile.model import Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Sphere
 from rosorin_compile.model.shape import MERGED
-from rosorin_compile.model.simulation import SENSOR_ELEMENT, Simulated
+from rosorin_compile.model.simulation import SENSOR_ELEMENT
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, first_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 
@@ -132,34 +132,23 @@ def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
     yield from masses(robot, free)
     for sensor in robot.sensors:
         for part in sensor.simulated:
-            site = _site_name(part)
-            if site in robot.link:
+            site = part.name if part.element == "site" else ""
+            if part.kind == SENSOR_ELEMENT:
+                site = "" if part.pose is None else part.site
+            if part.replicas is None and site in robot.link:
                 message = (
                     f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
                 )
                 yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
 
 
-def _site_name(part: Simulated) -> str:
-    """Return the name of the site that an element of a sensor brings; empty if it brings none, or many."""
-    if part.replicas is not None:
-        return ""
-    if part.kind == SENSOR_ELEMENT:
-        return "" if part.pose is None else part.site
-    return part.name if part.element == "site" else ""
-
-
 def omitted(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
     """Yield what joints and meshes have that MJCF has no word for."""
-    fine: set[tuple[str, int]] = set()  # types and limits, which many joints may share
     for joint in joints:
-        if not joint.moves:
-            yield from () if is_free(robot, joint) else _several(joint)
-        elif (joint.type, id(joint.limit)) not in fine:
-            found = list(_limits(joint))
-            yield from found
-            if not found:
-                fine.add((joint.type, id(joint.limit)))
+        if joint.moves:
+            yield from _limits(joint)
+        elif not is_free(robot, joint):
+            yield from _several(joint)
     yield from _without_texture(robot)
     yield from _unreadable(robot)
     if WORLD in robot.link:
@@ -177,8 +166,9 @@ def _limits(joint: Joint) -> Iterator[Diagnostic]:
         yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
     effort = joint.limit.known("effort") if joint.limit else None
     if effort is not None and effort <= 0:
-        message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no'
-        message += " width for no limit"
+        message = (
+            f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no width for no limit'
+        )
         yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
 
 
@@ -216,19 +206,14 @@ def _without_texture(robot: Robot) -> Iterator[Diagnostic]:
 def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
     """Yield a warning for the shapes that are left out: MuJoCo takes no such size, or cannot open their meshes."""
     meshes: list[tuple[str, str]] = []
-    fine: set[int] = set()  # shapes, which many links may share
     for link in robot.walk():
         for shape in (*link.collision, *link.visual):
-            if id(shape) in fine:
-                continue
             if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
                 kind = type(shape.geometry).__name__.lower()
                 message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
                 yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")
             elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
                 meshes.append((shape.geometry.file, link.name))
-            else:
-                fine.add(id(shape))
     if meshes:
         (file, link_name), *more = meshes
         what = f'mesh {file} of link "{link_name}"'

@@ -32,6 +32,8 @@ def add_poses(reading: Reading) -> None:
             if value and "mimic" not in reading.joints[name]:
                 put_number(positions, name, value, element)
         if key["name"] == HOME and reading.is_ours and _is_usual(reading, positions):
+            if len(reading.facts["keys"]) > 1:  # simulators begin at the first key: the order of keys matters
+                put(poses, HOME, pose)
             continue
         put(pose, "positions", positions)
         if reading.free_base:

@@ -7,11 +7,10 @@ import listed as left out, ignored or changed may differ in that way; any other 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.compare.proof import Proof, sort_differences
-from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.imported import Imported, Proof
 from rosorin_compile.source.diagnostics import counted, listed
 
 from .process import prove as prove_in_child
@@ -84,3 +83,14 @@ def _summary(known: Sequence[str], motion: Mapping[str, Any] | None) -> str:
     constraints = counted(motion["constraints"], "constraint")
     difference = f"largest difference {motion['largest']:.2g}"
     return f"{sentence}; frames and accelerations in {states} with {constraints}: {difference}"
+
+
+def sort_differences(
+    differences: Iterable[tuple[str, str]], is_known: Callable[[str, str], bool]
+) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """Return texts by feature: those that were not reported before, and those that were."""
+    wrong: dict[str, list[str]] = {}
+    known: dict[str, list[str]] = {}
+    for feature, text in differences:
+        (known if is_known(feature, text) else wrong).setdefault(feature, []).append(text)
+    return wrong, known

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rosorin_compile.formats.checked import accept
 from rosorin_compile.formats.imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
+from rosorin_compile.formats.reading import accept
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange

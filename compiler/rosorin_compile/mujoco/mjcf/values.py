@@ -152,6 +152,12 @@ def value_of(
         return text if text in form.get("enum", (text,)) else None
     if kinds == "boolean":
         return {"true": True, "false": False}.get(text)
+    allowed = form.get("items", {}).get("enum", ())
+    if allowed and all(word in allowed for word in text.split()):
+        listed = Seq(element.span)
+        for word in text.split():
+            listed.put(word, _place(element, attribute, text))
+        return listed
     found = _numbers(text)
     if len(found) == 1 and ("number" in kinds or kinds == "integer"):
         return int(found[0]) if kinds == "integer" else plain(found[0])

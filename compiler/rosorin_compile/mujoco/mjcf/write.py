@@ -33,7 +33,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
@@ -61,7 +61,6 @@ from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Attribute
 from rosorin_compile.mujoco.rest_pose import home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.memo import remembered
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.escaping import Markup
@@ -302,9 +301,8 @@ class _Printer:
             return ""
         pose = self.root if frame.depth == 0 else frame.pose
         texts = [attribute("name", body_name(self.robot, frame.name)), _placed(pose.xyz, pose.rpy, self.number)]
-        if link.gravity_compensation:
-            texts.append(attribute("gravcomp", self.number(link.gravity_compensation)))
-        return "".join([*texts, self.simulated.printed(link.mjcf)] if link.mjcf else texts)
+        values = {**link.limited_values("mjcf"), **link.mjcf}
+        return "".join([*texts, self.simulated.printed(values)] if values else texts)
 
     def free_joint(self) -> Markup:
         """Return the element of the joint of a floating base."""
@@ -485,14 +483,14 @@ def _setting(value: str | float | Sequence[float], number: NumberFormat) -> str:
     return number(value) if isinstance(value, (int, float)) else numbers(value, number)
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def _place(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
     quaternion = Pose(xyz, rpy).transform().quaternion()
     made = {"pos": vector(xyz, number)} if any(xyz) else {}
     return made if quaternion == (1, 0, 0, 0) else {**made, "quat": vector(quaternion, number)}
 
 
-@remembered
+@lru_cache(maxsize=20_000)
 def _placed(xyz: Vector, rpy: Vector, number: NumberFormat) -> str:
     """Return the attributes of a place as text."""
     return attributes(**_place(xyz, rpy, number))

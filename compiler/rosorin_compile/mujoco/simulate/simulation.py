@@ -134,7 +134,7 @@ def _world(mujoco: Any, case: Case, request: Request, base: str) -> World:
     if has_errors(meshes.diagnostics):
         raise Refused("a mesh cannot be used", meshes.diagnostics)
     output = next((one for one in case.robot.outputs if one.backend == "mjcf"), None)
-    robot = meshes.told_to(case.robot)
+    robot = meshes.add_to(case.robot)
     text = mjcf_text(robot, output, Templates(description.path.parent), base)
     folder = (description.outputs / output.file).parent if output else description.outputs
     return World(mujoco, robot, text, base, folder, meshes.files)

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.tf_tree import legal_steps, pieces
+from rosorin_compile.rules.publishers import legal_steps
+from rosorin_compile.rules.tf_tree import pieces
 from rosorin_compile.source.diagnostics import Diagnostic, Related, did_you_mean, error, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 
@@ -150,5 +151,6 @@ def _odometry(case: Case, node: Node) -> str:
     if said and said[0] in parents:
         return str(said[0])
     children = {step.child for step in steps}
-    lowest = [step.parent for step in steps if step.edge and step.edge.moving and step.child not in parents]
+    moving = [step for step in steps if step.edge is not None and case.robot.edges[step.edge].moving]
+    lowest = [step.parent for step in moving if step.child not in parents]
     return next((p for p in lowest if p in children), next(iter(lowest), ""))

@@ -10,7 +10,6 @@ from rosorin_compile.formats.distributions import described_by, title
 from rosorin_compile.model import Edge, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.tf_tree import is_tree
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, Seq, at, exists
@@ -72,7 +71,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     yield from _joint_states(case, output)
     yield from _apart(case, output, distribution)
     drive = case.robot.drive
-    if not is_tree(case) or not all(name in case.robot.joint for name in _of_drive(case.robot)):
+    if not case.robot.is_tree or not all(name in case.robot.joint for name in _of_drive(case.robot)):
         return  # which has rules of its own
     if drive is not None and drive.frame and drive.frame not in case.robot.link:
         return  # and so has that
@@ -250,7 +249,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
     help = found.help
     if found.known:
-        from rosorin_compile.language.misnamed import name_meant
+        from rosorin_compile.language.suggestions import name_meant
 
         help = name_meant(case.tree, path, found.unknown, found.known)
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)

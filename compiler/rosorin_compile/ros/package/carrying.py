@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.launching import free_names
+from rosorin_compile.formats.launch_conditions import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error, first_of
 from rosorin_compile.source.files import read_bytes, resolve
@@ -101,7 +101,7 @@ def carry(
     The arguments of the request become the defaults at launch; ``modes`` are names of launch arguments in use.
     Raises LoadError.
     """
-    from rosorin_compile.language.arguments import Argument
+    from rosorin_compile.language.arguments import declared
 
     main = next((one for one in compiled.artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
@@ -115,7 +115,7 @@ def carry(
         return None, problems
     files = {place: read_bytes(file) for file, place in places.items()}
     taken = [*(argument.name for argument in ARGUMENTS), *modes, WORDS]
-    passed = tuple(_passed(Argument.declared(path, values)[0], values, taken))
+    passed = tuple(_passed(declared(path, values)[0], values, taken))
     read = [
         name
         for name, folder in packages.items()

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from rosorin_compile.compare.committed import Comparison
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, digest, read_manifest
+from rosorin_compile.output.committed import Comparison
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error, has_errors
 from rosorin_compile.source.files import read_bytes
@@ -32,7 +32,7 @@ from .starting import LAUNCH, STATICS
 from .starting import PUBLISHER as STARTS_URDF
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.change import Change
+    from rosorin_compile.compare.changes import Change
 
 RULES = (
     Rule(
@@ -98,8 +98,8 @@ class CheckedCopies:
         changes: dict[tuple[str, ...], Change] = {}
         for place, other in self.unlike:
             for change in other.changes if other else ():
-                known = changes.get(change[:5], change._replace(artifacts=()))
-                changes[change[:5]] = known._replace(artifacts=(*known.artifacts, place))
+                known = changes.get(change[:4], change._replace(artifacts=()))
+                changes[change[:4]] = known._replace(artifacts=(*known.artifacts, place))
         texts = [text._replace(file=place) for place, other in self.unlike for text in (other.texts if other else ())]
         others = [(place, _NOT_AS_WRITTEN) for place, other in self.unlike if other is None]
         return Comparison(tuple(changes.values()), tuple(texts), same=False), others

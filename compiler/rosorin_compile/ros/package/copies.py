@@ -7,13 +7,13 @@ import posixpath
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.compare.change import Change
-from rosorin_compile.compare.committed import compare
-from rosorin_compile.compare.text_report import TextDifference
+from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
+from rosorin_compile.output.committed import compare
+from rosorin_compile.output.text_report import TextDifference, shorten
 from rosorin_compile.source.diagnostics import printable
 
 from .meshes import settle
@@ -34,7 +34,7 @@ class Difference(NamedTuple):
     def lines(self, place: str, full: bool) -> list[str]:
         """Return the difference as lines of plain text, each change with the place of the file before it."""
         lines = [f"{printable(place)}: {line}" for line in self.meaning]
-        return lines + [line for one in self.texts[:1] for line in (one.lines if full else one.shortened())]
+        return lines + [line for one in self.texts[:1] for line in (one.lines if full else shorten(one.lines))]
 
 
 def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
@@ -71,7 +71,7 @@ def difference(robot: Robot, artifact: Artifact, old: bytes) -> Difference | Non
     if old == artifact.text.encode():
         return None
     comparison = compare(robot, [artifact], {artifact.file: old})
-    meaning = [change.text + (f" ({change.remark})" if change.remark else "") for change in comparison.changes]
+    meaning = [change.text for change in comparison.changes]
     texts = tuple(map(_deployed, comparison.texts))
     meaning += [text.remark for text in texts if text.remark]
     return Difference(tuple(meaning) or (_SAME,), comparison.changes, texts)

@@ -15,7 +15,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.static_tf import StaticTransform
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
@@ -27,6 +26,7 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.ros.python_values import Unknown, constants, value
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
+from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Document
 
@@ -180,7 +180,7 @@ def _compared(joint: Joint, static: Understood, span: Span) -> Iterator[Diagnost
     meant = joint.origin.transform()
     for flag, here, there in zip(_XYZ, static.transform.xyz, meant.xyz, strict=True):
         if abs(here - there) > METRES:
-            parts.append(f"{flag} {static.texts.get(flag, '0')} -> {StaticTransform.number(there)}")
+            parts.append(f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}")
     off = static.transform.angle_to(meant)
     if off > RADIANS:
         parts += _angles(static, joint, off)
@@ -195,10 +195,10 @@ def _angles(static: Understood, joint: Joint, off: float) -> list[str]:
     if static.texts.keys() & {*_QUATERNION}:
         w, x, y, z = joint.origin.transform().quaternion()
         values = zip(_QUATERNION, (x, y, z, w), strict=True)
-        described = " ".join(f"{flag} {StaticTransform.number(value, digits=9)}" for flag, value in values)
+        described = " ".join(f"{flag} {fixed(value, 9)}" for flag, value in values)
         return [f"rotation {degrees}, described: {described}"]
     pairs = [
-        f"{flag} {static.texts.get(flag, '0')} -> {StaticTransform.number(there, angle=True)}"
+        f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
         for flag, there in zip(_RPY, joint.origin.rpy, strict=True)
         if abs(float(static.texts.get(flag, "0")) - there) > RADIANS
     ]

@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
-from rosorin_compile.formats.named_files import references, urdf_file_name
+from rosorin_compile.formats.mesh_files import references, urdf_file_name
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.rule_registry import Heading, Rule

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.named_files import urdf_file_name
+from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, error
@@ -167,7 +167,7 @@ def _twice(place: str, one: Artifact, other: Artifact) -> Diagnostic:
 
 def place_of(artifact: Artifact, main: Artifact) -> str:
     """Return where an artifact stands in a package; empty for the launch file, which the package has of its own."""
-    if not FORMATS[artifact.backend].packaged:
+    if FORMATS[artifact.backend].located:
         return ""
     otherwise = FORMATS.published().file.format("robot") if artifact is main else artifact.file.rpartition("/")[2]
     return f"{folder_of(artifact)}/{file_name(artifact.file, otherwise)}"
@@ -238,9 +238,7 @@ def _made(
     templates = {f"rviz/{rviz}": "rviz"}
     templates |= {name: name for name in ("package.xml", "README.md", *_BUILT_BY[options.build_type])}
     templates |= starting.templates(carried) | papers.templates(options) | started.templates()
-    engine = Templates()
-    home = f"{engine.BUILTIN}ros/package"
-    texts = {name: engine.render(f"{home}/{template}.jinja", values) for name, template in templates.items()}
+    texts = {name: Templates.own(f"ros/package/{template}.jinja", values) for name, template in templates.items()}
     made = {name: text.encode() for name, text in texts.items()}
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
 

@@ -7,18 +7,18 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.launching import (
+from rosorin_compile.formats.launch_conditions import (
     STATES,
     Condition,
     condition,
     if_condition,
+    import_substitutions,
     in_frontends,
     in_python,
     mode_arguments,
-    substitutions,
 )
-from rosorin_compile.formats.launching import imported as import_of
-from rosorin_compile.formats.static_tf import StaticTransform
+from rosorin_compile.formats.static_tf import ARGUMENTS as COMMON
+from rosorin_compile.formats.static_tf import StaticTransform, describe, static_transforms
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 
 if TYPE_CHECKING:
@@ -43,7 +43,6 @@ class LaunchArgument(NamedTuple):
     choices: tuple[str, ...] = ()
 
 
-COMMON = StaticTransform.launch_arguments()
 ARGUMENTS = (
     *(LaunchArgument(name, "", help) for name, help in COMMON.items()),
     LaunchArgument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
@@ -79,8 +78,7 @@ class Statics(NamedTuple):
 
     def imports(self, *more: str) -> str:
         """Return the import of substitutions."""
-        names = substitutions(self.read, "LaunchConfiguration", *more)
-        return import_of("launch.substitutions", names)
+        return import_substitutions(self.read, "LaunchConfiguration", *more)
 
     def arguments(self) -> list[LaunchArgument]:
         """Return the launch arguments of the modes."""
@@ -105,8 +103,8 @@ def spelt_statics(robot: Robot, taken: Iterable[str]) -> Statics:
 
     ``taken`` are names of launch arguments that are no modes. Numbers are printed as the outputs of the robot ask for.
     """
-    always, in_modes, _ = StaticTransform.published(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
-    modes = mode_arguments(robot, in_modes, taken)
+    always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
+    modes = mode_arguments(robot, [one.when for one in in_modes], taken)
     nodes = [_static(transform) for transform in always]
     read = {one.when: condition(robot, one.when) for one in in_modes}
     for one in in_modes:
@@ -120,7 +118,7 @@ def spelt_statics(robot: Robot, taken: Iterable[str]) -> Statics:
 def _static(transform: StaticTransform) -> Static:
     words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
     name = transform.name
-    return Static(name, plain(name), tuple(transform.in_python()), " ".join(words), transform.described())
+    return Static(name, plain(name), tuple(transform.in_python()), " ".join(words), describe(transform.source))
 
 
 def words_of(carried: Carried, package: str) -> str:

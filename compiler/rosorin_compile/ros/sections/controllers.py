@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rosorin_compile.language.lower.records import Problem, entries_of, record_of
-from rosorin_compile.language.misnamed import name_meant
 from rosorin_compile.language.schema import named_as
+from rosorin_compile.language.suggestions import name_meant
 from rosorin_compile.model import Controller
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case

@@ -13,6 +13,7 @@ from rosorin_compile.formats.format import (
     NUMBER_FORMAT,
     Asked,
     Format,
+    xml_syntax,
 )
 from rosorin_compile.formats.unsupported import Unsupported
 
@@ -26,12 +27,6 @@ if TYPE_CHECKING:
     from .view import Srdf
 
 __all__ = ["FORMAT"]
-
-
-def _syntax(text: str) -> object:
-    from rosorin_compile.source.xml.elements import canonical, tree_of
-
-    return canonical(tree_of(text))
 
 
 def _is_other(document: Document) -> bool:
@@ -84,7 +79,7 @@ FORMAT = Format(
     is_other=_is_other,
     asked=_asked,
     measures=True,
-    syntax=_syntax,
+    syntax=xml_syntax,
     folder="srdf",
     deploys=True,
 )

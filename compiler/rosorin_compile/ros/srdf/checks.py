@@ -11,7 +11,6 @@ from collections.abc import Collection, Iterable, Iterator
 from rosorin_compile.model import Joint, Output
 from rosorin_compile.ros.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.tf_tree import is_tree
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, did_you_mean, first_of, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
@@ -93,7 +92,7 @@ _TOP = "moveit"
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find what the section says wrongly; the first of several SRDFs says it."""
     first = next(one for one in case.robot.outputs if one.backend == output.backend)
-    if output != first or not case.robot.links or not is_tree(case):
+    if output != first or not case.robot.links or not case.robot.is_tree:
         return
     planning = planning_of(case.robot)
     if planning is None:
@@ -165,7 +164,7 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 def _is_above(case: Case, link: str, other: str) -> bool:
     """Say whether another link hangs on a link, by joints of which one moves."""
     robot = case.robot
-    if not (link in robot.link and other in robot.link and is_tree(case)):
+    if not (link in robot.link and other in robot.link and case.robot.is_tree):
         return False
     way = robot.chain(other)
     above = next((index for index, joint in enumerate(way) if joint.parent == link), None)

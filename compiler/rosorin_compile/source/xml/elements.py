@@ -1,8 +1,6 @@
-"""Elements of XML: how a text is parsed, whether elements are whole, how they look in a file, when two are the same.
+"""Texts that are elements of XML: parse them, compare them, indent them, and put values into them.
 
-Names are names here: a prefix that nothing declares, as in <controller:foo>, is legal text of a URDF.
-
-``canonical`` is what two of them are compared by: without white space, comments and order.
+A prefix that is not declared, as in <controller:foo>, is part of a name: it is legal in a URDF.
 """
 
 from __future__ import annotations
@@ -12,38 +10,21 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
+from xml.parsers import expat
+
+from ..diagnostics import Source, error
+from .markup import RULE, TEXT, Document, Element, MarkupError, Remark, new_parser, parse
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
-    from xml.parsers.expat import XMLParserType
-
-
-_TOP = b"<robot>"
-_END = b"</robot>"
-
-
-def new_parser() -> XMLParserType:
-    """Return a parser of XML without namespaces, which gives text in one piece; texts are decoded already."""
-    from xml.parsers import expat
-
-    parser = expat.ParserCreate("utf-8")
-    parser.buffer_text = True
-    return parser
-
-
-def tree_of(text: str) -> Element:
-    """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
     from xml.etree import ElementTree
-    from xml.parsers import expat
+
+
+def tree_of(text: str) -> ElementTree.Element:
+    """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
+    from xml.etree import ElementTree  # slow
 
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ValueError("a generated artifact declares no entities")
-    if "xmlns" not in text:
-        try:
-            return ElementTree.fromstring(text)  # noqa: S314 - without entities there is nothing to expand
-        except ElementTree.ParseError as problem:
-            if expat.ErrorString(problem.code) != expat.errors.XML_ERROR_UNBOUND_PREFIX:
-                raise ValueError(str(problem)) from None
     builder = ElementTree.TreeBuilder()
     parser = new_parser()
     parser.StartElementHandler = builder.start
@@ -56,17 +37,16 @@ def tree_of(text: str) -> Element:
     return builder.close()
 
 
-def canonical(element: Element) -> str:
-    """Return an element in one spelling: what has the same differs in white space, comments and spelling alone.
+def canonical(element: ElementTree.Element) -> str:
+    """Return an element in one spelling, without differences in white space, comments and digits.
 
-    Attributes are sorted, one space stands between words, numbers have no spare zeros. No depth of elements can exhaust
-    the interpreter.
+    Attributes are sorted, words are separated by one space, numbers have no spare zeros. Not recursive.
 
     >>> canonical(tree_of("<a c='1.50'  b='x'><!-- 2 --><d> 1e3 </d><e/></a>"))
     '<a b="x" c="1.5"><d>1000.0</d><e/></a>'
     """
     parts: list[str] = []
-    waiting: list[Element | str] = [element]
+    waiting: list[ElementTree.Element | str] = [element]
     while waiting:
         item = waiting.pop()
         if isinstance(item, str):
@@ -85,180 +65,25 @@ def canonical(element: Element) -> str:
 
 
 def _words(text: str) -> str:
-    words = " ".join(map(_word, text.split()))
+    words = " ".join(map(str, map(_value, text.split())))
     return words.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
 
 
-def _word(word: str) -> str:
+def _value(text: str) -> str | float:
     try:
-        return word if "_" in word else repr(float(word) + 0.0)
+        return text if "_" in text else float(text) + 0.0
     except ValueError:
-        return word
-
-
-def damage(text: str) -> str:
-    """Return what keeps a text from being elements of XML, in words; empty if nothing does."""
-    from xml.parsers import expat
-
-    reader = _Reader()
-    try:
-        reader.read(text)
-    except expat.ExpatError as problem:
-        line = f" (line {problem.lineno} of the text)" if "\n" in text.strip() else ""
-        return f"{expat.errors.messages[problem.code]}{line}"
-    except UnicodeEncodeError:
-        return "a character that no file can hold"
-    return reader.wrong or ("" if reader.elements else "there is no element")
-
-
-_OPENINGS = (("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"))
-_TAG = re.compile(r"<[^<>\"']*(?:\"[^\"]*\"[^<>\"']*|'[^']*'[^<>\"']*)*")
-_SPELT = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
-_IN_QUOTES = _SPELT | {'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
-
-
-def fitted(before: str, value: str) -> str:
-    """Return a value as it has to be spelt behind the text ``before``, so that a reader has the very value.
-
-    In an attribute and between tags, signs of XML are escaped; but a value that is whole elements stays elements
-    between tags. In a comment two dashes are kept apart, and nothing ends a CDATA section.
-
-    >>> fitted("<a b='", 'x<"y"'), fitted("<a>", "1 < 2"), fitted("<a>", "<b/>")
-    ('x&lt;&quot;y&quot;', '1 &lt; 2', '<b/>')
-    """
-    position = 0
-    while (start := before.find("<", position)) >= 0:
-        opening, closing = next((pair for pair in _OPENINGS if before.startswith(pair[0], start)), ("", ">"))
-        if not opening:
-            tag = _TAG.match(before, start)
-            position = tag.end() if tag else start + 1
-            if before.startswith(">", position):
-                position += 1
-            elif position < len(before) and before[position] != "<":
-                return "".join(_IN_QUOTES.get(letter, letter) for letter in value)
-            elif position == len(before):
-                return value
-            continue
-        end = before.find(closing, start + len(opening))
-        if end < 0:
-            return re.sub("-(?=-|$)", "- ", value) if opening == "<!--" else value.replace("]]>", "]] >")
-        position = end + len(closing)
-    if "<" in value and not damage(value):
-        return value
-    return "".join(_SPELT.get(letter, letter) for letter in value)
-
-
-class Found(NamedTuple):
-    """An element of a text: the tags that lead to it, its own last; its attributes, its own text, its line from 1."""
-
-    tags: tuple[str, ...]
-    attributes: dict[str, str]
-    text: str
-    line: int
-
-
-def found_in(text: str) -> list[Found]:
-    """Return every element of a text of elements, in the order of their ends; none of one that is no XML."""
-    from xml.parsers import expat
-
-    found: list[Found] = []
-    open_ones: list[tuple[str, dict[str, str], list[str], int]] = []
-    parser = new_parser()
-
-    def start(name: str, attributes: dict[str, str]) -> None:
-        open_ones.append((name, attributes, [], parser.CurrentLineNumber))
-
-    def end(name: str) -> None:  # noqa: ARG001
-        tags = tuple(one[0] for one in open_ones[1:])
-        _, attributes, texts, line = open_ones.pop()
-        found.append(Found(tags, attributes, "".join(texts).strip(), line))
-
-    def data(piece: str) -> None:
-        open_ones[-1][2].append(piece)
-
-    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, data
-    try:
-        for part in (_TOP, text.encode(), _END):
-            parser.Parse(part, False)
-        parser.Parse(b"", True)
-    except (expat.ExpatError, UnicodeEncodeError):
-        return []
-    return found[:-1]
-
-
-def indented(text: str, indent: str) -> str:
-    """Return elements with the first line after ``indent`` and the others as far right as they were from it.
-
-    Where a line end or the space after it is part of what the elements say, the text stays as it is; comments say
-    nothing, and move with the lines around them.
-    """
-    text = text.replace("\r\n", "\n").strip()
-    reader = _Reader()
-    reader.read(text)
-    first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
-    if not rest or not reader.loose:
-        return indent + text
-    margin = _margin([line for line in rest if line.strip(" \t")])
-    return "\n".join([indent + first, *(indent + line[len(margin) :] if line.strip(" \t") else "" for line in rest)])
-
-
-def _margin(lines: list[str]) -> str:
-    margin = min((line[: len(line) - len(line.lstrip(" \t"))] for line in lines), key=len)
-    while not all(line.startswith(margin) for line in lines):
-        margin = margin[:-1]
-    return margin
-
-
-class _Reader:
-    """Reads elements. ``wrong``: what stands beside them; ``loose``: space between them means nothing."""
-
-    def __init__(self) -> None:
-        self.depth = 0
-        self.elements = 0
-        self.wrong = ""
-        self.loose = True
-        self.parser = new_parser()
-        self.parser.StartElementHandler = self._start
-        self.parser.EndElementHandler = self._end
-        self.parser.CharacterDataHandler = self._data
-        self.parser.StartCdataSectionHandler = self._cdata
-
-    def read(self, text: str) -> None:
-        """Read a text. Raises expat.ExpatError if it is not well formed."""
-        for piece in (_TOP, text.encode(), _END):
-            self.parser.Parse(piece, False)
-        self.parser.Parse(b"", True)
-        # A tag that is written over several lines may have a line end in a value.
-        values = re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text)
-        self.loose = self.loose and not any("\n" in value for value in values)
-
-    def _start(self, name: str, attributes: dict[str, str]) -> None:  # noqa: ARG002
-        self.depth += 1
-        self.elements += self.depth == 2
-
-    def _end(self, name: str) -> None:  # noqa: ARG002
-        self.depth -= 1
-
-    def _data(self, text: str) -> None:
-        if text.strip():
-            if self.depth == 1:
-                self.wrong = self.wrong or f'"{text.strip()[:20]}" stands outside of an element'
-            self.loose = self.loose and "\n" not in text
-
-    def _cdata(self) -> None:
-        self.loose = False
+        return " ".join(text.split())
 
 
 def fragments(texts: Sequence[str]) -> Counter[str]:
-    """Return each element of some texts in one spelling, and how often it is there; what is no XML as its words."""
+    """Count the elements of texts, each in one spelling; text that is not XML counts as its words."""
     counts: Counter[str] = Counter()
     for text in texts:
         try:
-            root = tree_of(f"<all>{text}</all>")
+            counts.update(map(canonical, tree_of(f"<all>{text}</all>")))
         except ValueError:
             counts[" ".join(text.split())] += 1
-        else:
-            counts.update(map(canonical, root))
     return counts
 
 
@@ -268,9 +93,8 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 def values_of(text: str) -> list[tuple[str, str | float]]:
     """Return the attributes and texts of an XML text, each by its place: the last three elements that have names.
 
-    Numbers are numbers. Places that occur twice are numbered. The root element is no part of a place, but of those of
-    its own attributes. Raises ValueError for a text that is not well formed. No depth of elements can exhaust the
-    interpreter.
+    Places that occur several times are numbered. The root element is part of the places of its own attributes alone.
+    Raises ValueError for a text that is not well formed. Not recursive.
     """
     root = tree_of(text)
     found: list[tuple[str, str | float]] = []
@@ -282,9 +106,9 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
 
     for key, value in root.items():
         add(f"{root.tag} {key}", value)
-    left: list[tuple[Element, tuple[str, ...]]] = [(inner, ()) for inner in reversed(root)]
-    while left:
-        element, above = left.pop()
+    waiting: list[tuple[ElementTree.Element, tuple[str, ...]]] = [(inner, ()) for inner in reversed(root)]
+    while waiting:
+        element, above = waiting.pop()
         name = next((element.attrib[key] for key in _NAMES if key in element.attrib), "")
         here = (*above, f"{element.tag} {name}".rstrip())[-3:]
         for key, value in element.items():
@@ -292,19 +116,118 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
         words = (element.text or "").strip()
         if words or not (len(element) or element.attrib):
             add(" ".join(here), words)
-        left += [(inner, here if name else above) for inner in reversed(element)]
+        waiting += [(inner, here if name else above) for inner in reversed(element)]
     return found
 
 
-def _value(text: str) -> str | float:
+class Found(NamedTuple):
+    """An element of a text: the tags that lead to it, its own last; its attributes, its own text, its line from 1."""
+
+    tags: tuple[str, ...]
+    attributes: dict[str, str]
+    text: str
+    line: int
+
+
+def _fragment(text: str) -> Document:
+    """Return the document of a text of elements, within a root. Raises MarkupError."""
     try:
-        return text if "_" in text else float(text)
-    except ValueError:
-        return " ".join(text.split())
+        text.encode()
+    except UnicodeEncodeError:
+        raise MarkupError(error(RULE, "a character that no file can contain", None)) from None
+    return parse(Source("", f"<robot>{text}</robot>"))
+
+
+def damage(text: str) -> str:
+    """Return why a text is not elements of XML, or an empty string if it is."""
+    try:
+        root = _fragment(text).root
+    except MarkupError as problem:
+        span = problem.diagnostic.span
+        return f"{problem}{f' (line {span.line} of the text)' if span and chr(10) in text.strip() else ''}"
+    if root.text:
+        return f'"{root.text[:20]}" is outside of an element'
+    return "" if root.children else "there is no element"
+
+
+def found_in(text: str) -> list[Found]:
+    """Return every element of a text of elements, in the order of their ends; none if it is not XML."""
+    found: list[Found] = []
+
+    def visit(element: Element, tags: tuple[str, ...]) -> None:
+        for child in element.children:
+            inner = (*tags, child.tag)
+            visit(child, inner)
+            attributes = {name: one.value for name, one in child.attributes.items()}
+            found.append(Found(inner, attributes, child.text, child.span.line))
+
+    try:
+        visit(_fragment(text).root, ())
+    except MarkupError:
+        return []
+    return found
+
+
+def indented(text: str, indent: str) -> str:
+    """Return elements with the first line after ``indent``, and the others as far right as they were from it.
+
+    Where a line end or the space after it is part of the content, the text stays as it is.
+    """
+    text = text.replace("\r\n", "\n").strip()
+    first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
+    if not rest or _has_lines(text):
+        return indent + text
+    lines = [line for line in rest if line.strip(" \t")]
+    margin = min((line[: len(line) - len(line.lstrip(" \t"))] for line in lines), key=len)
+    while not all(line.startswith(margin) for line in lines):
+        margin = margin[:-1]
+    return "\n".join([indent + first, *(indent + line[len(margin) :] if line.strip(" \t") else "" for line in rest)])
+
+
+def _has_lines(text: str) -> bool:
+    """Return True if a line end is part of a value or a text in elements."""
+    if "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text)):
+        return True
+    elements = _fragment(text).root.iter()
+    remarks = (item for element in elements for item in element.content if isinstance(item, Remark))
+    return any(remark.kind == TEXT and "\n" in remark.text for remark in remarks)
+
+
+_MARKUP = re.compile(
+    r"(?s)<!--(?P<comment>.*?)(?:-->|\Z)|<!\[CDATA\[(?P<cdata>.*?)(?:\]\]>|\Z)|<\?.*?(?:\?>|\Z)|"
+    r"<(?P<tag>(?:[^<>\"']|\"[^\"]*\"|'[^']*')*)(?P<end>>|\"|'|\Z)?"
+)
+_SPELT = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
+_IN_QUOTES = _SPELT | {'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+
+
+def fitted(before: str, value: str) -> str:
+    """Return a value spelt so that a reader gets the same value, after the text ``before``.
+
+    In an attribute and between tags, signs of XML are escaped; but a value that is whole elements stays elements
+    between tags. In a comment two dashes are separated, and nothing ends a CDATA section.
+
+    >>> fitted("<a b='", 'x<"y"'), fitted("<a>", "1 < 2"), fitted("<a>", "<b/>")
+    ('x&lt;&quot;y&quot;', '1 &lt; 2', '<b/>')
+    """
+    matches = list(_MARKUP.finditer(before))
+    last = matches[-1] if matches else None
+    if last is not None and last.end() == len(before):
+        if last["comment"] is not None and not before.endswith("-->"):
+            return re.sub("-(?=-|$)", "- ", value)
+        if last["cdata"] is not None and not before.endswith("]]>"):
+            return value.replace("]]>", "]] >")
+        if last["tag"] is not None and not last["end"]:
+            return value
+    if last is not None and last["end"] in ("'", '"'):
+        return "".join(_IN_QUOTES.get(letter, letter) for letter in value)
+    if "<" in value and not damage(value):
+        return value
+    return "".join(_SPELT.get(letter, letter) for letter in value)
 
 
 def number_of(text: str) -> float:
-    """Return the number that a text is. Raises ValueError if it is none or not finite."""
+    """Return the number in a text. Raises ValueError if it is none or not finite."""
     value = float(text)
     if "_" in text or not math.isfinite(value):
         raise ValueError(f"not a number: {text}")
@@ -312,7 +235,7 @@ def number_of(text: str) -> float:
 
 
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
-    """Return the numbers of a text. Raises ValueError if a word is none, or unless there are ``count``."""
+    """Return the numbers in a text. Raises ValueError if a word is none, or unless there are ``count``."""
     found = tuple(map(number_of, text.split()))
     if count is not None and len(found) != count:
         raise ValueError(f'"{text}": {count} numbers are needed')

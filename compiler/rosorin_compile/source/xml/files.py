@@ -1,7 +1,4 @@
-"""Files of other programs, read as text in the encoding that they declare.
-
-``mended`` and ``without_late_declaration`` are for texts that are no XML although it is plain what is meant.
-"""
+"""Read XML files as text in the encoding that they declare, and repair what other readers ignore."""
 
 from __future__ import annotations
 
@@ -10,7 +7,7 @@ import re
 from pathlib import Path
 
 from .. import files
-from ..diagnostics import Diagnostic, Source, Span, error
+from ..diagnostics import Source, Span, error
 from ..files import shown
 from ..project import stdin_of
 from ..rule_registry import READING, Rule
@@ -26,104 +23,81 @@ RULES = (
 MAX_BYTES = 100_000_000
 _NO_FILE = "check the name and the permissions"
 
-# https://www.w3.org/TR/xml/#sec-guessing; the longer marks first.
+# https://www.w3.org/TR/xml/#sec-guessing; the longer marks first, then UTF-16 without a mark.
 _MARKS = (
-    (codecs.BOM_UTF8, "utf-8"),
-    (codecs.BOM_UTF32_LE, "utf-32-le"),
-    (codecs.BOM_UTF32_BE, "utf-32-be"),
-    (codecs.BOM_UTF16_LE, "utf-16-le"),
-    (codecs.BOM_UTF16_BE, "utf-16-be"),
+    *((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF32_LE, "utf-32-le"), (codecs.BOM_UTF32_BE, "utf-32-be")),
+    *((codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be")),
 )
 _BARE = ((b"<\0?\0", "utf-16-le"), (b"\0<\0?", "utf-16-be"))
-# A comment ends at its first end: were it left to a lazy ".*?", many comments took a time that doubles with each.
+# A comment ends at its first end: with a lazy ".*?" the time would double with each comment.
 _DECLARED = re.compile(
     rb"""(?:\s|<!--(?:(?!-->).)*-->)*<\?xml\s[^>]*?encoding\s*=\s*["']([A-Za-z][A-Za-z0-9._-]{0,40})["']""", re.DOTALL
 )
-
-# Python has codecs that are no encoding of a text file; these would run an escape language over it.
+# Codecs of Python that are not encodings of a text file; some interpret an escape language.
 _NO_ENCODING = {"unicode-escape", "raw-unicode-escape", "idna", "punycode", "utf-7", "undefined", "mbcs", "oem"}
 
 
 def printable_name(path: Path) -> str:
-    """Return the name of a file as it can stand in a description: without line ends, and bytes that are no text."""
+    """Return the name of a file without line ends and undecodable bytes."""
     return masked(path.name)
 
 
 def read_source(path: Path, asked: Span | None = None) -> Source:
     """Return the text of a file; ``asked`` is the place that names it. Raises MarkupError with a clear message."""
-    return decode(bytes_of(path, asked), shown(path), asked)
-
-
-def bytes_of(path: Path, asked: Span | None = None) -> bytes:
-    """Return the bytes of a file. Raises MarkupError when it cannot be read, is empty or far too large."""
     name = shown(path)
-    given = stdin_of(path)
-    data = _of_file(path, name, asked) if given is None else given
-    if len(data) > MAX_BYTES:
-        raise MarkupError(error("file-too-large", f"{name} is larger than {MAX_BYTES:,} bytes", asked, _NO_FILE))
-    if not data.strip():
-        raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
-    return data
 
+    def refuse(rule: str, message: str, help: str = _NO_FILE) -> MarkupError:
+        return MarkupError(error(rule, message, asked, help))
 
-def _of_file(path: Path, name: str, asked: Span | None) -> bytes:
+    data = stdin_of(path)
     try:
-        if files.is_folder(path):
-            message = f"{name} is a folder, not a file"
-            raise MarkupError(error("file-unreadable", message, asked, "name the file of the robot in it"))
-        if files.is_special(path):
-            raise MarkupError(error("file-unreadable", f"{name} is not a regular file", asked, _NO_FILE))
-        if path.stat().st_size > MAX_BYTES:
-            raise MarkupError(error("file-too-large", f"{name} is larger than {MAX_BYTES:,} bytes", asked, _NO_FILE))
-        return files.read_bytes(path)
+        if data is None and files.is_folder(path):
+            raise refuse("file-unreadable", f"{name} is a folder, not a file", "name the file of the robot in it")
+        if data is None and files.is_special(path):
+            raise refuse("file-unreadable", f"{name} is not a regular file")
+        if (path.stat().st_size if data is None else len(data)) > MAX_BYTES:
+            raise refuse("file-too-large", f"{name} is larger than {MAX_BYTES:,} bytes")
+        data = files.read_bytes(path) if data is None else data
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
-        raise MarkupError(error("file-unreadable", f"cannot read {name}: {reason}", asked, _NO_FILE)) from None
-
-
-def decode(data: bytes, name: str, asked: Span | None = None) -> Source:
-    """Return bytes as text, in the encoding of their mark or declaration, else UTF-8. Raises MarkupError."""
+        raise refuse("file-unreadable", f"cannot read {name}: {reason}") from None
+    if not data.strip():
+        raise refuse("file-empty", f"{name} is empty", "is this the right file?")
     encoding, skip = _encoding(data, name)
     if b"\0" in data.rstrip(b"\0 \r\n\t")[:1000] and not encoding.startswith(("utf-16", "utf-32")):
-        message = f"{name} is not a text file: it holds zero bytes"
-        raise MarkupError(error("not-text", message, asked, "name a URDF, xacro, SDF or MJCF file"))
+        message = f"{name} is not a text file: it contains zero bytes"
+        raise refuse("not-text", message, "name a URDF, xacro, SDF or MJCF file")
     try:
         return Source(name, data[skip:].decode(encoding))
     except UnicodeDecodeError as problem:
-        text = data[skip:].decode(encoding, "replace")
+        source = Source(name, data[skip:].decode(encoding, "replace"))
         start = len(data[skip : skip + problem.start].decode(encoding, "replace"))
-        raise MarkupError(_undecodable(Source(name, text), encoding, data[skip + problem.start], start)) from None
-
-
-def _undecodable(source: Source, encoding: str, byte: int, start: int) -> Diagnostic:
-    message = f"{source.path} is not {encoding.upper()} text: byte {byte:#04x} at this place"
-    help = 'save the file as UTF-8, or declare its encoding: <?xml version="1.0" encoding="ISO-8859-1"?>'
-    return error("not-utf8", message, Document(source).span(start), help)
+        message = f"{name} is not {encoding.upper()} text: byte {data[skip + problem.start]:#04x} at this place"
+        help = 'save the file as UTF-8, or declare its encoding: <?xml version="1.0" encoding="ISO-8859-1"?>'
+        raise MarkupError(error("not-utf8", message, Document(source).span(start), help)) from None
 
 
 def _encoding(data: bytes, name: str) -> tuple[str, int]:
-    """Return the encoding of a file, and how many bytes its mark takes."""
-    for mark, encoding in _MARKS:
-        if data.startswith(mark):
-            return encoding, len(mark)
-    for beginning, encoding in _BARE:
-        if data.startswith(beginning):
-            return encoding, 0
+    """Return the encoding of a file, and the length of its mark in bytes."""
+    for beginnings, has_mark in ((_MARKS, True), (_BARE, False)):
+        for beginning, encoding in beginnings:
+            if data.startswith(beginning):
+                return encoding, len(beginning) if has_mark else 0
     match = _DECLARED.match(data)
     if match is None:
         return "utf-8", 0
     declared = match[1].decode("ascii")
-    try:
-        known = codecs.lookup(declared)
-    except LookupError:
-        known = None
     span = Span(Source(name, data[:1000].decode("ascii", "replace")), 1, match.start(1) + 1, len(declared))
-    if known is None or known.name in _NO_ENCODING or not getattr(known, "_is_text_encoding", True):
-        raise MarkupError(error("not-utf8", f'nobody knows the encoding "{declared}"', span, "save the file as UTF-8"))
-    if known.name.startswith(("utf-16", "utf-32")):  # its very declaration could be read as ASCII
+    try:
+        codec = codecs.lookup(declared)
+    except LookupError:
+        codec = None
+    if codec is None or codec.name in _NO_ENCODING or not getattr(codec, "_is_text_encoding", True):
+        raise MarkupError(error("not-utf8", f'unknown encoding "{declared}"', span, "save the file as UTF-8"))
+    if codec.name.startswith(("utf-16", "utf-32")):  # the declaration itself is ASCII
         message = f"{name} declares {declared}, but is not"
         raise MarkupError(error("not-utf8", message, span, "declare the encoding that it is saved in, such as UTF-8"))
-    return known.name, 0
+    return codec.name, 0
 
 
 _COMMENT = re.compile("<!--(.*?)-->", re.DOTALL)
@@ -134,7 +108,7 @@ _DECLARATION = re.compile(r"<\?xml\s[^>]*\?>")
 
 
 def without_late_declaration(source: Source) -> Source:
-    """Return a source with a declaration ``<?xml ...?>`` behind space or comments blanked out, as tinyxml2 takes it."""
+    """Blank out a declaration ``<?xml ...?>`` that is behind space or comments, as tinyxml2 accepts it."""
     at = 0
     # One piece at a time: as one pattern with a repetition, many comments take a time that doubles with each of them.
     while piece := _MISC.match(source.text, at):
@@ -147,10 +121,7 @@ def without_late_declaration(source: Source) -> Source:
 
 
 def mended(source: Source) -> Source:
-    """Return a source without what other readers pass over: ``--`` inside comments, zero bytes at the end.
-
-    Also with a space between attributes that have none; all else keeps its place.
-    """
+    """Repair what other readers accept: ``--`` inside comments, zero bytes at the end, attributes without a space."""
     text = source.text
     bare = text.rstrip("\0 \r\n\t")
     text = bare + text[len(bare) :].replace("\0", " ")

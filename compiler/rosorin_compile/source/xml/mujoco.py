@@ -1,7 +1,7 @@
-"""References in elements of MJCF: the names that they give, the names that they use, each with what it is the name of.
+"""Names in elements of MJCF: those that they define, and those that they use.
 
-An element stands in a body of MuJoCo (``top`` is false), or is a whole section of the file, such as ``<tendon>``. The
-tags of an element are those that lead to it from there.
+An element is in a body of MuJoCo (``top`` is false), or is a section of the file, such as ``<tendon>``; its tags begin
+there.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SECTIONS = (
     *("actuator", "asset", "contact", "custom", "default", "deformable", "equality", "extension", "keyframe"),
     *("option", "sensor", "size", "statistic", "tendon", "visual", "worldbody"),
 )
-"""The sections of a file that elements may be; what ``<compiler>`` says would hold for the whole file."""
+"""The sections of a file that elements may be; ``<compiler>`` would apply to the whole file."""
 
 # Attributes that name something, whatever the element; with several names in some.
 _ATTRIBUTES: Mapping[str, str] = {
@@ -42,11 +42,11 @@ _OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "te
 
 
 def kind_of(found: Found, top: bool) -> str:
-    """Return what an element is the name of when it has one; empty of what has no name of its own."""
+    """Return the kind of the name of an element; empty for an element without a name."""
     tag, *around = reversed(found.tags)
     if tag == "default":
         return CLASS
-    if found.tags[0] == "default" and top:  # what stands in a class has no name
+    if found.tags[0] == "default" and top:  # the elements of a class have no names
         return ""
     if not top or found.tags[0] == "worldbody":
         return {"flexcomp": "flex", "freejoint": JOINT}.get(tag, tag)
@@ -56,7 +56,7 @@ def kind_of(found: Found, top: bool) -> str:
 
 
 def given(found: Found, top: bool) -> Iterator[Reference]:
-    """Yield the name that an element gives; one with a file and no name is called as the file, as in MuJoCo."""
+    """Yield the name that an element defines; with a file and no name it is that of the file, as in MuJoCo."""
     kind = kind_of(found, top)
     attribute = "class" if kind == CLASS else "name"
     name = found.attributes.get(attribute, "").strip()
@@ -68,7 +68,7 @@ def given(found: Found, top: bool) -> Iterator[Reference]:
 
 
 def used(found: Found, top: bool) -> Iterator[Reference]:
-    """Yield the names in an element that are those of something else."""
+    """Yield the names in an element that refer to others."""
     tag, attributes = found.tags[-1], found.attributes
     if top and found.tags[0] in _OF_SETTINGS:
         return
@@ -98,7 +98,7 @@ def files_in(text: str) -> list[str]:
 
 
 def with_files(text: str, rename: Callable[[str], str]) -> str:
-    """Return elements in which each file is what ``rename`` makes of it; all else is as it was."""
+    """Return elements in which each file is replaced by ``rename`` of it."""
 
     def one(found: re.Match[str]) -> str:
         name, quote = found[2][1:-1], found[2][0]
@@ -108,7 +108,7 @@ def with_files(text: str, rename: Callable[[str], str]) -> str:
 
 
 def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:
-    """Return elements in which each name, given or used, is what ``rename`` makes of it; all else is as it was."""
+    """Return elements in which each name, defined or used, is replaced by ``rename`` of it."""
 
     def all_names(tags: tuple[str, ...], attributes: Mapping[str, str], _: str) -> Iterator[Reference]:
         found = Found(tags, dict(attributes), "", 0)

@@ -1,7 +1,4 @@
-"""References: where elements of XML in a URDF or an SRDF name a link or a joint of the robot.
-
-``references`` yields them, sure ones and those that may be one; ``renamed`` returns elements with other names there.
-"""
+"""Names of links and joints in elements of XML of a URDF or an SRDF."""
 
 from __future__ import annotations
 
@@ -32,9 +29,9 @@ _TEXTS = (
 
 
 class Reference(NamedTuple):
-    """A name of what kind: the value of an attribute, or the text of an element where ``attribute`` is empty.
+    """A name in the value of an attribute, or in the text of an element if ``attribute`` is empty.
 
-    ``where`` says it in words. ``sure``: it can be no other name.
+    ``where`` is the place in words. Without ``sure`` the text may be something else than a name.
     """
 
     name: str
@@ -45,7 +42,7 @@ class Reference(NamedTuple):
 
 
 def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) -> Iterator[Reference]:
-    """Yield the names in one element: the ``tags`` that lead to it, its own last, its attributes, its own text."""
+    """Yield the names in one element, given the ``tags`` that lead to it, its own last, its attributes and text."""
     tag, top = tags[-1], tags[0]
     for kind, attribute in _named(tags, attributes):
         name = attributes.get(attribute, "").strip()
@@ -71,15 +68,12 @@ def named_in(text: str) -> Iterator[Reference]:
 
 
 def _named(tags: tuple[str, ...], attributes: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """Yield the attributes of an element that name a link or a joint, after the kind of what they name."""
-    tag, top = tags[-1], tags[0]
-    if tag == "gazebo" and len(tags) == 1:
+    """Yield the kind and the attribute of each name of a link or a joint."""
+    if tags == ("gazebo",):
         yield EITHER, "reference"
-    if top in REFERRING and tag in ("link", "joint", "passive_joint"):
-        yield LINK if tag == "link" else JOINT, "name"
-    for attribute in attributes:
-        if attribute in _ATTRIBUTES:
-            yield _ATTRIBUTES[attribute], attribute
+    if tags[0] in REFERRING and tags[-1] in ("link", "joint", "passive_joint"):
+        yield LINK if tags[-1] == "link" else JOINT, "name"
+    yield from ((_ATTRIBUTES[attribute], attribute) for attribute in attributes if attribute in _ATTRIBUTES)
 
 
 @lru_cache(maxsize=2_000)
@@ -88,48 +82,40 @@ def _kind_of_text(tag: str) -> str:
 
 
 def _is_name(text: str) -> bool:
-    """Say whether a text can be the name of a link or joint: one word, and none that xacro has yet to expand."""
-    return bool(re.fullmatch(r"[\w./-]+", text)) and not _is_number(text)
-
-
-def _is_number(text: str) -> bool:
+    """Return True if a text can be the name of a link or joint: one word, no number or flag, no xacro expression."""
+    if not re.fullmatch(r"[\w./-]+", text) or text.lower() in ("true", "false"):
+        return False
     try:
         float(text)
     except ValueError:
-        return text.lower() in ("true", "false")
-    return True
+        return True
+    return False
 
 
 def renamed(text: str, rename: Callable[[str], str], references: Finder = references) -> str:
-    """Return elements in which each name is what ``rename`` makes of it; all else is as it was.
-
-    ``references`` yields the names in one element; by default those of links and joints.
-    """
+    """Return elements in which each name that ``references`` yields is replaced by ``rename`` of it."""
     from .markup import TEXT, MarkupError, Remark, parse
 
-    before = "<robot>"
+    before, after = "<robot>", "</robot>"
     try:
-        document = parse(Source("", f"{before}{text}</robot>"))
-    except MarkupError:  # the rules say what is wrong
+        document = parse(Source("", f"{before}{text}{after}"))
+    except MarkupError:  # the rules report it
         return text
-    places: list[tuple[int, str, str]] = []
-    above: dict[int, tuple[str, ...]] = {id(document.root): ()}
-    for element in document.root.iter():
-        tags = (*above[id(element.parent)], element.tag) if element.parent is not None else ()
-        above[id(element)] = tags
-        if not tags:
-            continue
+    made = document.source.text
+    places: set[tuple[int, str, str]] = set()
+    tags_of: dict[int, tuple[str, ...]] = {id(document.root): ()}
+    for element in [*document.root.iter()][1:]:
+        tags = tags_of[id(element)] = (*tags_of[id(element.parent)], element.tag)
         plain = {name: one.value for name, one in element.attributes.items() if one.raw == one.value}
-        texts = [one for one in element.content if isinstance(one, Remark) and one.kind == TEXT]
-        alone = texts[0] if len(element.content) == 1 and texts else None
-        for found in references(tags, plain, alone.text.strip() if alone else ""):
+        only = element.content[0] if len(element.content) == 1 else None
+        inner = only if isinstance(only, Remark) and only.kind == TEXT else None
+        for found in references(tags, plain, inner.text.strip() if inner else ""):
             name = rename(found.name)
-            start = element.attributes[found.attribute].start if found.attribute else alone.start if alone else -1
+            start = element.attributes[found.attribute].start if found.attribute else inner.start if inner else -1
             if name != found.name and start >= 0:
                 form = re.compile(rf"(?<![^\s\"'>]){re.escape(found.name)}(?![^\s\"'<])")
-                there = form.search(document.source.text, start)
-                places += [(there.start(), found.name, name)] if there else []
-    made = document.source.text
-    for start, old, new in sorted(set(places), reverse=True):
+                if there := form.search(made, start):
+                    places.add((there.start(), found.name, name))
+    for start, old, new in sorted(places, reverse=True):
         made = made[:start] + new + made[start + len(old) :]
-    return made[len(before) : -len("</robot>")]
+    return made[len(before) : -len(after)]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
-from rosorin_compile.model.simulation import Rename, Renames, Values
+from rosorin_compile.model.simulation import Values
 
 
 @dataclass(frozen=True)
@@ -25,13 +25,6 @@ class Tendon:
     path: tuple[Stop, ...] = ()
     values: Values = field(default_factory=dict, hash=False)
 
-    def renamed(self, link: Rename, joint: Rename) -> Tendon:
-        """Return it with new names of links and joints."""
-        names = Renames(link, joint)
-        joints = {names.joint(name): factor for name, factor in self.joints.items()}
-        path = tuple(replace(stop, values=names.values(stop.values)) for stop in self.path)
-        return replace(self, joints=joints, path=path)
-
 
 @dataclass(frozen=True)
 class ContactPair:
@@ -41,9 +34,3 @@ class ContactPair:
     links: tuple[str, str] | None = None
     shapes: tuple[str, str] | None = None
     values: Values = field(default_factory=dict, hash=False)
-
-    def renamed(self, link: Rename, joint: Rename) -> ContactPair:
-        """Return it with new names of links and joints."""
-        shape = Renames(link, joint).shape
-        links = self.links and (link(self.links[0]), link(self.links[1]))
-        return replace(self, links=links, shapes=self.shapes and (shape(self.shapes[0]), shape(self.shapes[1])))

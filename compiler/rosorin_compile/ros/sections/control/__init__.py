@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
 from rosorin_compile.language.lower.records import Problem, entries_of, plain, record_of
-from rosorin_compile.language.misnamed import name_meant
+from rosorin_compile.language.suggestions import name_meant
 from rosorin_compile.model.sections import Section
 from rosorin_compile.ros.sections.control.hardware import (
     SENSOR_WORDS,

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from rosorin_compile.formats.distributions import HUMBLE, title
-from rosorin_compile.formats.urdf.masses import joints_of
+from rosorin_compile.formats.urdf.content import joints_of
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import (
     ACCELERATION,
@@ -87,7 +87,6 @@ _WORDS = {"pos": POSITION, "vel": VELOCITY, "speed": VELOCITY, "torque": EFFORT,
 _ALIKE = 0.8
 _UNITS = {POSITION: ("rad", "m"), VELOCITY: ("rad/s", "m/s"), EFFORT: ("N*m", "N"), ACCELERATION: ("rad/s^2", "m/s^2")}
 _LATER = {"group": "group", "rate": "rate", "is_async": "async", "thread_priority": "thread_priority"}
-_ROUNDING = 1e-9
 
 
 def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -217,20 +216,6 @@ def _limits(case: Case, block: Block, joint: Joint, one: Component) -> Iterator[
                 message = f'the {interface.name} of joint "{one.name}" goes from {number(interface.low)} to '
                 message += f"{number(interface.high)} in {_called(block)}"
                 yield case.problem("control-limit", message, (*path, "min"), "give the smaller one as min")
-            elif key == "command":
-                yield from _beyond(case, block, joint, interface, path)
-
-
-def _beyond(case: Case, block: Block, joint: Joint, interface: Interface, path: Path) -> Iterator[Diagnostic]:
-    low, high = joint.limits_of(interface.name)
-    for key, own, of, sign in (("min", interface.low, low, -1), ("max", interface.high, high, 1)):
-        if own is not None and of is not None and sign * (own - of) > _ROUNDING:
-            message = f'the {key} {number(own)} of the {interface.name} of joint "{joint.name}" is beyond its limit, '
-            message += f"{number(of)}, in {_called(block)}"
-            bound = {POSITION: "lower" if sign < 0 else "upper"}.get(interface.name, interface.name)
-            related = [case.related("the limit of the joint", case.joint(joint, "limit", bound))]
-            help = "correct one of the two; left out, it is the limit"
-            yield case.problem("control-limit", message, (*path, key), help, related=related, severity=WARNING)
 
 
 def _units(case: Case, joint: Joint, interface: Interface, path: Path) -> Iterator[Diagnostic]:

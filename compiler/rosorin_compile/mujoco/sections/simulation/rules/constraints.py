@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.simulated_names import several
+from rosorin_compile.rules.simulated import several
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path

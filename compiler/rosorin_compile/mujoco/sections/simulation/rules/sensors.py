@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.simulated_names import BALL, several
+from rosorin_compile.rules.simulated import BALL, several
 from rosorin_compile.source.diagnostics import Diagnostic, listed
 from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path

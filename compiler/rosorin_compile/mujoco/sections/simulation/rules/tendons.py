@@ -8,7 +8,7 @@ from typing import Any
 
 from rosorin_compile.model import Cylinder, Sphere
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.rules.simulated_names import several
+from rosorin_compile.rules.simulated import several
 from rosorin_compile.source.diagnostics import Diagnostic, listed
 from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path

@@ -1,0 +1,264 @@
+"""Find what changed between committed and compiled artifacts: each change once, with the artifacts that show it.
+
+Shapes and masses may differ because something else does: an artifact that does not have every frame gives the shapes of
+a frame that it leaves out to a link that it has. Such a difference belongs to the change of that frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats.carriers import carriers
+from rosorin_compile.model import Box, Robot
+
+from .describe import MOVING, Describer, attached, joint_of, solids_left
+from .names import links_of
+from .pairs import Pair
+from .precision import NOISE
+from .sentences import NEW, REMOVED, renamed, with_remark
+from .solids import same_set
+from .walk import Address, Difference, Shapes, compare_leaves
+
+SHAPES = ("collision", "visual")
+INERTIAL = ("mass", "centre of mass", "inertia")
+# The order of the lines about one thing.
+_QUANTITIES = (
+    *("", "parent", "publisher", "topic", "type", "child", "origin", "axis", "limit lower", "limit upper", "limit"),
+    *("damping", "friction"),
+    *("armature", "mimic", "kp", "kv", "ctrl", "heights", "cell", "base", "mass", "centre", "inertia", "collision"),
+    *("visual", "site", "contact"),
+)
+_KINDS = {"frame": 0, "joint": 0, "link": 0, "height map": 0, "servo": 1, "pose": 2}
+
+
+class Change(NamedTuple):
+    """One difference: what it is about, in words, and the artifacts that show it.
+
+    ``quantity`` is empty where the thing itself is new or gone. ``therefore`` are links whose shapes and masses differ
+    for no other reason. ``differences`` are the leaves that it reports.
+    """
+
+    kind: str
+    name: str
+    quantity: str
+    text: str
+    artifacts: tuple[str, ...] = ()
+    therefore: tuple[str, ...] = ()
+    differences: tuple[Difference, ...] = ()
+
+    def words(self) -> str:
+        """Return the change in words, with what follows from it."""
+        links = ", ".join(self.therefore)
+        return with_remark(self.text, f"and therefore the shapes of {links}" if links else "")
+
+    def line(self) -> str:
+        """Return the change as one line of plain text."""
+        return f"{self.words()}: {', '.join(self.artifacts)}"
+
+
+class _Found(NamedTuple):
+    """A difference of an artifact, in words."""
+
+    pair: Pair
+    difference: Difference
+    text: str
+
+
+def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
+    """Return the changes of all pairs, sorted: by link from the root on, then servos, poses and the rest."""
+    changes = [
+        Change(kind, new, "", renamed(kind, old, new), tuple(p.name for p in pairs if old in p.renamed.get(kind, {})))
+        for kind, old, new in dict.fromkeys(
+            (kind, old, new) for pair in pairs for kind, names in pair.renamed.items() for old, new in names.items()
+        )
+    ]
+    leaves: list[_Found] = []
+    bodies: list[tuple[Pair, Difference]] = []
+    for pair in pairs:
+        own: list[Difference] = []
+        for one in _without_hidden(pair, compare_leaves(pair.old, pair.new, pair.precisions)):
+            is_mass = one.address.quantity in INERTIAL and None not in (one.old, one.new)
+            is_body = one.address.kind == "link" and (one.address.quantity in SHAPES or is_mass)
+            if is_body:
+                bodies.append((pair, one))
+            else:
+                own.append(one)
+        describer = Describer(robot, (pair.old, pair.new), pair.precisions)
+        leaves += [_Found(pair, one, text) for one, text in describer.describe(own)]
+    changes += _grouped(robot, pairs, leaves)
+    # An artifact that has every frame reports each link alone.
+    for pair, one in sorted(bodies, key=lambda found: -len(links_of(found[0].new))):
+        _add_body(robot, changes, pair, one)
+    order = {pair.name: index for index, pair in enumerate(pairs)}
+    place = {link.name: index for index, link in enumerate(robot.walk())}
+    made = [
+        change._replace(artifacts=tuple(sorted(dict.fromkeys(change.artifacts), key=order.__getitem__)))
+        for change in changes
+    ]
+    return sorted(made, key=lambda change: _sort_key(robot, place, change))
+
+
+def _sort_key(robot: Robot, place: Mapping[str, int], change: Change) -> tuple[object, ...]:
+    link = robot.joint[change.name].child if change.kind == "joint" and change.name in robot.joint else change.name
+    word = change.quantity if change.quantity in _QUANTITIES else change.quantity.split(" ")[0]
+    quantity = _QUANTITIES.index(word) if word in _QUANTITIES else len(_QUANTITIES)
+    where = place.get(link.split(" ")[0], len(place))
+    return (_KINDS.get(change.kind, 3), where, link, quantity, change.quantity, change.text, change.artifacts)
+
+
+def _grouped(robot: Robot, pairs: Sequence[Pair], found: Sequence[_Found]) -> Iterator[Change]:
+    """Yield the changes of leaves, those that mean the same in several artifacts once."""
+    groups: dict[Address, list[list[_Found]]] = {}
+    for one in found:
+        some = groups.setdefault(one.difference.address, [])
+        group = next((group for group in some if _same_change(group[0], one)), None)
+        if group is None:
+            some.append([one])
+        else:
+            group.append(one)
+    for address, some in groups.items():
+        for group in some:
+            text = group[0].text
+            if not address.quantity and address.kind in ("frame", "link"):
+                word = NEW if group[0].difference.old is None else REMOVED
+                text = attached(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
+            outputs = tuple(each.pair.name for each in group)
+            yield Change(*address, text, outputs, (), tuple(each.difference for each in group))
+
+
+def _same_change(one: _Found, other: _Found) -> bool:
+    (address, *values), others = one.difference, other.difference[1:]
+    if not address.quantity and not isinstance(values[0] or values[1], frozenset):
+        return (values[0] is None) == (others[0] is None)
+    for side in (0, 1):
+        first, second = (
+            {address[:2]: {} if some[side] is None else {address.quantity: some[side]}} for some in (values, others)
+        )
+        known = one.pair.precisions[side], other.pair.precisions[side]
+        if compare_leaves(first, second, known, NOISE):
+            return False
+    return True
+
+
+def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) -> None:
+    """Add a difference in the shapes or the mass of a link, or the artifact to the changes that it follows from."""
+    _, link, quantity = one.address
+    causes = [at for at, change in enumerate(changes) if _is_cause(robot, change, pair, one)]
+    causes = [at for at in causes if pair.name in changes[at].artifacts] or causes
+    for at in causes:
+        change = changes[at]
+        own = change[:2] == ("link", link) or quantity in INERTIAL
+        therefore = change.therefore if own else tuple(dict.fromkeys((*change.therefore, link)))
+        changes[at] = change._replace(artifacts=(*change.artifacts, pair.name), therefore=therefore)
+    what = quantity if quantity in INERTIAL else f"{quantity} shapes"
+    rest = _unexplained({changes[at].kind for at in causes}, one)
+    for _, text in Describer(robot, (pair.old, pair.new), pair.precisions).describe(rest):
+        _merge(changes, Change("link", link, what, text, (pair.name,), (), (one,)))
+
+
+def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
+    """Return the difference without what kinds of changes explain of it: looks, boxes of a height map, or all."""
+    if not causes:
+        return [one]
+    if causes - {"height map", "material"}:
+        return []
+    sides: list[Any] = [*one[1:]]
+    for at, side in enumerate(sides):
+        shapes = side.shapes if isinstance(side, Shapes) else ()
+        if "height map" in causes:
+            shapes = tuple(shape for shape in shapes if not isinstance(shape.geometry, Box))
+        if "material" in causes:
+            shapes = tuple(replace(shape, rgba=None, texture="", material="") for shape in shapes)
+        sides[at] = Shapes(shapes)
+    return [Difference(one.address, *sides)]
+
+
+def _merge(changes: list[Change], change: Change) -> None:
+    """Add a change, or its artifact to the same change."""
+    for at, other in enumerate(changes):
+        if other[:4] == change[:4]:
+            changes[at] = other._replace(artifacts=(*other.artifacts, *change.artifacts))
+            return
+    changes.append(change)
+
+
+def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool:
+    """Return True if the shapes or the mass of a link in an artifact follow from a change, or are the same change."""
+    (kind, name, what), (_, link, quantity) = change[:3], one.address
+    if not change.differences:
+        return False
+    carried = _carried(robot, pair, link)
+    if kind == "material":
+        shapes = [shape for other in carried for shape in robot.link[other].visual]
+        return quantity == "visual" and any(shape.material == name for shape in shapes)
+    if kind == "height map":
+        return quantity == "collision" and name in carried
+    if kind == "link" and name == link:
+        return what == f"{quantity} shapes" and _same_solids(change, pair, one)
+    if kind == "link":
+        same = what in INERTIAL if quantity in INERTIAL else what == f"{quantity} shapes"
+        return name in carried and (same or not what)
+    if kind == "frame" and not what:
+        entry = change.differences[0].old or change.differences[0].new
+        return entry.get("parent") in carried and name != link
+    joint = robot.joint.get(name) if kind == "joint" else robot.joint_to.get(name)
+    moves = what in (("type", "axis") if kind == "joint" else ("parent", "origin"))
+    return kind in ("joint", "frame") and moves and joint is not None and {joint.parent, joint.child} <= carried
+
+
+def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
+    """Return True if the same solids changed in another artifact, which may have a word for capsules."""
+    sides = [
+        [[solid.bare.as_cylinder for solid in some] for some in solids_left(difference, pair.precisions)[1:]]
+        for difference in (change.differences[0], one)
+    ]
+    return all(some and same_set(some, others) for some, others in zip(*sides, strict=True))
+
+
+def _carried(robot: Robot, pair: Pair, link: str) -> set[str]:
+    """Return the links whose shapes a link of an artifact has, now or before."""
+    found = {link}
+    for side in (pair.old, pair.new):
+        links = frozenset(links_of(side) & robot.link.keys())
+        if link in links:
+            found |= {name for name, (carrier, _) in carriers(robot, links).items() if carrier == link}
+    return found & robot.link.keys()
+
+
+def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[Difference]:
+    """Yield the differences that are no consequence of things that are new or gone, or move now and did not."""
+    before, after = links_of(pair.old), links_of(pair.new)
+    changed = {one.address.name for one in differences if one.address.kind == "frame" and not one.address.quantity}
+    came = {name for name in before ^ after if " " not in name} | changed
+    joints = {joint_of(side, name) for side in (pair.old, pair.new) for name in came} - {""}
+    retyped = set()
+    for one in differences:
+        kind, name, quantity = one.address
+        if kind == "joint" and (not quantity or quantity == "type") and name not in joints:
+            types = [side.get("type") if isinstance(side, dict) else side if quantity else "fixed" for side in one[1:]]
+            if (types[0] in MOVING) != (types[1] in MOVING):
+                retyped.add(name)
+                yield Difference(Address(kind, name, "type"), types[0] or "fixed", types[1] or "fixed")
+    for one in differences:
+        kind, name, quantity = one.address
+        if kind == "joint" and (name in joints or name in retyped or not quantity):
+            continue
+        if (kind == "frame" and name in changed and quantity) or (kind == "pose" and quantity in joints | retyped):
+            continue
+        if kind in ("link", "height map") and (name in changed or (name in came and quantity)):
+            continue
+        if kind == "link" and not quantity and name in before & after:  # it has something now, or had
+            for word, value in (one.old or one.new).items():
+                yield Difference(Address(kind, name, word), *((value, None) if one.new is None else (None, value)))
+        elif isinstance(one.old, frozenset) or isinstance(one.new, frozenset):
+            sets = [frozenset(m for m in side or () if came.isdisjoint(_members(m))) for side in one[1:]]
+            if sets[0] != sets[1]:
+                yield Difference(one.address, *sets)
+        else:
+            yield one
+
+
+def _members(text: str) -> set[str]:
+    return set(text.partition(" (")[0].split(" - "))

@@ -1,0 +1,332 @@
+"""Describe differences between leaves: one sentence for each kind of value, with its unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from rosorin_compile.model import Joint, Pose, Robot, Transform
+from rosorin_compile.model.geometry import pose_of
+from rosorin_compile.model.joint import MOVING_TYPES, SEVERAL_COORDINATES
+from rosorin_compile.source.numbers import amount
+from rosorin_compile.source.wording import counted
+
+from .precision import NOISE, ROOT_THREE, TURNS, Precision, exact, joined
+from .sentences import (
+    AXES,
+    NEW,
+    REMOVED,
+    Apart,
+    axis_change,
+    cells_change,
+    centre_change,
+    colour_change,
+    coordinates,
+    existence,
+    far,
+    inertia_change,
+    is_number,
+    near_angles,
+    number,
+    number_pair,
+    placed,
+    row,
+    set_change,
+    step,
+    value_change,
+    with_remark,
+)
+from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
+from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
+
+MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
+# Units of numbers by the last words of their quantity: of a joint that turns, of one that slides.
+_POSITION = ("rad", "m")
+_UNITS = {
+    "damping": ("N*m*s/rad", "N*s/m"),
+    "friction": ("N*m", "N"),
+    "armature": ("kg*m^2", "kg"),
+    "stiffness": ("N*m/rad", "N/m"),
+    "kp": ("N*m/rad", "N/m"),
+    "kv": ("N*m*s/rad", "N*s/m"),
+    "effort": ("N*m", "N"),
+    "velocity": ("rad/s", "m/s"),
+    "k position": ("1/s", "1/s"),
+    "k velocity": ("N*m*s/rad", "N*s/m"),
+    **dict.fromkeys(("lower", "upper", "offset", "rising", "falling", "spring reference"), _POSITION),
+    **dict.fromkeys(("reference position", "soft lower limit", "soft upper limit"), _POSITION),
+}
+
+
+def unit_of(joint: Joint | None, quantity: str) -> str:
+    """Return the unit of a number of a joint, by its quantity ("limit lower", "kp"); empty for a bare number."""
+    words = quantity.split(" ")
+    found = next((_UNITS[end] for at in range(len(words)) if (end := " ".join(words[at:])) in _UNITS), ("", ""))
+    return found[joint is not None and joint.type == "prismatic"]
+
+
+def about(address: Address) -> str:
+    """Return what a sentence about a leaf begins with."""
+    kind, name, quantity = address
+    if kind == "frame" and quantity in ("publisher", "topic"):
+        return f"{name}: {'published by' if quantity == 'publisher' else quantity}"
+    if kind in ("frame", "joint", "link") or kind == name:
+        return f"{name} {quantity}"
+    if kind == "height map":
+        return f"{name} height map {quantity}"
+    return f"pose {name}: {quantity}" if kind == "pose" else f"{kind} {name} {quantity}".rstrip()
+
+
+class Describer(NamedTuple):
+    """Describes differences of leaves, under the names of a robot.
+
+    ``sides`` are the leaves of both values; ``precisions`` are how well their numbers are known.
+    """
+
+    robot: Robot
+    sides: tuple[Leaves, Leaves]
+    precisions: tuple[Precision, Precision] = (exact, exact)
+    tolerance: float = NOISE
+
+    def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
+        """Yield the sentences for each difference; some report several leaves."""
+        quantities = {one.address for one in differences}
+        for one in differences:
+            kind, name, quantity = one.address
+            leader = Address(kind, name, "mimic joint")
+            if quantity in ("mimic multiplier", "mimic offset") and leader in quantities:
+                continue
+            if quantity in ("centre of mass", "inertia") and None in (one.old, one.new):
+                continue  # reported with the mass
+            if isinstance(one.old, Shapes) or isinstance(one.new, Shapes):
+                counts, *left = solids_left(one, self.precisions)
+                for change in shapes_change(name, quantity, counts, *left):
+                    yield one, change.text
+            else:
+                yield one, self.sentence(one)
+
+    def sentence(self, one: Difference) -> str:
+        """Return a difference in words."""
+        (kind, name, quantity), old, new = one
+        if isinstance(old, frozenset) or isinstance(new, frozenset):
+            return set_change(f"{kind} {quantity}".strip(), old or (), new or ())
+        if not quantity:
+            return self._existence(one)
+        if quantity == "mimic joint":
+            return f"{name} mimics {self._mimic(name, 0)} -> {self._mimic(name, 1)}"
+        if old is not None and new is not None:
+            if isinstance(old, Pose) and isinstance(new, Pose) and kind == "frame":
+                return self._placed(name, old, new)
+            if quantity == "axis":
+                return axis_change(name, old, new)
+            if quantity == "centre of mass":
+                return centre_change(name, old, new, self._known("xyz", old, new) + self.tolerance)
+            if quantity == "inertia":
+                return inertia_change(name, old, new, known_inertia(old, new, self.precisions, self.tolerance))
+            if quantity == "heights":
+                return cells_change(name, old, new, self.tolerance)
+        if quantity == "rgba":
+            return value_change(f"{kind} {name} colour", old, new)
+        return value_change(about(one.address), old, new, self._unit(one.address, old if new is None else new))
+
+    def _known(self, key: str, old: Sequence[float], new: Sequence[float]) -> float:
+        return joined(self.precisions[0](key, *old), self.precisions[1](key, *new))
+
+    def _unit(self, address: Address, value: Any) -> str:
+        kind, name, quantity = address
+        if not is_number(value):
+            return ""
+        if kind == "joint":
+            return unit_of(self.robot.joint.get(name), quantity)
+        if kind == "pose":
+            joint = self.robot.joint.get(quantity)
+            return "" if joint is None else joint.unit
+        usual = "m" if kind == "height map" else ""
+        return {"rad per pulse": "rad", "radius": "m", "mass": "kg"}.get(quantity, usual)
+
+    def _mimic(self, joint: str, side: int) -> str:
+        of = self.sides[side].get(("joint", joint), {})
+        leader, factor, offset = of.get("mimic joint"), of.get("mimic multiplier", 1.0), of.get("mimic offset", 0.0)
+        return f"{leader} * {number(factor)} + {number(offset)}" if leader else "nothing"
+
+    def _placed(self, frame: str, old: Pose, new: Pose) -> str:
+        known = self._known("xyz", old.xyz, new.xyz), self._known("rpy", old.rpy, new.rpy)
+        turned = not same_turn(old.rpy, new.rpy, self.precisions, self.tolerance)
+        least = self.tolerance + ROOT_THREE * known[0]
+        moved = any(abs(a - b) > least for a, b in zip(old.xyz, new.xyz, strict=True))
+        distance = math.dist(old.xyz, new.xyz) if moved or not turned else 0.0
+        angle = old.transform().angle_to(new.transform()) if turned else 0.0
+        parents = [str(side.get(("frame", frame), {}).get("parent", "")) for side in self.sides]
+        small = max(NOISE, least / ROOT_THREE), max(NOISE, self.tolerance / TURNS + known[1])
+        poses = Pose(old.xyz, near_angles(old.rpy, new.rpy)), new
+        return placed(frame, (parents[0], parents[1]), poses, (distance, angle), least=small)
+
+    def _existence(self, one: Difference) -> str:
+        kind, name, _ = one.address
+        word = NEW if one.old is None else REMOVED
+        if kind in ("frame", "link"):
+            return attached(self.robot, name, word, [self.sides[word == NEW]])
+        if kind == "height map":
+            return existence(word, f"{kind} of", name)
+        return existence(word, kind, "" if kind == name else name)
+
+
+def attached(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
+    """Return that a link or a frame is new or removed, and how several artifacts attach it."""
+    frames = [side.get(("frame", name), {}) for side in sides]
+    joints = [(side, joint_of(side, name)) for side in sides]
+    kinds = [(side.get(("joint", joint), {}).get("type", ""), joint) for side, joint in joints if joint]
+    kind, joint = next(((kind, joint) for kind, joint in kinds if kind in MOVING), ("", ""))
+    parent = next(filter(None, (frame.get("parent") for frame in frames)), "")
+    nodes = (of.get("publisher", "") for of in frames if "topic" in of or of.get("publisher", "").startswith("nobody"))
+    publisher = next(filter(None, nodes), "")
+    if word == NEW and name in robot.joint_to:
+        published = robot.joint_to[name].publisher
+        publisher = published.name if published.publishes else "nobody"
+    how = [f"{kind} on {parent}".strip() if parent else "the root", joint]
+    how += [f"published by {publisher.split(':')[0]}"] if publisher else []
+    is_solid = any(key in side.get(("link", name), {}) for side in sides for key in ("mass", "collision", "visual"))
+    return existence(word, "link" if is_solid else "frame", name, how)
+
+
+def joint_of(leaves: Leaves, child: str) -> str:
+    """Return the name of the joint that places a frame; empty if none is named."""
+    return next((name for (kind, name), of in leaves.items() if kind == "joint" and of.get("child") == child), "")
+
+
+# So many solids of a link are described one by one.
+FEW = 5
+NO_WORD = "nothing"
+
+
+class ShapeChange(NamedTuple):
+    """What became of solids, in words, and these solids before and after."""
+
+    text: str
+    old: Sequence[Solid]
+    new: Sequence[Solid]
+
+
+def solids_left(
+    one: Difference, precisions: tuple[Precision, Precision]
+) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
+    """Return how many solids there were and are in a difference of shapes, and those that are in one side alone."""
+    sides = zip(one[1:], precisions, strict=True)
+    old, new = (side.solids(known) if isinstance(side, Shapes) else [] for side, known in sides)
+    rest = match(old, new)
+    return (len(old), len(new)), [old[at] for at in rest.old], [new[at] for at in rest.new]
+
+
+def shapes_change(
+    link: str, purpose: str, counts: tuple[int, int], removed: Sequence[Solid], added: Sequence[Solid]
+) -> list[ShapeChange]:
+    """Return what became of the solids of a link, numbers first; ``counts`` are all of its solids before and after.
+
+    Of a few solids each is described; of more how many changed, and by how much.
+    """
+    start, (before, after) = f"{link} {purpose}", counts
+    is_few = max(len(removed), len(added)) <= FEW
+    became = likened(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
+    pairs = [(removed[i], added[j]) for i, j in became]
+    numbers = [ShapeChange(text, [a], [b]) for a, b in pairs if (text := _numbers(start, a, b))]
+    words = [ShapeChange(text, [a], [b]) for a, b in pairs for text in _words(start, a, b)]
+    if is_few and before != after:
+        left = [one for at, one in enumerate(removed) if at not in dict(became)]
+        rest = [one for at, one in enumerate(added) if at not in dict(became).values()]
+        numbers.append(ShapeChange(f"{start}: {before} -> {after} shapes", left, rest))
+    elif not is_few:
+        texts = dict.fromkeys(change.text for change in words) if len(removed) == len(added) else {}
+        words = [ShapeChange(text, removed, added) for text in texts] if len(texts) <= FEW else []
+        largest = largest_step(pairs)
+        by = f"{len(pairs)} of {{}} changed" + (f", up to {amount(largest, 'm')}" if largest else "")
+        text = by.format(counted(before, "shape"))
+        if before != after:
+            text = f"{before} -> {after} shapes" + (f", {by.format('them')}" if pairs else "")
+        numbers = [ShapeChange(f"{start}: {text}", removed, added)] if numbers or not words else []
+    return [*numbers, *words]
+
+
+def likened(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
+    """Return which of a few solids became which, by their places: in their order, unless others are more similar."""
+    rated = sorted((_unlike(one, other), i, j) for i, one in enumerate(old) for j, other in enumerate(new))
+    found: dict[int, int] = {}
+    for _, i, j in rated:
+        if i not in found and j not in found.values():
+            found[i] = j
+    ordered = {index: index for index in range(len(old))} if len(old) == len(new) else found
+    costs = [sum(_unlike(old[i], new[j])[0] for i, j in pairs.items()) for pairs in (ordered, found)]
+    return sorted((ordered if costs[0] <= costs[1] else found).items())
+
+
+def _unlike(one: Solid, other: Solid) -> tuple[int, float]:
+    kinds = len(SIZES) * (one.kind != other.kind)
+    return kinds + sum(a != b for a, b in zip(one[1:6], other[1:6], strict=True)), math.dist(one.centre, other.centre)
+
+
+def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
+    """Yield what changed of a solid besides its numbers: its colour, name, material or file."""
+    tint = NOISE + joined(one.colour_tolerance, other.colour_tolerance)
+    if not same_colour(one.rgba, other.rgba, tint):
+        yield colour_change(start, one.rgba, other.rgba)
+    with_file = one.kind == other.kind  # else the numbers name it
+    before, after = ([word for word in some.words if with_file or not _is_file(word)] for some in (one, other))
+    old, new = ([word for word in some if word not in rest] for some, rest in ((before, after), (after, before)))
+    if len(old) == len(new) == 1 and old[0].split(" ")[0] == new[0].split(" ")[0]:
+        yield f"{start}: {other.kind} {old[0]} -> {new[0].partition(' ')[2]}"
+    elif old or new:
+        yield f"{start}: {other.kind} {', '.join(old) or NO_WORD} -> {', '.join(new) or NO_WORD}"
+
+
+def _is_file(word: str) -> bool:
+    return word.startswith("file ")
+
+
+def _numbers(start: str, one: Solid, other: Solid) -> str:
+    """Return what became of the kind, size and place of a solid; empty if words alone changed."""
+    known = joined(one.tolerance, other.tolerance), joined(one.turn_tolerance, other.turn_tolerance)
+    parts = _parts(one, other, (NOISE + known[0], NOISE + known[1]))
+    if not parts and (one.words, one.rgba) == (other.words, other.rgba):
+        parts = _parts(one, other, (0.0, 0.0))
+    kind = f" {one.kind}" if one.kind == other.kind else ""
+    return f"{start}:{kind} {', '.join(parts)}" if parts else ""
+
+
+def _parts(one: Solid, other: Solid, least: Apart) -> list[str]:
+    """Return what became of the kind, the size and the place of a solid; ``least`` and below is no difference."""
+    parts = []
+    boxes = [solid.box for solid in (one, other)]
+    if one.kind != other.kind:
+        parts.append(f"{_sized(one)} -> {_sized(other)}")
+    elif one.kind == "mesh":
+        parts += [f"scale {row(one.sizes)} -> {row(other.sizes)}"] if one.sizes != other.sizes else []
+    else:
+        names, values = list(SIZES[one.kind]), [one.sizes, other.sizes]
+        if boxes[0] and boxes[1]:
+            names = [f"{end} {axis}" for end in ("min", "max") for axis in AXES]
+            values = [(*box.lower, *box.upper) for box in boxes if box]
+        steps = [(name, a, b) for name, a, b in zip(names, *values, strict=True) if abs(b - a) > least[0]]
+        texts = [f"{name} {' -> '.join(number_pair(a, b))} m" for name, a, b in steps]
+        by = step(steps[0][2] - steps[0][1], steps[0][1], "m") if len(steps) == 1 else ""
+        parts += [with_remark(", ".join(texts), by)] if texts else []
+    # The corners of a box along the axes say where it is.
+    return parts if boxes[0] and boxes[1] else parts + _place(one, other, least)
+
+
+def _sized(solid: Solid) -> str:
+    if solid.kind == "mesh":
+        return " ".join(["mesh", *filter(_is_file, solid.words)])
+    sizes = [f"{name} {number(size)} m" for name, size in zip(SIZES[solid.kind], solid.sizes, strict=True)]
+    return f"{solid.kind} ({', '.join(sizes)})"
+
+
+def _place(one: Solid, other: Solid, least: Apart) -> list[str]:
+    distance, angle = math.dist(one.centre, other.centre), turned_by(one, other)
+    distance, angle = (distance if distance > least[0] else 0.0), (angle if angle > least[1] else 0.0)
+    if not distance and not angle:
+        return []
+    old, new = (pose_of(Transform(solid.rows, solid.centre)) for solid in (one, other))
+    # No angle jumps by a full turn.
+    roll, pitch, yaw = (b - math.tau * round((b - a) / math.tau) for a, b in zip(old.rpy, new.rpy, strict=True))
+    steps = coordinates(old, Pose(new.xyz, (roll, pitch, yaw)), (distance, angle), least)
+    return [with_remark(far(distance, angle, verbs=True), steps)]

@@ -1,0 +1,165 @@
+"""Names: which links and joints are the same under another name, before and after, or in two robots.
+
+Of the links that only one side has, those are the same that the joint of one name places, that the same frame is
+attached to, or that are in the same place. A joint has a new name where it places the same link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from rosorin_compile.model import Pose, Robot
+
+from .walk import Leaves
+
+Names = Mapping[str, str]
+_LINKS = ("frame", "link", "height map")
+_DIGITS = 9  # of metres and radians, behind the point
+# A prefix is one if so many of the names that could have it do.
+_MOST = 0.6
+
+
+def links_of(found: Leaves) -> set[str]:
+    """Return the names of all links and frames in leaves, without rows of publishers that take turns."""
+    names = {name for kind, name in found if kind in ("frame", "link")}
+    return names | {str(of["parent"]) for (kind, _), of in found.items() if kind == "frame" and "parent" in of}
+
+
+def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
+    """Return the links with new names, by those of before, from the root on."""
+    before, after = links_of(old), links_of(new)
+    gone, fresh = before - after, after - before
+    found: dict[str, str] = {}
+    again = bool(gone and fresh)
+    while again:
+        again = False
+        for sign in ("joint", "child", "place"):
+            was, now = _signs(old, gone, sign, found), _signs(new, fresh, sign, found)
+            made = {link: now[key] for key, link in was.items() if key in now and link not in found}
+            made = {link: name for link, name in made.items() if name not in found.values()}
+            if made:
+                found |= made
+                again = True
+                break
+    return found
+
+
+def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> dict[tuple[Any, ...], str]:
+    """Return links by what they are recognised by; what two of them share is left out."""
+    found: dict[tuple[Any, ...], str] = {}
+    shared = set()
+    for link, value in _all_signs(side, links, sign):
+        key = (renamed.get(value[0], value[0]), *value[1:])
+        if found.setdefault(key, link) != link:
+            shared.add(key)
+    return {key: link for key, link in found.items() if key not in shared}
+
+
+def _all_signs(side: Leaves, links: Collection[str], sign: str) -> Iterator[tuple[str, tuple[Any, ...]]]:
+    if sign == "place":
+        yield from ((link, ("",)) for link in links if ("frame", link) not in side)  # the root
+    for (kind, name), of in side.items():
+        origin = of.get("origin")
+        if sign == "joint" and kind == "joint" and of.get("child") in links:
+            yield of["child"], (name,)
+        elif sign == "child" and kind == "frame" and of.get("parent") in links:
+            yield of["parent"], (name,)
+        elif sign == "place" and kind == "frame" and name in links and isinstance(origin, Pose):
+            numbers = (round(x, _DIGITS) + 0.0 for x in (*origin.xyz, *origin.rpy))
+            yield name, (of.get("parent", ""), *numbers)
+
+
+def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
+    """Return the joints with new names, by those of before: what places a link that has one name in both."""
+    before, after = (
+        {of["child"]: name for (kind, name), of in side.items() if kind == "joint" and "child" in of}
+        for side in (old, new)
+    )
+    found = {name: after[child] for child, name in before.items() if after.get(child, name) != name}
+    # A joint that moves may place another link now, because its link is gone.
+    kept = {before[child] for child in before.keys() - after} | {after[child] for child in after.keys() - before}
+    return {
+        name: new_name
+        for name, new_name in found.items()
+        if kept.isdisjoint((name, new_name)) or _is_fixed(old, name) == _is_fixed(new, new_name)
+    }
+
+
+def _is_fixed(side: Leaves, joint: str) -> bool:
+    return side["joint", joint].get("type") == "fixed"
+
+
+def with_link_names(found: Leaves, names: Names, other: Leaves) -> Leaves:
+    """Return leaves under other names of links; what else names them has the new name where ``other`` has it."""
+    return _renamed(found, names, _LINKS, other) if names else found
+
+
+def with_joint_names(found: Leaves, names: Names, other: Leaves) -> Leaves:
+    """Return leaves under other names of joints; what else names them has the new name where ``other`` has it."""
+    return _renamed(found, names, ("joint",), other) if names else found
+
+
+def _renamed(found: Leaves, names: Names, kinds: Sequence[str], new: Leaves) -> Leaves:
+    made: Leaves = {}
+    for (kind, name), entry in found.items():
+        plain, space, rest = name.partition(" ")  # the row of a publisher that takes turns has more words
+        if kind in kinds or (kind, name) not in new:
+            name = f"{names[plain]}{space}{rest}" if plain in names else names.get(name, name)
+        now = new.get((kind, name), {})
+        own = made[kind, name] = {}
+        for quantity, value in entry.items():
+            words = " ".join(names.get(word, word) for word in quantity.split(" "))
+            is_fixed = kind in ("frame", "joint") or quantity in now or words not in now
+            place = quantity if is_fixed else words
+            own[place] = _value(kind, place, value, names, kinds, now.get(place))
+    return made
+
+
+def _value(kind: str, quantity: str, value: Any, names: Names, kinds: Sequence[str], now: Any) -> Any:
+    if isinstance(value, frozenset):
+        return frozenset(" - ".join(sorted(names.get(word, word) for word in one.split(" - "))) for one in value)
+    if isinstance(value, tuple) and value and all(isinstance(one, str) for one in value):
+        other = tuple(names.get(one, one) for one in value)
+        return other if other == now else value
+    if not isinstance(value, str):
+        return value
+    if "link" in kinds and quantity in ("parent", "child") and kind in ("frame", "joint"):
+        return names.get(value, value)
+    return now if isinstance(now, str) and names.get(value) == now else value
+
+
+def renamed_robot(robot: Robot, links: Names, joints: Names) -> Robot:
+    """Return a robot whose links and joints have other names; its sections name them as before."""
+    return replace(
+        robot,
+        links=tuple(replace(link, name=links.get(link.name, link.name)) for link in robot.links),
+        joints=tuple(
+            replace(
+                joint,
+                name=joints.get(joint.name, joint.name),
+                parent=links.get(joint.parent, joint.parent),
+                child=links.get(joint.child, joint.child),
+                mimic=joint.mimic and replace(joint.mimic, joint=joints.get(joint.mimic.joint, joint.mimic.joint)),
+            )
+            for joint in robot.joints
+        ),
+    )
+
+
+def prefix_of(a: Robot, b: Robot) -> str:
+    """Return what the names of most links of ``b`` begin with that those of ``a`` do not have; empty for nothing."""
+    mine, theirs = [link.name for link in a.links], [link.name for link in b.links]
+    ends = [other[: -len(name)] for name in mine for other in theirs if other.endswith(name) and other != name]
+    best = max(sorted(set(ends)), key=ends.count, default="")
+    count = ends.count(best)
+    is_most = count > max(1, len(set(mine) & set(theirs))) and count >= _MOST * min(len(mine), len(theirs))
+    return best if is_most else ""
+
+
+def without_prefix(names: Iterable[str], prefix: str) -> dict[str, str]:
+    """Return the names that begin with a prefix, each with the shorter name, unless that is taken."""
+    every = set(names)
+    cut = {name: name.removeprefix(prefix) for name in every if name.startswith(prefix) and name != prefix}
+    return {name: short for name, short in cut.items() if short not in every}

@@ -1,0 +1,345 @@
+"""Compare what two robots have besides frames, masses and shapes, leaf by leaf: values of joints, and every section.
+
+What one of two formats has no word for is a topic that is not compared; how much of it there is, is a line.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, replace
+from functools import cache
+from typing import Any
+
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.language.schema import sections
+from rosorin_compile.model import Joint, Robot
+from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.source.wording import plural
+from rosorin_compile.source.xml.elements import canonical, tree_of
+
+from .describe import Describer
+from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
+from .pairing import Pairing
+from .sentences import is_number, size_of, text_of
+from .shapes import ONE_BOX
+from .walk import Difference, Leaves, Shapes, compare_leaves, leaves, section_words
+
+# The topics that a format may lack: what one of each is called, the kind of thing, and how its quantities begin.
+_TOPICS: Mapping[str, tuple[str, ...]] = {
+    "mass": ("mass", "link", "mass", "centre of mass", "inertia"),
+    "collision": ("collision shape", "link", "collision"),
+    "visual": ("visual shape", "link", "visual"),
+    "effort": ("effort limit", "joint", "limit effort"),
+    "velocity": ("velocity limit", "joint", "limit velocity"),
+    "mimic": ("mimic", "joint", "mimic"),
+    "dynamics": ("damping or friction", "joint", "damping", "friction"),
+    "armature": ("armature", "joint", "armature"),
+    "stiffness": ("spring", "joint", "stiffness", "spring"),
+    "simulation": ("thing of a simulation", "", ""),
+    "actuator": ("actuator", "joint", "actuator", "kp", "kv"),
+    "calibration": ("calibration", "joint", "calibration"),
+    "safety": ("safety controller", "joint", "safety"),
+    "pose": ("named pose", "pose", ""),
+    "servo": ("servo group", "servo of", ""),
+    "sensor": ("sensor", "sensor", ""),
+    "drive": ("drive", "drive", ""),
+    "contact": ("disabled contact", "contacts", ""),
+    "publisher": ("publisher", "frame", "publisher", "topic"),
+    "edge": ("transform of other nodes", "", ""),
+    "fixed joint name": ("name of fixed joints", "", ""),
+    "urdf_elements": ("element for URDF alone", "", ""),
+}
+# What every format has of some kinds of things.
+_ALWAYS = {
+    "joint": ("", "type", "child", "axis", "limit lower", "limit upper"),
+    "link": ("",),
+    "frame": ("", "parent", "origin"),
+    "robot": ("",),
+}
+# What a writer leaves out as a whole, by an option or by its nature, rather than here and there.
+_WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
+_OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are compared between robots of one format alone
+_ELSEWHERE = ("mass", "collision", "visual", "urdf_elements")  # topics that other functions compare
+# What is zero where it is not given.
+_ZERO = ("damping", "friction", "armature", "stiffness", "spring reference", "kv")
+
+
+def compare_sections(
+    pairing: Pairing, sides: tuple[Side, Side], flipped: Mapping[str, bool], report: Report
+) -> frozenset[str]:
+    """Report what differs besides frames, masses and shapes; return the topics that are not compared."""
+    robots = pairing.a.robot, pairing.b.robot
+    lacking = sides[0].format.lacks | sides[1].format.lacks
+    # The sections of a side have the names of its source.
+    old, new = (_leaves(side.robot, lacking, sides) for side in sides)
+    old = pairing.named(0, old, new)
+    new = pairing.named(1, new, old)
+    topics, lines = _not_compared(sides, robots, (old, new))
+    report.not_compared.extend(lines)
+    for side, robot in zip((old, new), robots, strict=True):
+        _without_topics(side, topics, robot)
+    _only_shared(old, new, robots, flipped)
+    _without_equals(old, new)
+    if "urdf_elements" not in topics:
+        _add_elements(old, new, robots)
+    precisions = pairing.a.precision, pairing.b.precision
+    differences = compare_leaves(old, new, precisions, pairing.tolerance)
+    describer = Describer(robots[0], (old, new), precisions, pairing.tolerance)
+    found = {text: _item(one, text) for one, text in reversed(list(describer.describe(differences)))}
+    report.items.extend([*found.values()][::-1])
+    return topics
+
+
+def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
+    """Return the leaves of a robot, with what two formats say in different ways in one way."""
+    if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has one damping of joint and drive
+        robot = replace(robot, joints=tuple(map(_with_braking, robot.joints)))
+    if sides[0].format is not sides[1].format:
+        sensors = (replace(one, simulated=(), stamps=(), gazebo=()) for one in robot.sensors)
+        robot = replace(robot, sensors=tuple(sensors))
+    if robot.drive is not None and not robot.drive.frame:
+        robot = replace(robot, drive=replace(robot.drive, frame=robot.root))
+    found = leaves(replace(robot, name="", source=Robot("", (), ()).source))
+    drive = found.get(("drive", "drive"), {})
+    for quantity in [*drive]:
+        drive[quantity.removeprefix("joints ")] = drive.pop(quantity)
+    if robot.root_in_world is not None:
+        root = robot.root_in_world
+        words = {field.name.replace("_", " "): getattr(root, field.name) for field in fields(root)}
+        found["root in simulation", "root in simulation"] = words
+    for group in robot.servos:
+        found.pop(("servo", group.name))
+        entry = found["servo of", group.joints[0] if group.joints else group.name] = {
+            "rad per pulse": group.rad_per_pulse * (-1.0 if group.flipped else 1.0),
+            "zero pulse": float(group.zero_pulse),
+        }
+        if sides[0].format is YAML is sides[1].format:
+            lowest, highest = map(float, group.pulse_range)
+            entry |= {"group": group.name, "lowest pulse": lowest, "highest pulse": highest}
+            entry["joints"] = group.joints[1:]
+    return found
+
+
+def _with_braking(joint: Joint) -> Joint:
+    actuator = joint.actuator and type(joint.actuator)(kp=joint.actuator.kp, kv=joint.actuator.kv)
+    dynamics = replace(joint.dynamics or Dynamics(), damping=joint.braking)
+    return replace(joint, dynamics=dynamics, actuator=actuator)
+
+
+def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
+    """Return the topic of a leaf; None for what every format has. A section of a package is a topic of its own."""
+    kind, name = thing
+    if kind == "frame" and name not in robot.joint_to:
+        return "edge"
+    if quantity in _ALWAYS.get(kind, ()):
+        return None
+    if kind in ("joint", "link", "robot") and quantity.startswith("element"):
+        return "urdf_elements"
+    if kind == "robot":
+        return "mode" if quantity == "modes" else "simulation"
+    if kind == "material":
+        return "" if quantity in ("rgba", "texture") else "simulation"
+    if kind == "height map":
+        return "collision" if quantity in ("", "heights", "cell", "origin") else ONE_BOX
+    if kind == "pose" and quantity and quantity not in robot.joint:
+        return "simulation"
+    found = (topic for topic, (_, of, *words) in _TOPICS.items() if of == kind and quantity.startswith(tuple(words)))
+    return next(found, _section_topics().get(kind, "simulation"))
+
+
+@cache
+def _section_topics() -> Mapping[str, str]:
+    """Return the topics of sections by the word for an entry; one of a package is a topic of its own."""
+    words = {word: sections()[name].topic or "" for name, word in section_words().items() if name in sections()}
+    return words | {word: word for word in _words_of_packages()}
+
+
+@cache
+def _words_of_packages() -> frozenset[str]:
+    known = {field.name for field in fields(Robot)}
+    return frozenset(word for name, word in section_words().items() if name not in known)
+
+
+def _not_compared(
+    sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves]
+) -> tuple[frozenset[str], list[str]]:
+    """Return the topics that are not compared between two robots of these formats, and the sentences that say so."""
+    counts = [_counts(found, robot) for found, robot in zip(both, robots, strict=True)]
+    alike = sides[0].format is sides[1].format
+    topics: set[str] = set() if alike else set(_OF_DESCRIPTIONS)
+    lines: list[str] = []
+    for at, (side, other) in enumerate((sides, sides[::-1])):
+        lacks = [topic for topic in _TOPICS if topic in side.format.lacks - other.format.lacks]
+        lacks += [] if side.format is YAML else [topic for topic in counts[1 - at] if topic in _words_of_packages()]
+        empty = [t for t in _WHOLE if not alike and t not in side.format.lacks and not counts[at][t]]
+        for missing, why in ((lacks, "a format without a word for it"), (empty, "which leaves out all of it")):
+            words = []
+            for topic in missing:
+                word, of, rest = _TOPICS.get(topic, (topic,))[0].partition(" of ")
+                count = counts[1 - at][topic]
+                words += [f"{count} {plural(word, count)}{of}{rest}"] if count else []
+            lines += [f"{', '.join(words)}: {side.label} is {side.format.named}, {why}"] if words else []
+        topics |= {*lacks, *empty, *side.format.lacks}
+    if not alike and "contact" not in topics:
+        # What a simulation excludes besides are the contacts of neighbours.
+        topics.add("contact")
+        some = [one["contact"] for one in counts]
+        if any(some):
+            lines.append(f"{some[0]} and {some[1]} disabled contacts: a simulation adds those of neighbours")
+    return frozenset(topics), lines
+
+
+def _counts(found: Leaves, robot: Robot) -> Counter[str]:
+    things: set[tuple[str, Any]] = set()
+    for (kind, name), entry in found.items():
+        for quantity, value in (entry or {"": None}).items():
+            topic = _topic((kind, name), quantity, robot) or ""
+            keys: Iterable[Any] = [(kind, name)]
+            if topic == "publisher":
+                keys = [value] if quantity == "publisher" else []
+            elif isinstance(value, Shapes):
+                keys = enumerate([name] * len(value.shapes))
+            elif isinstance(value, frozenset):
+                keys = value
+            things |= {(topic, key) for key in keys if kind != "root in simulation"}  # every robot has that
+    counts = Counter(topic for topic, _ in things)
+    counts["fixed joint name"] = len([joint for joint in robot.joints if joint.is_fixed])
+    texts = [robot.urdf_elements, *(one.urdf_elements for some in (robot.links, robot.joints) for one in some)]
+    counts["urdf_elements"] = sum(map(len, texts))
+    return counts
+
+
+def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None:
+    """Take out what is not compared, and what is compared elsewhere: masses, shapes and elements for URDF."""
+    for thing in [*found]:
+        kind, name = thing
+        entry = found[thing]
+        of = {quantity: _topic((kind, name), quantity, robot) for quantity in entry or {"": None}}
+        for quantity, topic in of.items():
+            if topic in topics or (topic in _ELSEWHERE and kind != "height map"):
+                entry.pop(quantity, None)
+        if not entry and (kind not in _ALWAYS or (kind == "frame" and all(one in topics for one in of.values()))):
+            del found[thing]
+
+
+def _only_shared(old: Leaves, new: Leaves, robots: tuple[Robot, Robot], flipped: Mapping[str, bool]) -> None:
+    """Take out what is compared elsewhere, and of links and joints what only one robot has."""
+    placed = {*robots[0].joint_to, *robots[1].joint_to}
+    for thing in {**old, **new}:
+        kind, name = thing
+        first, second = old.get(thing), new.get(thing)
+        own = kind in ("joint", "link", "height map") or (kind == "frame" and name in placed)
+        if own and (first is None or second is None):
+            old.pop(thing, None)
+            new.pop(thing, None)
+        elif first is not None and second is not None:
+            _reduce(thing, (first, second), robots, flipped)
+
+
+def _reduce(
+    thing: tuple[str, str],
+    entries: tuple[dict[str, Any], dict[str, Any]],
+    robots: tuple[Robot, Robot],
+    flipped: Mapping[str, bool],
+) -> None:
+    """Take out of the entries of a thing what is compared elsewhere, and what is no difference."""
+    kind, name = thing
+    keys = {*entries[0], *entries[1]}
+    gone: set[str] = set()
+    if kind == "frame" and name in robots[0].joint_to:
+        gone = {"parent", "origin"}
+    elif kind == "joint":
+        types = [entry.get("type") for entry in entries]
+        free = "continuous" in types or flipped.get(name)
+        gone = {"child", "axis"} | ({"limit lower", "limit upper"} if free else set())
+        gone |= keys - {"type"} if "fixed" in types else set()
+        for entry in entries:
+            entry.update({word: entry.get(word, 0.0) for word in keys.intersection(_ZERO)})
+    elif kind == "sensor":
+        gone = {"joint"}
+    elif kind == "drive" and entries[0].get("kind") != entries[1].get("kind"):
+        gone = keys - {"kind"}
+    elif kind == "pose":  # a joint that no pose names is at zero, a follower where its leader puts it
+        both = robots[0].joint.keys() & robots[1].joint.keys()
+        own = robots[0].joint.keys() | robots[1].joint.keys()
+        gone = keys & (own - both) | {word for word in keys & both if any(robot.joint[word].mimic for robot in robots)}
+        for entry in entries:
+            entry.update({joint: entry.get(joint, 0.0) for joint in keys & both})
+    for entry in entries:
+        for word in gone:
+            entry.pop(word, None)
+
+
+def _without_equals(old: Leaves, new: Leaves) -> None:
+    """Take out the entries of lists without names that both robots have, and number the others again."""
+    unnamed = [[thing for thing in side if thing[1].isdecimal()] for side in (old, new)]
+    for kind in {kind for things in unnamed for kind, _ in things}:
+        first, second = (
+            [side.pop(thing) for thing in things if thing[0] == kind]
+            for side, things in zip((old, new), unnamed, strict=True)
+        )
+        for entry in [*first]:
+            if entry in second:
+                first.remove(entry)
+                second.remove(entry)
+        for side, left in ((old, first), (new, second)):
+            side |= {(kind, str(number)): entry for number, entry in enumerate(left, 1)}
+
+
+def _item(one: Difference, text: str) -> Item:
+    kind, name, quantity = one.address
+    if quantity == "mimic joint":
+        before, _, after = text.partition(" mimics ")[2].partition(" -> ")
+        return Item(JOINT, name, "mimic", text, before, after)
+    what = (LIMIT if quantity.startswith("limit ") else JOINT) if kind == "joint" else OTHER
+    if kind == "height map":
+        what, quantity = SHAPE, kind if quantity == "heights" else f"{kind} {quantity}"
+    elif not quantity and not isinstance(one.old or one.new, frozenset):
+        return Item(what, name, kind, text, None if one.old is None else name, None if one.new is None else name)
+    called = f"{kind} {quantity}".strip() if kind == "pose" else quantity or kind
+    return Item(what, name, called, text, _scalar(one.old), _scalar(one.new))
+
+
+def _scalar(value: Any) -> float | str | None:
+    if isinstance(value, str) or (not value and not is_number(value)):
+        return value or None
+    if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+        return size_of(value)
+    return float(value) if is_number(value) else text_of(value)
+
+
+def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
+    """Add the elements for URDF of what both robots have, without those that outputs make of other words."""
+    a, b = robots
+    brought = [_brought(robot) for robot in robots]
+    places: list[tuple[str, Any, Any]] = [("the robot", a, b)]
+    places += [(name, a.link[name], b.link[name]) for name in a.link if name in b.link]
+    places += [(name, a.joint[name], b.joint[name]) for name in a.joint if name in b.joint]
+    for name, *both in places:
+        spelt = [_spelt(one.urdf_elements) for one in both]
+        for at, side in enumerate((old, new)):
+            made = brought[1 - at] - spelt[1 - at] if name == "the robot" else frozenset()
+            side[f"URDF elements of {name}", name] = {"": spelt[at] - made}
+
+
+def _brought(robot: Robot) -> frozenset[str]:
+    known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
+    return _spelt([text for one, output in known if one.brings for text in one.brings(robot, output)])
+
+
+def _spelt(texts: Iterable[str]) -> frozenset[str]:
+    """Return elements of XML in one spelling; of <gazebo> the elements in it."""
+    found: list[str] = []
+    for text in texts:
+        try:
+            elements = [*tree_of(f"<all>{text}</all>")]
+        except ValueError:
+            found.append(" ".join(text.split()))
+            continue
+        for element in elements:
+            reference = element.get("reference", "")
+            inner = [*element] if element.tag == "gazebo" and not (element.text or "").strip() else []
+            start = f'<gazebo reference="{reference}">' if reference else ""
+            found += [f"{start}{canonical(child)}" for child in inner] if inner else [canonical(element)]
+    return frozenset(found)

@@ -1,0 +1,364 @@
+"""What a URDF contains of a robot: its links and joints, their masses, and what collides.
+
+robot_state_publisher and planners need no masses. libsdformat drops every link without one, and so Gazebo reads a URDF
+without any as an empty model; PyBullet takes 1 kg for each link without an inertial, MuJoCo 1 g for each cm^3 of its
+shapes (run with libsdformat 12, PyBullet 3.2.7, MuJoCo 4). None of them does where the inertial is there and zero.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import replace
+
+from rosorin_compile.formats.carriers import carriers, inertials_at, shapes_at
+from rosorin_compile.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Inertial,
+    Joint,
+    Link,
+    Mesh,
+    Output,
+    Robot,
+    Shape,
+    Transform,
+)
+from rosorin_compile.model.bounds import along, radius_about
+from rosorin_compile.model.cached import of_robot
+from rosorin_compile.model.geometry import IDENTITY, norm, plane_axes, pose_of
+from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.model.sections import sections_in_urdf
+from rosorin_compile.model.shape import ROWS, Material, plain
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, error
+from rosorin_compile.source.numbers import number_format
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.wording import counted, first_of, plural, quoted
+
+from ..mesh_files import urdf_file_name
+
+RULES = (
+    Rule(
+        "urdf-cannot-say",
+        "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the "
+        "URDF, and whose mass stands still in it.",
+        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.',
+        FORMATS,
+    ),
+    Rule(
+        "urdf-mass-sum",
+        "Masses that move to one link of the URDF are together no number.",
+        "Correct them.",
+        FORMATS,
+    ),
+)
+
+INERTIAL, FROM_COLLISION = "inertial", "from_collision"
+PUBLISHED, ALL, BODIES = "published", "all", "bodies"
+ELEMENTS = (INERTIAL, "visual", "collision", "dynamics", "urdf_elements")
+_NO_MASS = Inertial(0.0, IDENTITY, 0.0, 0.0, 0.0)
+
+
+def frames_of(output: Output) -> str:
+    """Return which frames an output has: those that robot_state_publisher knows, all, or those of bodies."""
+    return str(output.options.get("frames", PUBLISHED))
+
+
+def version_of(output: Output) -> str:
+    """Return the version of the format; 1.2 is a number in YAML, and a name all the same."""
+    return str(output.options.get("version", "1.0"))
+
+
+def elements_of(output: Output) -> Sequence[str]:
+    """Return which elements of links and joints an output has."""
+    elements = output.options.get("elements", ELEMENTS)
+    return [*elements, "visual"] if output.options.get("visuals") == FROM_COLLISION else elements
+
+
+def joints_of(robot: Robot, output: Output) -> tuple[Joint, ...]:
+    """Return the joints that an output has, in the order of the description."""
+    if frames_of(output) == BODIES:
+        bodies = links_of(robot, output)
+        return tuple(joint for joint in robot.joints if joint.parent in bodies and joint.child in bodies)
+    return robot.joints if frames_of(output) == ALL else robot.in_urdf()
+
+
+def links_of(robot: Robot, output: Output) -> frozenset[str]:
+    """Return the links that an output has; without any joints its topmost."""
+    return _links(robot, frames_of(output))
+
+
+@of_robot
+def _links(robot: Robot, frames: str) -> frozenset[str]:
+    if frames != BODIES:
+        joints = robot.joints if frames == ALL else robot.in_urdf()
+        return frozenset(name for joint in joints for name in (joint.parent, joint.child)) or frozenset([robot.root])
+    kept: set[str] = set()  # what has a mass, what a joint moves, and what holds them together
+    for link in reversed(list(robot.walk())):
+        above = robot.joint_to.get(link.name)
+        if link.name in kept or link.inertial is not None or (above is not None and not above.is_fixed):
+            kept |= {link.name, above.parent} if above is not None else {link.name}
+    top = robot.root
+    while robot.link[top].inertial is None:
+        below = [joint for joint in robot.joints_from.get(top, ()) if joint.child in kept]
+        if len(below) != 1 or not below[0].is_fixed:
+            break
+        kept.discard(top)
+        top = below[0].child
+    return frozenset(kept) or frozenset([robot.root])
+
+
+def has_inertials(output: Output) -> bool:
+    """Return True if an output has the inertials of links."""
+    return INERTIAL in output.options.get("elements", (INERTIAL,))
+
+
+@of_robot
+def _inertials(robot: Robot, frames: str) -> Mapping[str, Inertial]:
+    """Return the inertials of the links, with those that each carries. Raises ValueError as ``inertials_at``.
+
+    Where an output is of bodies, a link that only holds others together has a mass of zero, or simulators invent one.
+    """
+    links = _links(robot, frames)
+    found = inertials_at(robot, links)
+    return {**dict.fromkeys(links, _NO_MASS), **found} if frames == BODIES else found
+
+
+# What collides: rollers that are not carried leave a cylinder, or the robot would stand low.
+
+
+def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
+    """Return the collision shapes that a link has in a URDF that carries these frames."""
+    return [_in_version(shape, output) for shape in collisions(robot, link, carried, output)]
+
+
+def _in_version(shape: Shape, output: Output) -> Shape:
+    """Return a shape, or the plain one that replaces it if the version has no word for it."""
+    unknown = (Ellipsoid,) if version_of(output) != "1.0" else (Capsule, Ellipsoid)
+    return replace(shape, geometry=plain(shape.geometry)) if isinstance(shape.geometry, unknown) else shape
+
+
+def collisions(robot: Robot, link: str, carried: Set[str], output: Output) -> list[Shape]:
+    """Return what a link collides with in a URDF that carries these frames.
+
+    A link that turns, and whose parts that turn on it are not carried, is one cylinder around it and them.
+    """
+    own = shapes_at(robot, link, carried, "collision", str(output.options.get("height_maps", ROWS)))
+    joint = robot.joint_to.get(link)
+    lost = _lost(robot, frozenset(carried)).get(link) if joint is not None and joint.type == "continuous" else None
+    if not lost or joint is None:
+        return own
+    length = norm(joint.axis)
+    x, y, z = axis = (joint.axis[0] / length, joint.axis[1] / length, joint.axis[2] / length)
+    placed = [(solid, Transform()) for solid in own if not isinstance(solid.geometry, Mesh)]
+    if radius_about(lost, axis) <= radius_about(placed, axis):
+        return own
+    placed += lost
+    reaches = [along(solid, place) for solid, place in placed]
+    top, bottom = max(reach((x, y, z)) for reach in reaches), -max(reach((-x, -y, -z)) for reach in reaches)
+    middle = (top + bottom) / 2
+    (a, b, c), (d, e, f) = plane_axes(axis)
+    turned = Transform(((a, d, x), (b, e, y), (c, f, z)), (x * middle, y * middle, z * middle))
+    around = Shape(Cylinder(radius_about(placed, axis), top - bottom), pose_of(turned))
+    return [around, *(solid for solid in own if isinstance(solid.geometry, Mesh))]
+
+
+@of_robot
+def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[Shape, Transform]]]:
+    """Return the shapes, no meshes, of what is not carried and turns on a wheel that is, by wheel, placed in it."""
+    found: dict[str, list[tuple[Shape, Transform]]] = {}
+    for name, (carrier, place) in carriers(robot, carried).items():
+        shapes = robot.link[name].collision if name not in carried else ()
+        joint = robot.joint_to.get(carrier)
+        if shapes and joint is not None and joint.type == "continuous" and robot.moves_between(name, carrier):
+            found.setdefault(carrier, []).extend((s, place) for s in shapes if not isinstance(s.geometry, Mesh))
+    return found
+
+
+class Content:
+    """What a URDF contains of a robot (``view``), and what it does not (``diagnostics``)."""
+
+    def __init__(self, robot: Robot, output: Output) -> None:
+        if output.options.get("visuals") == FROM_COLLISION:
+            from rosorin_compile.model.looks import with_visuals
+
+            robot = with_visuals(robot)
+        self.robot, self.output = robot, output
+        self.elements = elements_of(output)
+        self.carried, self.joints = links_of(robot, output), joints_of(robot, output)
+        self.masses: Mapping[str, Inertial] = {}
+        self.sum_problem: list[Diagnostic] = []
+        try:
+            self.masses = _inertials(robot, frames_of(output)) if has_inertials(output) else {}
+        except ValueError as problem:
+            message = f"in the URDF some masses move to one link: {problem}"
+            self.sum_problem = [error("urdf-mass-sum", message, None, "correct them")]
+        self.blocks, self.lost = self._blocks()
+        names = [name for group, _ in link_groups(robot, self.joints) for name in group]
+        self.shapes = {name: self._shapes(name) for name in names}
+        self.view = Robot(
+            robot.name,
+            tuple(self._link(name) for name in names),
+            tuple(map(self._joint, self.joints)),
+            materials=tuple(
+                Material(one.name, one.rgba, urdf_file_name(one.texture))
+                for one in robot.materials
+                if "visual" in self.elements
+            ),
+            urdf_elements=(*self._kept(robot.urdf_elements), *self.blocks),
+        )
+
+    def _blocks(self) -> tuple[list[str], list[Diagnostic]]:
+        """Return the blocks for Gazebo and those of sections, such as ros2_control, and what Gazebo will not see."""
+        number = number_format(self.output.options)
+        blocks: list[str] = []
+        lost: list[Diagnostic] = []
+        if self.output.options.get("gazebo"):
+            from .gazebo import gazebo_blocks
+
+            blocks, lost = gazebo_blocks(self)
+        for section in sections_in_urdf(self.output):
+            if section.urdf is not None:
+                blocks += section.urdf(self.robot, self.output, number)
+        return blocks, lost
+
+    def _kept(self, texts: tuple[str, ...]) -> tuple[str, ...]:
+        return texts if "urdf_elements" in self.elements else ()
+
+    def collisions(self, link: str) -> list[Shape]:
+        """Return the collision shapes of a link, as the description has them."""
+        return collisions(self.robot, link, self.carried, self.output) if "collision" in self.elements else []
+
+    def _shapes(self, link: str) -> tuple[list[Shape], list[Shape]]:
+        boxes = str(self.output.options.get("height_maps", ROWS))
+        visual = shapes_at(self.robot, link, self.carried, "visual", boxes) if "visual" in self.elements else []
+        return visual, self.collisions(link)
+
+    def _link(self, name: str) -> Link:
+        visual, solid = (
+            tuple(self._shape(shape, f"{name}_{number}") for number, shape in enumerate(shapes, 1))
+            for shapes in self.shapes[name]
+        )
+        kept = self._kept(self.robot.link[name].urdf_elements)
+        return Link(name, self.masses.get(name), visual, solid, urdf_elements=kept)
+
+    def _shape(self, shape: Shape, name: str) -> Shape:
+        """Return a shape in the terms of URDF; ``name`` is that of its material if it has a look and no material."""
+        geometry, material = _in_version(shape, self.output).geometry, shape.material
+        if isinstance(geometry, Box):
+            x, y, z = (size / 2 for size in geometry.size)
+            geometry = Box((-x, -y, -z), (x, y, z))
+        elif isinstance(geometry, Mesh):
+            geometry = replace(geometry, file=urdf_file_name(geometry.file))
+        if not material and (shape.rgba is not None or shape.texture):
+            while name in self.robot.material:
+                name += "_"
+            material = name
+        kept, texture = self._kept(shape.urdf_elements), urdf_file_name(shape.texture)
+        return Shape(geometry, shape.origin(), shape.name, shape.rgba, material, "", texture, urdf_elements=kept)
+
+    def _joint(self, joint: Joint) -> Joint:
+        has_axis = not joint.is_fixed and not joint.is_axleless
+        dynamics = Dynamics()
+        if joint.dynamics is not None and "dynamics" in self.elements:
+            dynamics = Dynamics(joint.dynamics.damping, joint.dynamics.friction)
+        # The nearest type that URDF has to a ball, and robot_state_publisher leaves it alone as well.
+        return Joint(
+            joint.name,
+            "floating" if joint.type == "ball" else joint.type,
+            joint.parent,
+            joint.child,
+            joint.origin,
+            joint.axis if has_axis else (1.0, 0.0, 0.0),
+            joint.limit if has_axis else None,
+            joint.mimic,
+            dynamics if dynamics != Dynamics() else None,
+            calibration=joint.calibration,
+            safety=joint.safety,
+            urdf_elements=self._kept(joint.urdf_elements),
+        )
+
+    # What it does not contain
+
+    def diagnostics(self) -> Iterator[Diagnostic]:
+        """Yield what the URDF does not contain, or contains in another form."""
+        yield from (*self.sum_problem, *self.lost)
+        if version_of(self.output) == "1.0":
+            help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
+            yield from self._replaced(Capsule, "URDF 1.0", "cylinder", "full length", help)
+        yield from self._replaced(Ellipsoid, "URDF", "box", "extents", "use a sphere, a box or a mesh")
+        balls = [joint.name for joint in self.robot.in_urdf() if joint.type == "ball"]
+        if balls:
+            what = (
+                f"joint {balls[0]} is"
+                if len(balls) == 1
+                else f"{counted(len(balls), 'joint')} ({first_of(balls, 3)}) are"
+            )
+            yield Diagnostic("urdf-cannot-say", NOTE, f"URDF has no ball joint: {what} written as floating")
+        yield from self._left_out()
+        still = []
+        for name, (carrier, _) in carriers(self.robot, self.carried).items() if self.masses else ():
+            heavy = name != carrier and self.robot.link[name].inertial is not None
+            still += [name] if heavy and self.robot.moves_between(name, carrier) else []
+        if still:
+            message = (
+                f"the mass of {'link' if len(still) == 1 else 'links'} {quoted(still, 3)} stands still in the URDF,"
+            )
+            message += " where the joints at zero put it: robot_state_publisher does not publish what moves it"
+            help = '"frames: bodies" has these joints, for simulators'
+            yield Diagnostic("urdf-cannot-say", NOTE, message, help=help)
+
+    def _replaced(self, kind: type, version: str, other: str, same: str, help: str) -> Iterator[Diagnostic]:
+        """Yield the warning about shapes of a kind that others replace, counted by link."""
+        counts: Counter[str] = Counter()
+        for link, shapes in self.shapes.items():
+            counts[link] = sum(isinstance(shape.geometry, kind) for some in shapes for shape in some)
+        counts += Counter()  # those above zero
+        if counts:
+            count, others = counts.total(), len(counts) - 1
+            where = f"link {next(iter(counts))}" + (f" and {counted(others, 'other link')}" if others else "")
+            become = f"are written as {plural(other, 2)}" if count > 1 else f"is written as a {other}"
+            message = f"{version} has no {kind.__name__.lower()}: {count} on {where} {become} of the same {same}"
+            yield Diagnostic("urdf-cannot-say", WARNING, message, help=help)
+
+    def _left_out(self) -> Iterator[Diagnostic]:
+        """Yield a note on what hangs on links that the URDF does not carry and cannot be moved to one that it does."""
+        robot, ours = self.robot, {joint.name for joint in self.joints}
+        lost = []
+        for link in robot.walk():
+            if link.name in self.carried or link.name in robot.simulated_frames:
+                continue
+            fixed = self._is_fixed_to_carried(link.name)
+            shapes = [p for p in ("visual", "collision") if p in self.elements and getattr(link, p) and not fixed]
+            what = [*shapes, *(["urdf_elements"] if self._kept(link.urdf_elements) else [])]
+            lost += [f"{link.name} ({', '.join(what)})"] if what else []
+        lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j.name not in ours]
+        if lost:
+            bodies = frames_of(self.output) == BODIES
+            why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
+            yield Diagnostic("urdf-cannot-say", NOTE, f"not in the URDF, because {why}: {', '.join(lost)}")
+
+    def _is_fixed_to_carried(self, link: str) -> bool:
+        visited, waiting = {link}, [link]
+        while waiting:
+            neighbours = {name for name, _ in self.robot.fixed_neighbours(waiting.pop())} - visited
+            if neighbours & self.carried:
+                return True
+            visited |= neighbours
+            waiting += neighbours
+        return False
+
+
+def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
+    """Return each joint with the links that it is the first to name; a robot without joints has its root link."""
+    if not joints:
+        return [([robot.root], None)]
+    visited: set[str] = set()
+    groups: list[tuple[list[str], Joint | None]] = []
+    for joint in joints:
+        new = [name for name in (joint.parent, joint.child) if name not in visited]
+        visited.update(new)
+        groups.append((new, joint))
+    return groups

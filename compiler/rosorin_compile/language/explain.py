@@ -1,0 +1,447 @@
+"""Explain frames and named values: where each is, and for every number the line of YAML that sets it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from rosorin_compile.model import (
+    STATIC_TRANSFORM_PUBLISHER,
+    Box,
+    Ellipsoid,
+    Geometry,
+    HeightMap,
+    Joint,
+    Link,
+    Mesh,
+    Pose,
+    Publisher,
+    Robot,
+    Vector,
+)
+from rosorin_compile.model import Transform as Rigid
+from rosorin_compile.model.joint import NODE, UNPUBLISHED
+from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, nearest
+from rosorin_compile.source.numbers import exact
+from rosorin_compile.source.tree import Path, at
+
+from .expand import Expanded
+from .lower import Lowered
+from .origins import Meaning, Origin, Origins, Step, Where
+from .schema import fragment_at, joint_unit, sections
+from .symbols import SymbolTable
+
+_AXES: Mapping[str | int, Sequence[str]] = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
+_KEYS_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of ``expand.parts``
+
+
+class NotThere(UnknownName):
+    """The robot has nothing of that name; the message has a suggestion."""
+
+
+class Number(NamedTuple):
+    """A number in SI units; ``note`` explains one without an origin, which is not written."""
+
+    name: str
+    value: float
+    unit: str
+    origin: Origin | None
+    note: str = ""
+
+
+class Transform(NamedTuple):
+    """A pose: metres, radians and degrees about fixed axes, quaternion in the order x y z w."""
+
+    xyz: tuple[float, ...]
+    rpy: tuple[float, ...]
+    rpy_degrees: tuple[float, ...]
+    quaternion_xyzw: tuple[float, ...]
+
+    @classmethod
+    def of(cls, rigid: Rigid) -> Transform:
+        """Return the values of a rigid transform, without negative zeros."""
+        w, x, y, z = rigid.quaternion()
+        values = (rigid.xyz, rigid.rpy(), tuple(map(math.degrees, rigid.rpy())), (x, y, z, w))
+        return cls(*(tuple(value + 0.0 for value in row) for row in values))
+
+
+class Edge(NamedTuple):
+    """An edge of the tree of frames at position zero; ``transform`` is None if only another node knows it."""
+
+    parent: str
+    child: str
+    joint: str  # "" for an edge of another node
+    type: str
+    publisher: str
+    topic: str
+    when: str
+    transform: Transform | None
+    numbers: tuple[Number, ...]
+    where: Where
+    stack: tuple[Step, ...] = ()
+
+
+class Placed(NamedTuple):
+    """The pose of a frame in its root, with the joints in a named pose; "" has all of them at zero."""
+
+    pose: str
+    root: str
+    transform: Transform | None
+
+
+class Shape(NamedTuple):
+    """A shape of a link in a few words, and its numbers."""
+
+    purpose: str
+    kind: str
+    words: str
+    numbers: tuple[Number, ...]
+    where: Where
+
+
+class Explanation(NamedTuple):
+    """A frame: its link, the chain from the root, other edges to it, and numbers of its joint, mass and shapes."""
+
+    name: str
+    roles: tuple[str, ...]
+    where: Where | None
+    stack: tuple[Step, ...]
+    chain: tuple[Edge, ...]
+    others: tuple[Edge, ...]
+    placed: tuple[Placed, ...]
+    children: tuple[str, ...]
+    joint: tuple[Number, ...]
+    inertial: tuple[Number, ...]
+    shapes: tuple[Shape, ...]
+
+
+class Answer(NamedTuple):
+    """Some numbers of a frame, or those of an entry of a section."""
+
+    name: str
+    numbers: tuple[Number, ...]
+
+
+class NamedValue(NamedTuple):
+    """The value of an argument or a named value, and the expressions that use it."""
+
+    name: str
+    meaning: Meaning
+    used_by: tuple[Where, ...]
+
+
+def explain(
+    expanded: Expanded, lowered: Lowered, arguments: Mapping[str, Any], names: Sequence[str], pose: str = ""
+) -> list[Explanation | Answer | NamedValue]:
+    """Explain frames, links, joints, sensors, uses of parts, arguments and named values of a compiled description.
+
+    Names of numbers among the names ("z", "mass", "upper") reduce the result to these. ``arguments`` are those of the
+    run; the frames are also shown in the named pose ``pose``. Raises NotThere.
+    """
+    if expanded.tree is None or expanded.scope is None or lowered.robot is None or expanded.values is None:
+        raise ValueError("a description with errors has no meaning to explain")
+    robot, origins = lowered.robot, Origins(expanded.tree, expanded.scope, arguments)
+    frames = _Frames(robot, lowered.places, origins)
+    poses = [known.name for known in robot.poses]
+    if pose and pose not in poses:
+        raise NotThere(_missing("pose", pose, poses))
+    entries = {
+        name: (section, name)
+        for section, node in sections().items()
+        if node.explained is True
+        for name in expanded.tree.get(section) or ()
+    }
+    targets = {name: frames.meant_by(name) for name in names}
+    shown = dict.fromkeys(target for found in targets.values() for target in found)
+    answers: list[Explanation | Answer] = [frames.explanation(target, pose) for target in shown]
+    unknown = [name for name in names if not targets[name]]
+    answers += [Answer(name, tuple(_inner(frames.numbers(entries[name])))) for name in unknown if name in entries]
+    numbers = {number.name for answer in answers for number in _numbers_of(answer)}
+    words: list[str] = []
+    values: list[NamedValue] = []
+    for name in (name for name in unknown if name not in entries):
+        meaning = origins.named(name)
+        if any(_is_called(number, name) for number in numbers):
+            words.append(name)
+        elif meaning is not None:
+            uses = tuple(origins.where(place.span) for place in expanded.values.uses(name))
+            values.append(NamedValue(name, meaning, uses))
+        else:
+            known = {*frames.names, *robot.joint, *entries, *expanded.scope.places}
+            known.update(sensor.name for sensor in robot.sensors)
+            known.update(use for frame in frames.names for use in frames.uses(frame))
+            what = "frame, link, joint, sensor, use, value or number"
+            raise NotThere(_missing(what, name, [*sorted(known), *sorted(numbers)]))
+    added = tuple(f"{section} " for section in robot.sections.said)
+    return [*(_selected(answer, words, added) if words else answer for answer in answers), *values]
+
+
+def _missing(what: str, name: str, known: Sequence[str]) -> str:
+    if len(known) > 40 and nearest(name, known) is None:
+        return f'there is no {what} "{name}"'
+    return f'there is no {what} "{name}"; {did_you_mean(name, known) or "there is none at all"}'
+
+
+def _numbers_of(answer: Explanation | Answer) -> list[Number]:
+    """Return the numbers of a frame itself: of the edges that place it, its joint, mass and shapes."""
+    if isinstance(answer, Answer):
+        return list(answer.numbers)
+    edges = [edge for edge in (*answer.chain[-1:], *answer.others) if edge.child == answer.name]
+    groups = [*(edge.numbers for edge in edges), answer.joint, answer.inertial, *(one.numbers for one in answer.shapes)]
+    return [number for group in groups for number in group]
+
+
+def _is_called(number: str, word: str) -> bool:
+    """Return True if a word selects a number: its name, a word of "inertia ixx", or the vector that it is in."""
+    return word in (number, number.partition("[")[0]) or word in number.split() or number in _AXES.get(word, ())
+
+
+def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[str, ...]) -> Answer:
+    """Return the numbers that words select; an exact match excludes others except ``added``, those of sections."""
+    selected: dict[Number, None] = {}
+    numbers = _numbers_of(answer)
+    for word in words:
+        matches = [number for number in numbers if number.name == word]
+        if matches:
+            matches += [n for n in numbers if n.name.startswith(added) and n.name.endswith(f" {word}")]
+            matches += [number for number in numbers if number.name == f"{word} in all"]
+        selected |= dict.fromkeys(matches or [number for number in numbers if _is_called(number.name, word)])
+    return Answer(answer.name, tuple(selected))
+
+
+class _Frames:
+    """The tree of frames of one robot: its joints, and the edges of other nodes."""
+
+    def __init__(self, robot: Robot, places: Mapping[tuple[str, str], Path], origins: Origins) -> None:
+        self.robot = robot
+        self.places = places
+        self.origins = origins
+        ends = [name for edge in robot.edges for name in (edge.parent, edge.child)]
+        self.names = list(dict.fromkeys([*(link.name for link in robot.links), *ends]))
+
+    def uses(self, frame: str) -> list[str]:
+        """Return the uses of parts that a frame comes from, the outermost first: arm, arm_hand."""
+        place = self.places.get(("link", frame))
+        stack = self.origins.at(place)[1] if place is not None else ()
+        names = [use[1] for step in reversed(stack) if (use := _USE.match(step.message))]
+        return ["_".join(names[: count + 1]) for count in range(len(names))]
+
+    def meant_by(self, name: str) -> list[str]:
+        """Return the frames that a name means: its own, that of a sensor or a joint, or those of a use of a part."""
+        found = [name] if name in self.names else []
+        found += [sensor.frame for sensor in self.robot.sensors if sensor.name == name]
+        found += [joint.child for joint in self.robot.joints if joint.name == name]
+        return list(dict.fromkeys(found or [frame for frame in self.names if name in self.uses(frame)]))
+
+    def explanation(self, name: str, pose: str) -> Explanation:
+        """Return everything about a frame."""
+        robot, chain = self.robot, self._chain(name)
+        joint, link = robot.joint_to.get(name), robot.link.get(name)
+        where, stack = (None, ()) if link is None else self.origins.at(self.places["link", name])
+        children = [joint.child for joint in robot.joints_from.get(name, ())]
+        children += [edge.child for edge in robot.edges if edge.parent == name]
+        return Explanation(
+            name=name,
+            roles=tuple(self._roles(name)),
+            where=where,
+            stack=stack,
+            chain=chain,
+            others=self._edges_to(name) if link is not None else (),
+            placed=tuple(self._placed(name, chain, pose) for pose in (["", pose] if pose else [""])),
+            children=tuple(dict.fromkeys(children)),
+            joint=tuple(self._numbers_of_joint(joint)) if joint is not None else (),
+            inertial=tuple(self._numbers_of_mass(link)) if link is not None else (),
+            shapes=tuple(self._shapes(link)) if link is not None else (),
+        )
+
+    def _roles(self, name: str) -> Iterator[str]:
+        link, robot = self.robot.link.get(name), self.robot
+        if link is None:
+            yield "frame of other nodes"
+        else:
+            yield "link" if link.inertial is not None or link.visual or link.collision else "frame"
+        for sensor in robot.sensors:
+            for frame, what in ((sensor.frame, "frame"), (sensor.optical_frame, "optical frame")):
+                if frame == name:
+                    yield f'{what} of the sensor "{sensor.name}" ({sensor.type})'
+        if name in robot.joint_to:
+            yield f'child of the joint "{robot.joint_to[name].name}"'
+        elif link is not None:
+            yield "root"
+
+    def _chain(self, frame: str) -> tuple[Edge, ...]:
+        """Return the edges from the root to a frame; through those of other nodes where no joint leads on."""
+        visited: set[str] = set()
+        below: list[Edge] = []
+        while frame not in self.robot.link and frame not in visited:
+            visited.add(frame)
+            edges = self._edges_to(frame)
+            if not edges:
+                return tuple(below)
+            frame = edges[0].parent
+            below = [*(edge for edge in edges if edge.parent == frame), *below]
+        joints = self.robot.chain(frame) if frame in self.robot.link else ()
+        return (*map(self._edge_of_joint, joints), *below)
+
+    def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> Placed:
+        """Return the pose of a frame in the root of its chain, with the joints in a named pose."""
+        positions = next((known.positions for known in self.robot.poses if known.name == pose), {})
+        root, found = chain[0].parent if chain else frame, Rigid()
+        for ends in dict.fromkeys((edge.parent, edge.child) for edge in chain):
+            joint = self.robot.joint_to.get(ends[1])
+            if joint is not None and joint.parent == ends[0]:
+                found = found.then(joint.transform(self.robot.position(joint, positions)))
+                continue
+            poses = {edge.pose for edge in self.robot.edges if (edge.parent, edge.child) == ends}
+            step = poses.pop()
+            if step is None or poses:
+                return Placed(pose, root, None)
+            found = found.then(step.transform())
+        return Placed(pose, root, Transform.of(found))
+
+    def _edge_of_joint(self, joint: Joint) -> Edge:
+        path = self.places["joint", joint.name]
+        where, stack = self.origins.at(path)
+        numbers = list(self._pose(path, joint.origin))
+        if path[0] in self.robot.sections.said:  # a section of a plug-in may calculate them from anything
+            numbers = [number._replace(origin=None, note=f"of {path[0]}") for number in numbers]
+        if joint.moves or joint.type == "planar":
+            numbers += self._vector((*path, "axis"), joint.axis, "")
+        topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves_on_tf else "/tf_static"
+        publisher = "published in turns" if joint.name in self.robot.turns else _in_words(joint.publisher)
+        transform = Transform.of(joint.transform())
+        ends = (joint.parent, joint.child, joint.name, joint.type)
+        return Edge(*ends, publisher, topic, "", transform, tuple(numbers), where, stack)
+
+    def _edges_to(self, frame: str) -> tuple[Edge, ...]:
+        """Return the edges of other nodes that place a frame."""
+        found = []
+        for index, edge in enumerate(self.robot.edges):
+            if edge.child == frame:
+                path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
+                where, stack = self.origins.at(path)
+                transform = None if edge.pose is None else Transform.of(edge.pose.transform())
+                numbers = () if edge.pose is None else tuple(self._pose(path, edge.pose))
+                ends = (edge.parent, frame, "", "", _in_words(edge.publisher), "/tf" if edge.moving else "/tf_static")
+                found.append(Edge(*ends, edge.when, transform, numbers, where, stack))
+        return tuple(found)
+
+    def _pose(self, path: Path, pose: Pose) -> Iterator[Number]:
+        optical = "not written: an optical frame is turned like this (REP 103)"
+        yield from self._vector((*path, "xyz"), pose.xyz, "m")
+        yield from self._vector((*path, "rpy"), pose.rpy, "rad", optical if path[-1] == "optical" else "not written")
+
+    def _vector(self, path: Path, values: Vector, unit: str, note: str = "not written") -> Iterator[Number]:
+        for index, value in enumerate(values):
+            origin = self.origins.of((*path, index))
+            name = _AXES[path[-1]][index] if path[-1] in _AXES else f"{path[-1]} {'xyz'[index]}"
+            yield Number(name, value, unit, origin, "" if origin else note)
+
+    def numbers(self, path: Path, joint: Joint | None = None) -> Iterator[Number]:
+        """Yield every number below a path, named by the keys that lead to it; ``joint`` determines the units."""
+        leader = self.robot.joint.get(joint.mimic.joint) if joint is not None and joint.mimic is not None else None
+        slides, leads = (one is not None and one.type in ("prismatic", "planar") for one in (joint, leader))
+        waiting: list[tuple[Path, object]] = [(path, at(self.origins.tree, path))]
+        while waiting:
+            here, value = waiting.pop(0)
+            if isinstance(value, list) and any(isinstance(item, list) for item in value):
+                continue  # the cells of a height map are too many to list
+            if isinstance(value, (dict, list)):
+                items = value.items() if isinstance(value, dict) else enumerate(value)
+                waiting = [*(((*here, key), item) for key, item in items), *waiting]
+            elif isinstance(value, (int, float)) and not isinstance(value, bool):
+                unit = joint_unit(here, slides, leads if leader is not None else None) or ""
+                yield Number(_name_of(here[len(path) - 1 :]), float(value), unit, self.origins.of(here))
+
+    def _entries_naming(self, kind: str, name: str, section: str) -> list[Path]:
+        """Return the entries of a section that refer to a link or a joint."""
+        references = SymbolTable(self.origins.tree).references((kind,), section)
+        return list(dict.fromkeys(reference.path[:-1] for reference in references if reference.name == name))
+
+    def _numbers_of_joint(self, joint: Joint) -> Iterator[Number]:
+        """Yield the limits of a joint, its mimic, its simulation, and the numbers of entries that refer to it."""
+        path = self.places["joint", joint.name]
+        for key in () if path[0] in self.robot.sections.said else _KEYS_OF_JOINT:
+            yield from self.numbers((*path, key), joint)
+        for section, node in sections().items():
+            if isinstance(node.explained, str):
+                for name in sorted({str(path[1]) for path in self._entries_naming("joint", joint.name, section)}):
+                    for key in fragment_at((section, "*"))["properties"]:
+                        for number in self.numbers((section, name, key)):
+                            yield number._replace(name=f"{node.explained} {number.name}")
+
+    def _numbers_of_mass(self, link: Link) -> Iterator[Number]:
+        """Yield the numbers of an inertial, also calculated ones, and what sections add to it."""
+        path = self.places["link", link.name]
+        before = self.robot.as_said().link.get(link.name)
+        inertial = before.inertial if before is not None else None
+        if path[0] == "links" and inertial is not None:
+            written = {number.name: number for number in _inner(self.numbers((*path, "inertial")))}
+            yield from written.values()
+            calculated = [("mass", inertial.mass, "kg")]
+            for key, values, unit in (("xyz", inertial.pose.xyz, "m"), ("rpy", inertial.pose.rpy, "rad")):
+                calculated += [(f"{key} {axis}", value, unit) for axis, value in zip(_AXES[key], values, strict=True)]
+            calculated += [(f"inertia {name}", getattr(inertial, name), "kg*m^2") for name in _MOMENTS]
+            for name, value, unit in calculated if "inertia ixx" not in written else ():
+                if name not in written:
+                    yield Number(name, value, unit, None, "calculated from the shapes")
+        if link.inertial is not None and link.inertial != inertial:
+            for section in self.robot.sections.said:
+                for path in self._entries_naming("link", link.name, section):
+                    for number in self.numbers(path):
+                        yield number._replace(name=f"{' '.join(map(str, path[:-1]))} {number.name}".strip())
+            yield Number("mass in all", link.inertial.mass, "kg", None, "with what is added to it")
+
+    def _shapes(self, link: Link) -> Iterator[Shape]:
+        path = self.places["link", link.name]
+        for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
+            for index, shape in enumerate(shapes):
+                here: Path = (*path, purpose, index)
+                numbers = tuple(_inner(self.numbers(here)))
+                yield Shape(purpose, *_size_in_words(shape.geometry), numbers, self.origins.at(here)[0])
+
+
+def _name_of(steps: Path) -> str:
+    """Return keys as the name of a number: inertia ixx, xyz x, size[0]."""
+    words = ""
+    for step in steps:
+        if isinstance(step, int):
+            axes = _AXES.get(words.rpartition(" ")[2])
+            words += f" {axes[step]}" if axes and step < 3 else f"[{step}]"
+        else:
+            words += f" {step}" if words else step
+    return words
+
+
+def _inner(numbers: Iterator[Number]) -> Iterator[Number]:
+    """Yield numbers named without the entry that they are in: "inertial mass" becomes "mass"."""
+    return (number._replace(name=number.name.partition(" ")[2]) for number in numbers)
+
+
+def _in_words(publisher: Publisher) -> str:
+    if publisher.simulated:
+        return f"of simulations alone: {publisher.about}"
+    if publisher.kind == UNPUBLISHED:
+        return f"nobody publishes it: {publisher.about}".removesuffix(": ")
+    static = "the static_transform_publisher " if publisher.kind == STATIC_TRANSFORM_PUBLISHER else ""
+    about = f" ({publisher.about})" if publisher.kind == NODE and publisher.about else ""
+    return f"published by {static}{publisher.name}{about}"
+
+
+def _size_in_words(geometry: Geometry) -> tuple[str, str]:
+    """Return the kind of a geometry and its size."""
+    if isinstance(geometry, Box):
+        return "box", " x ".join(exact(round(length, 12)) for length in geometry.size) + " m"
+    if isinstance(geometry, Mesh):
+        return "mesh", geometry.file
+    if isinstance(geometry, HeightMap):
+        rows, columns = len(geometry.heights), len(geometry.heights[0])
+        return "height map", f"{rows} x {columns} cells of {exact(geometry.cell)} m"
+    if isinstance(geometry, Ellipsoid):
+        return "ellipsoid", "radii " + " x ".join(map(exact, geometry.radii)) + " m"
+    sizes = [(name, getattr(geometry, name)) for name in ("radius", "length") if hasattr(geometry, name)]
+    return type(geometry).__name__.lower(), ", ".join(f"{name} {exact(value)} m" for name, value in sizes)

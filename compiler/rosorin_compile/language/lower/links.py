@@ -1,0 +1,242 @@
+"""Lower links: their shapes, and inertials as they are written or those of shapes of even density."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from rosorin_compile.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Geometry,
+    HeightMap,
+    Inertial,
+    Link,
+    Mesh,
+    Shape,
+    Sphere,
+    Transform,
+)
+from rosorin_compile.model.link import Source
+from rosorin_compile.model.mass import inertial_of, together
+from rosorin_compile.model.simulation import Marked
+from rosorin_compile.source.rule_registry import NUMBERS, Rule
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.wording import listed
+
+from .lowering import Lowering, LoweringError
+from .records import record_of, source_of, vector_of
+
+RULES = (
+    Rule(
+        "shape-kind",
+        "A shape is none of the kinds or two of them; a box has neither a size nor corners, or both.",
+        "One kind an entry.",
+        NUMBERS,
+    ),
+    Rule(
+        "shape-size",
+        "A size is not above zero; a corner `max` is not above `min`.",
+        "Correct it.",
+        NUMBERS,
+        accept="link",
+        imported="always",
+    ),
+    Rule(
+        "height-map-rows",
+        "The rows of a height map differ in length, a height is below zero, or the bottom is not below the top.",
+        "Give all rows one length; heights count up from z = 0, and so does the bottom.",
+        NUMBERS,
+    ),
+)
+_GEOMETRIES: Mapping[str, type[Geometry]] = {
+    "box": Box,
+    "cylinder": Cylinder,
+    "capsule": Capsule,
+    "sphere": Sphere,
+    "ellipsoid": Ellipsoid,
+    "mesh": Mesh,
+    "height_map": HeightMap,
+}
+Accepts = Callable[[LoweringError], bool]
+_MARKS = {"sites": "site", "cameras": "camera", "lights": "light"}
+
+
+def lower_link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
+    """Return a link. Keys that are named like a field of ``Link`` need nothing here."""
+    path: Path = ("links", name)
+    lowering.place("link", name, path)
+    source = source_of(entry.get("source"))
+    shapes: dict[str, tuple[Shape, ...]] = {}
+    for key in ("visual", "collision"):
+        shapes[key] = lowering.share(
+            (id(entry.get(key)), source), partial(_shapes, lowering, entry, (*path, key), source)
+        )
+    inertial = None
+    if "inertial" in entry:
+        with lowering.reporting(f' (link "{name}" inertial)'):
+            make = partial(_inertial, lowering, entry["inertial"], (*path, "inertial"), shapes)
+            inertial = lowering.share((id(entry["inertial"]), *map(id, shapes.values())), make)
+    marks = [(tag, *mark) for key, tag in _MARKS.items() for mark in (entry.get(key) or {}).items()]
+    marked = tuple(record_of(Marked, mark, tag=tag, name=str(label)) for tag, label, mark in marks)
+    return record_of(Link, entry, name=name, inertial=inertial, **shapes, source=source, marked=marked)
+
+
+def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Source) -> tuple[Shape, ...]:
+    shapes = []
+    for index, entry in enumerate(link.get(str(path[-1])) or ()):
+        own = source_of(entry["source"]) if "source" in entry else source
+        with lowering.reporting():
+            stand_in = own.note if own.status == "stand_in" else ""
+            shapes.append(lower_shape(entry, (*path, index), lowering.accepts, stand_in))
+    return tuple(shapes)
+
+
+def lower_shape(
+    entry: Mapping[str, Any], path: Path = (), accepts: Accepts = lambda _: False, stand_in: str = ""
+) -> Shape:
+    """Return the shape of an entry at a path; ``stand_in`` describes what is not measured.
+
+    ``accepts`` returns True for a problem with a size that is accepted. Raises LoweringError.
+    """
+    kinds = [kind for kind in _GEOMETRIES if kind in entry]
+    if len(kinds) != 1:
+        message = f"a shape has one of {', '.join(_GEOMETRIES)}; this one has {listed(kinds) or 'none of them'}"
+        raise LoweringError("shape-kind", message, path, "write one entry a shape")
+    kind, sizes, here = kinds[0], entry[kinds[0]], (*path, kinds[0])
+    given: dict[str, Any] = {}
+    if kind == "box":
+        if ("size" in sizes) == ("min" in sizes):
+            raise LoweringError("shape-kind", "a box has either a size or the corners min and max", here, "give one")
+        half = [size / 2 for size in sizes.get("size", ())]
+        lower, upper = sizes.get("min", [-size for size in half]), sizes.get("max", half)
+        given = {"lower": vector_of(lower), "upper": vector_of(upper)}
+    elif kind == "height_map":
+        _check_rows(sizes["heights"], (*here, "heights"), "height")
+        bottom = sizes.get("bottom", 0.0)
+        _check_bottom(bottom, sizes["heights"], (*here, "bottom"))
+        bottom = float(bottom) if isinstance(bottom, (int, float)) else tuple(tuple(map(float, row)) for row in bottom)
+        given = {"step": float(sizes.get("step", sizes["cell"])), "bottom": bottom}
+    for problem in _wrong_sizes(sizes, here):
+        if kind == "height_map" or not accepts(problem):
+            raise problem
+    return record_of(Shape, entry, geometry=record_of(_GEOMETRIES[kind], sizes, **given), stand_in=stand_in)
+
+
+def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError]:
+    steps: list[Path] = [(key,) for key in ("radius", "length", "cell", "step") if key in entry]
+    steps += [(key, index) for key in ("size", "radii") for index in range(len(entry.get(key, ())))]
+    for step in steps:
+        size = entry[str(step[0])] if len(step) == 1 else entry[str(step[0])][step[1]]
+        if not size > 0:
+            message = f"{' '.join(map(str, (path[-1], *step)))} is {size:g} m; a size is above zero"
+            yield LoweringError("shape-size", message, (*path, *step), "correct it")
+    for index, (low, high) in enumerate(zip(entry.get("min", ()), entry.get("max", ()), strict=True)):
+        if not low < high:
+            message = f"{'xyz'[index]} of max ({high:g} m) is not above that of min ({low:g} m)"
+            yield LoweringError("shape-size", message, (*path, "max", index), "swap or correct the corners")
+
+
+def _check_rows(rows: Sequence[Sequence[float]], path: Path, word: str) -> None:
+    for i, row in enumerate(rows):
+        if len(row) != len(rows[0]):
+            message = f"row {i + 1} has {len(row)} {word}s, the first row {len(rows[0])}"
+            raise LoweringError("height-map-rows", message, (*path, i), "give all rows one length")
+    below = [(i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0]
+    if below:
+        help = f"{word}s count up from z = 0"
+        raise LoweringError("height-map-rows", f"a {word} is below zero", (*path, *below[0]), help)
+
+
+def _check_bottom(bottom: Any, heights: Sequence[Sequence[float]], path: Path) -> None:
+    """Raise LoweringError for a body that would begin above its heights."""
+    message, help = "", ""
+    if isinstance(bottom, (int, float)):
+        lowest = min((height for row in heights for height in row if height > 0), default=math.inf)
+        if bottom < 0:
+            message, help = "the bottom is below zero", "it counts up from z = 0"
+        elif bottom >= lowest:
+            message = f"the bottom ({bottom:g} m) is not below the lowest height ({lowest:g} m)"
+            help = "lower it, or give it as rows like those of heights"
+    else:
+        _check_rows(bottom, path, "bottom")
+        cells = [cell for rows in zip(bottom, heights, strict=False) for cell in zip(*rows, strict=False)]
+        sizes = [f"{len(rows)} x {len(rows[0])}" for rows in (bottom, heights)]
+        if sizes[0] != sizes[1]:
+            message, help = (
+                f"bottom has {sizes[0]} cells, heights has {sizes[1]}",
+                "give each cell of heights its bottom",
+            )
+        elif cells and all(low >= height for low, height in cells):
+            message = "the bottom ({:g} m) is in no cell below the height ({:g} m in the first)".format(*cells[0])
+            help = "lower it; bare numbers are in metres"
+    if message:
+        raise LoweringError("height-map-rows", message, path, help)
+
+
+def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Mapping[str, Sequence[Shape]]) -> Inertial:
+    """Return the inertial of an entry; ``own`` are the shapes of its link by purpose."""
+    if "of" not in entry:
+        if "density" in entry:
+            help = "add of: collision"
+            raise LoweringError("ignored-key", "a density needs shapes to fill", (*path, "density"), help)
+        return record_of(Inertial, {**entry, **entry["inertia"]})
+    for key in ("inertia", "xyz", "rpy"):
+        if key in entry:
+            message = f"{key} is calculated from the shapes of the key of"
+            raise LoweringError("wrong-value", message, (*path, key), "remove one of the two")
+    if ("mass" in entry) == ("density" in entry):
+        raise LoweringError("missing-key", "shapes have either a mass or a density", path, "give one of the two")
+    key = "mass" if "mass" in entry else "density"
+    if not entry[key] > 0:
+        help = "leave inertial out for a frame without mass"
+        raise LoweringError("mass-not-positive", f"a {key} is above zero", (*path, key), help)
+    here = (*path, "of")
+    if isinstance(entry["of"], str):
+        shapes, paths = own[entry["of"]], [here] * len(own[entry["of"]])
+        if not shapes:
+            help = f"give the link a {entry['of']}, or list the shapes here: of: [box: {{size: [...]}}]"
+            message = f"the link has no {entry['of']} shape to take the inertia of"
+            raise LoweringError("shape-kind", message, here, help)
+    else:
+        paths = [(*here, index) for index in range(len(entry["of"]))]
+        shapes = [lower_shape(item, at) for item, at in zip(entry["of"], paths, strict=True)]
+    try:
+        if not any(isinstance(shape.geometry, Mesh) for shape in shapes):
+            return inertial_of(shapes, **{key: float(entry[key])})
+        meshes_first = sorted(zip(shapes, paths, strict=True), key=lambda pair: not isinstance(pair[0].geometry, Mesh))
+        solids = [_solid(lowering, shape, at) for shape, at in meshes_first]
+        total = together([(solid, Transform()) for solid in solids])
+    except ValueError as problem:
+        help = "correct the sizes; bare numbers are in metres"
+        raise LoweringError("shape-size", str(problem), here, help) from None
+    factor = float(entry[key]) / (total.mass if key == "mass" else 1.0)
+    names = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    scaled: dict[str, Any] = {name: factor * getattr(total, name) for name in names}
+    return replace(total, **scaled)
+
+
+def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
+    """Return the inertial of a shape of density 1 kg/m^3, in the frame of its link."""
+    from rosorin_compile.model.mesh_triangles import ExtractProblem, mesh_inertial
+
+    mesh = shape.geometry
+    if not isinstance(mesh, Mesh):
+        return inertial_of([shape], density=1.0)
+    file = lowering.mesh_file(mesh.file, path[:2])
+    help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
+    if file is None:
+        message = f"the volume of the mesh {mesh.file} is unknown: no such file"
+        raise LoweringError("shape-kind", message, path, help)
+    try:
+        if (file, mesh.scale) not in lowering.solids:
+            lowering.solids[file, mesh.scale] = mesh_inertial(file, mesh.scale)
+    except ExtractProblem as problem:
+        message = f"the volume of the mesh {mesh.file} is unknown: {problem.diagnostic.message}"
+        raise LoweringError("shape-kind", message, path, problem.diagnostic.help or help) from None
+    return together([(lowering.solids[file, mesh.scale], shape.pose.transform())])

@@ -1,0 +1,285 @@
+"""Origins: where a value of the expanded tree was written, and what the names in its expression stand for."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+from rosorin_compile.source.diagnostics import Span
+from rosorin_compile.source.numbers import exact
+from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, locate, maker
+from rosorin_compile.source.units import NUMBER, Quantity, describe
+
+from .expand.expansion import Failed
+from .expand.scope import Scope
+from .expression import ExpressionError, evaluate, parsed, pieces
+from .symbols import MOUNT
+from .written import Piece, Written
+
+MAX_LEVELS = 6
+MAX_NAMES = 40
+_POSE = ("xyz", "rpy")
+_OF_USE = ("name", "frame")  # every part and sensor type has these names
+
+
+class Where(NamedTuple):
+    """A position in a file (line and column count from 1) and the text written there."""
+
+    file: str
+    line: int
+    column: int
+    text: str
+
+
+class Meaning(NamedTuple):
+    """The value of a name in an expression, in SI units, and what defined it.
+
+    ``where`` is None for the command line; ``names`` are the names in the defining expression.
+    """
+
+    name: str
+    value: str
+    given_by: str
+    where: Where | None
+    names: tuple[Meaning, ...] = ()
+
+
+class Step(NamedTuple):
+    """An include, a part, a sensor type or a round of a loop that a value came through."""
+
+    message: str
+    where: Where
+
+
+class Origin(NamedTuple):
+    """Where a value was written.
+
+    ``names`` are those of its expression, ``expressions`` refer to the value from elsewhere (outermost first),
+    ``stack`` lists the includes, parts and loops that lead to it (innermost first). A pose that was combined from those
+    of a part and of its mounts has all of them in ``parts``.
+    """
+
+    where: Where
+    names: tuple[Meaning, ...] = ()
+    expressions: tuple[Where, ...] = ()
+    stack: tuple[Step, ...] = ()
+    parts: tuple[Origin, ...] = ()
+
+
+class Origins:
+    """Find origins in one tree; ``root`` is the scope of the description, ``arguments`` come from the command line."""
+
+    def __init__(self, tree: Map, root: Scope, arguments: Mapping[str, Any]) -> None:
+        self.tree = tree
+        self.root = root
+        self.arguments = arguments
+        self.scopes: dict[int, Scope] = root.expansion.scopes
+        self.written = Written()
+
+    def of(self, path: Path) -> Origin | None:
+        """Return where the value at a path of the tree was written, or None for a default."""
+        node: Any = self.tree
+        spans: list[Span] = []
+        for step in path:
+            holder = node
+            if isinstance(node, Map) and step in node:
+                spans.append(node.value_spans[str(step)])
+            elif isinstance(node, Seq) and isinstance(step, int) and step < len(node):
+                spans.append(node.value_spans[step])
+            else:
+                return None
+            node = holder[step]
+        span, place = spans[-1], locate(self.tree, path)
+        piece = self.written.value(span)
+        if isinstance(piece and piece.value, (Map, Seq)) and not isinstance(node, (Map, Seq)):
+            return self._combined_pose(span, place)
+        expressions = [self.where(outer) for outer in spans[:-1] if outer != span and self._is_expression(outer)]
+        names = self._meanings_of(piece, maker(self.tree, path), place.via)
+        return Origin(self.where(span), names, tuple(expressions), self._stack(place))
+
+    def where(self, span: Span) -> Where:
+        """Return a position with the text written there."""
+        return Where(span.source.path, span.line, span.column, self.written.text(span))
+
+    def at(self, path: Path) -> tuple[Where, tuple[Step, ...]]:
+        """Return where the entry at a path begins, and the includes, parts and loops that lead to it."""
+        return self.where(locate(self.tree, path, key=True).span), self._stack(locate(self.tree, path))
+
+    def named(self, name: str) -> Meaning | None:
+        """Return the meaning of an argument or a named value of the description, or None if there is none."""
+        place = self.root.places.get(name)
+        return None if place is None else self._meaning(name, place, self.root, self.root, 0)
+
+    def _is_expression(self, span: Span) -> bool:
+        piece = self.written.value(span)
+        return piece is not None and isinstance(piece.value, str) and "${" in piece.value
+
+    def _stack(self, place: Place) -> tuple[Step, ...]:
+        steps = []
+        for related in place.stack():
+            if related.span:
+                use = self._use(related.span)
+                keys = [key for key in ("parent", *_POSE, "mirror") if use is not None and key in use]
+                mount = [f", {key}: {self.written.text(use.value_spans[key])}" for key in keys if use is not None]
+                steps.append(Step(related.message + "".join(mount), self.where(related.span)))
+        return tuple(steps)
+
+    def _use(self, span: Span) -> Map | None:
+        """Return the entry of ``use`` whose key is at a position."""
+        piece = self.written.entry(span)
+        is_use = piece is not None and len(piece.path) > 1 and piece.path[-2] == "use" and isinstance(piece.value, Map)
+        return piece.value if is_use and piece is not None else None
+
+    def _combined_pose(self, span: Span, place: Place) -> Origin:
+        """Return the origin of a calculated pose: that of the entry in its part, then those of the part's mounts."""
+        parts = list(self._poses(self.written.value(span), place.via))
+        via: Instance | None = place.via
+        while via is not None:
+            use = self._use(via.span)
+            if use is not None:
+                parts += self._poses(self.written.entry(via.span), via.parent)
+                if use.get("parent") != MOUNT:
+                    break
+            via = via.parent
+        where = Where(span.source.path, span.line, span.column, "")
+        return Origin(where, stack=self._stack(place), parts=tuple(parts))
+
+    def _poses(self, entry: Piece | None, via: Instance | None) -> Iterator[Origin]:
+        for key in _POSE:
+            if entry is not None and isinstance(entry.value, Map) and key in entry.value:
+                where = self.where(entry.value.value_spans[key])
+                piece = self.written.value(entry.value.value_spans[key])
+                yield Origin(where._replace(text=f"{key}: {where.text}"), self._meanings_of(piece, via, via))
+
+    def _meanings_of(self, piece: Piece | None, holder: Instance | None, via: Instance | None) -> tuple[Meaning, ...]:
+        """Return the meanings of the names in a value of a file.
+
+        ``holder`` is the instance that what holds the value belongs to, ``via`` that of the value itself.
+        """
+        if piece is None:
+            return ()
+        scope = self._scope(holder)
+        if scope is None:
+            home = self._scope(via)
+            while home is not None and home.parent is not None:
+                home = home.parent
+            # A named value of a file of parts is evaluated among those of that file.
+            places = home.places.values() if home is not None else ()
+            scope = home if any(place.span.source.path == piece.span.source.path for place in places) else None
+        return tuple(self._names(piece.value, scope or self.root, 0))
+
+    def _scope(self, via: Instance | None) -> Scope | None:
+        """Return the scope of an instance, or of the nearest one around it that has a scope."""
+        while via is not None and id(via) not in self.scopes:
+            via = via.parent
+        return None if via is None else self.scopes[id(via)]
+
+    def _names(self, value: Any, scope: Scope, level: int) -> Iterator[Meaning]:
+        """Yield the meanings of the names in the expressions of a value, each once."""
+        found: dict[str, tuple[Place, Scope]] = {}
+        for node, name in _names_used(value):
+            owner: Scope | None = scope
+            while owner is not None and name not in owner.places:
+                owner = owner.parent
+            if owner is not None:
+                entry = _entry_of_table(node, scope)
+                found.setdefault(ast.unparse(node) if entry else name, (entry or owner.places[name], owner))
+        for name, (place, owner) in list(found.items())[:MAX_NAMES]:
+            yield self._meaning(name, place, owner, scope, level)
+
+    def _meaning(self, name: str, place: Place, owner: Scope, scope: Scope, level: int) -> Meaning:
+        piece = self.written.entry(place.span) or self.written.value(place.span)
+        path = piece.path if piece is not None else ()
+        value = _shown(_value(ast.parse(name, mode="eval").body, scope))
+        if name in _OF_USE and owner.via is not None and not {"params", "let", "for", "with"} & set(path):
+            return Meaning(name, value, f"{name} of what uses it", self.where(owner.via.span))
+        if path[:1] == ("args",) and len(path) == 2 and name in self.arguments:
+            return Meaning(name, value, "argument, set on the command line", None)
+        defined_by, inside = self._definition(name, path, owner)
+        names = tuple(self._names(piece.value, inside, level + 1)) if piece is not None and level < MAX_LEVELS else ()
+        return Meaning(name, value, defined_by, self.where(place.span), names)
+
+    def _definition(self, name: str, path: Path, owner: Scope) -> tuple[str, Scope]:
+        """Return what defined a name, in words, and the scope of the defining expression."""
+        if name in owner.looped:
+            return "loop", owner.parent or self.root
+        if path[:1] == ("args",):
+            return "argument, its default", owner
+        if path[:1] == ("include",) and "for" not in path:
+            return "argument, set by the include", owner
+        if len(path) == 1 and name in self.arguments:
+            return "argument, set by the file", owner
+        if "with" in path:
+            return "given where it is used", self._scope(owner.via.parent if owner.via else None) or self.root
+        if "params" in path:
+            return "default of the part", owner
+        return "named value" if "let" in path else "table", owner
+
+
+def _names_used(value: Any) -> Iterator[tuple[ast.expr, str]]:
+    """Yield the names in the expressions of a value, each with the keys that follow it: body, body.length, rows[0].
+
+    Names bound by a list comprehension are left out.
+    """
+    if isinstance(value, (Map, Seq)):
+        for item in value.values() if isinstance(value, Map) else value:
+            yield from _names_used(item)
+    for piece in pieces(value) if isinstance(value, str) else ():
+        if piece.is_expression:
+            with suppress(ExpressionError, SyntaxError, ValueError):
+                tree = parsed(piece.text).body
+                names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+                bound = {node.id for node in names if isinstance(node.ctx, ast.Store)}
+                yield from ((node, name) for node, name in _chains(tree) if name not in bound)
+
+
+def _chains(node: ast.AST) -> Iterator[tuple[ast.expr, str]]:
+    base, inner = node, []
+    while isinstance(base, (ast.Attribute, ast.Subscript)):
+        inner += [base.slice] if isinstance(base, ast.Subscript) else []
+        base = base.value
+    if isinstance(base, ast.Name) and isinstance(node, ast.expr):
+        yield node, base.id
+    else:
+        inner = list(node.args) if isinstance(node, ast.Call) else list(ast.iter_child_nodes(node))  # type: ignore[arg-type]
+    for child in inner:
+        yield from _chains(child)
+
+
+def _entry_of_table(node: ast.expr, scope: Scope) -> Place | None:
+    """Return where the entry that ``table.key`` or ``table[key]`` reaches was written."""
+    if isinstance(node, (ast.Attribute, ast.Subscript)):
+        table = _value(node.value, scope)
+        key = node.attr if isinstance(node, ast.Attribute) else _value(node.slice, scope)
+        if isinstance(table, Map) and key in table:
+            return Place(table.value_spans[key], table.via)
+        if isinstance(table, Seq) and isinstance(key, int) and -len(table) <= key < len(table):
+            return Place(table.value_spans[key], table.via)
+    return None
+
+
+def _value(node: ast.expr, scope: Scope) -> Any:
+    """Return the value of a subexpression, or None if it has none."""
+    try:
+        return evaluate(ast.unparse(node), scope.lookup)
+    except (ExpressionError, Failed, KeyError, ValueError):
+        return None
+
+
+def _shown(value: Any) -> str:
+    """Return a value as short text, a quantity with its SI unit."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Quantity) and value.dimension != NUMBER:
+        words = describe(value.dimension)  # "a length (m)", or "a quantity in kg*m"
+        return f"{exact(value)} {words[words.rindex('(') + 1 : -1] if words.endswith(')') else words.split(' in ')[-1]}"
+    if isinstance(value, float):
+        return exact(value)
+    if isinstance(value, dict):
+        return f"a table of {len(value)}"
+    if isinstance(value, list):
+        numbers = all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in value)
+        return f"[{', '.join(map(exact, value))}]" if numbers and len(value) < 7 else f"a list of {len(value)}"
+    return "" if value is None else str(value)[:60]

@@ -1,0 +1,188 @@
+"""Apply ``accept`` of a description: accepted errors become notes, accepted warnings and notes are dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Set
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, did_you_mean, error
+from rosorin_compile.source.rule_registry import OF_PLUGINS, OUTPUTS, PHYSICS, SIMULATION, Rule, find
+from rosorin_compile.source.tree import Map, Path, Seq, has, locate
+from rosorin_compile.source.wording import MAX_LISTED, and_more, quoted
+
+from .annotations import Node, texts
+from .schema import sections
+
+RULES = (
+    Rule(
+        "accept-unused",
+        "A warning: `accept` names a rule that reports nothing, or a link or joint about which it reports nothing.",
+        "Remove the entry, or correct the name.",
+        OUTPUTS,
+    ),
+    Rule(
+        "accept-refused",
+        "`accept` names a rule whose errors cannot be accepted, or that stays until it is fixed, such as stand-ins.",
+        "Remove the entry.",
+        OUTPUTS,
+    ),
+)
+
+# Rules that cannot be accepted, and why.
+STAYS = {"stand-in": "a stand-in is reported until its value is measured", "accept-unused": "it is about accept itself"}
+
+# An entry of ``accept``: its index, and a name in it, or EVERYTHING; and all entries by rule and name.
+Entry = tuple[int, str]
+_Entries = dict[tuple[str, str], list[Entry]]
+EVERYTHING = ""  # a diagnostic about the robot as a whole is ``of`` it
+
+
+class Settled(NamedTuple):
+    """The diagnostics that are left, and the entries of ``accept`` that took the others."""
+
+    diagnostics: list[Diagnostic]
+    used: frozenset[Entry]
+
+
+def names_at(tree: Map, path: Path) -> tuple[str, ...]:
+    """Return the names under which a problem at a path may be accepted: the link; the joint and its child.
+
+    They are those of the innermost entry on the way for which the schema has ``x-accepted``; else the name there.
+    """
+    found: tuple[str, ...] = ()
+    node: Node = Node(properties=sections())
+    value: Any = tree
+    is_final = False
+    for step in path:
+        if not is_final and node.keys is not None and node.keys.names:
+            found = (str(step),)
+        below = node.below(step)
+        if below is None:
+            return found
+        node, value = below, value[step] if has(value, step) else None
+        if node.accepted and isinstance(value, Map):
+            known = {**{key: name for key, _, name in node.left_out(value)}, **texts(value)}
+            names = []
+            for name in node.accepted:
+                with suppress(KeyError):  # the entry has no such name
+                    names.append(name.format(*path, **known))
+            found, is_final = tuple(names), True
+    return (value,) if not is_final and node.names and isinstance(value, str) else found
+
+
+def accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:
+    """Return True if a description accepts a diagnostic."""
+    return bool(_covering(_entries(tree), diagnostic, acceptable))
+
+
+def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
+    """Return the errors about rule ids in ``accept``; the tree may be of any shape."""
+    diagnostics = []
+    entries = tree.get("accept")
+    for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
+        rule = entry.get("rule") if isinstance(entry, Map) else None
+        if not isinstance(rule, str) or rule in acceptable:
+            continue
+        known = OF_PLUGINS.get(rule) or find([rule]).get(rule)
+        if known is None:
+            from .validate import not_allowed
+
+            diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
+        elif rule in STAYS or not known.mild:
+            why = STAYS.get(rule, "the robot could not be built, or would be built wrongly")
+            place = locate(tree, ("accept", index, "rule"))
+            message = f"{rule} cannot be accepted: {why}"
+            diagnostics.append(error("accept-refused", message, place.span, "remove the entry"))
+    return diagnostics
+
+
+def settled(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> Settled:
+    """Remove accepted warnings and notes, and merge accepted errors to one note a rule.
+
+    ``acceptable`` are the rules whose errors may be accepted, by id.
+    """
+    entries = _entries(tree)
+    left: list[Diagnostic] = []
+    groups: dict[str, list[Diagnostic]] = {}
+    used: set[Entry] = set()
+    for diagnostic in diagnostics:
+        covering = _covering(entries, diagnostic, acceptable)
+        used.update(covering)
+        is_acceptable_error = diagnostic.severity == ERROR and diagnostic.rule in acceptable
+        if covering and diagnostic.severity == ERROR:
+            groups.setdefault(diagnostic.rule, []).append(diagnostic)
+        elif not covering and is_acceptable_error and (diagnostic.rule, EVERYTHING) in entries and diagnostic.of:
+            way = f"an error is accepted by name: of: [{diagnostic.of[0]}]"
+            left.append(replace(diagnostic, help="; ".join(filter(None, (diagnostic.help, way)))))
+        elif not covering:
+            left.append(diagnostic)
+    for group in groups.values():
+        covering = [entry for one in group for entry in _covering(entries, one, acceptable)]
+        reasons = dict.fromkeys(tree["accept"][index]["reason"] for index, _ in covering)
+        more = f",{and_more(len(group) - 1, 'of this kind')}" if len(group) > 1 else ""
+        message = f"accepted: {group[0].message}{more} ({'; '.join(reasons)})"
+        left.append(replace(group[0], severity=NOTE, message=message, help="", suggest=None, related=()))
+    return Settled(left, frozenset(used))
+
+
+def _entries(tree: Map) -> _Entries:
+    entries: _Entries = {}
+    for index, entry in enumerate(tree.get("accept") or ()):
+        for name in entry.get("of", (EVERYTHING,)):
+            entries.setdefault((entry["rule"], name), []).append((index, name))
+    return entries
+
+
+def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> list[Entry]:
+    """Return the entries of ``accept`` that cover a diagnostic. An error has to be named, others need not be."""
+    rule = diagnostic.rule
+    if diagnostic.severity == ERROR and rule not in acceptable:
+        return []
+    names = diagnostic.of if diagnostic.severity == ERROR else (*diagnostic.of, EVERYTHING)
+    return [entry for name in names for entry in entries.get((rule, name), ())]
+
+
+def unused(
+    tree: Map, used: Set[Entry], acceptable: Mapping[str, Rule], asked: Collection[str] = ("",)
+) -> list[Diagnostic]:
+    """Return a warning for each entry of ``accept`` that covers nothing.
+
+    ``asked`` is what the run requested (``Rule.asked``): rules that were not checked are left out.
+    """
+    diagnostics = []
+    for index, entry in enumerate(tree.get("accept") or ()):
+        idle = [name for name in dict.fromkeys(entry.get("of", (EVERYTHING,))) if (index, name) not in used]
+        rule = entry["rule"]
+        if not idle or _requested(rule, acceptable) not in asked:
+            continue
+        place, suggest = locate(tree, ("accept", index, "rule")), None
+        message, help = f"{rule} is accepted, but has nothing to report", "remove the entry"
+        if "of" in entry:
+            place = locate(tree, ("accept", index, "of", list(entry["of"]).index(idle[0])))
+            message = f"{rule} is accepted of {quoted(idle, MAX_LISTED)}, but has nothing to report about "
+            message += "it" if len(idle) == 1 else "them"
+            kind = acceptable[rule].accept if rule in acceptable else "part"
+            help = f"remove the entry, or name a {kind} that the rule refuses"
+            suggest = partial(_name_meant, tree, idle[0], help)
+        warning = Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help, suggest=suggest)
+        diagnostics.append(warning)
+    return diagnostics
+
+
+def _name_meant(tree: Map, name: str, otherwise: str) -> str:
+    from .symbols import THINGS, SymbolTable
+
+    names = SymbolTable(tree).names().among(THINGS)
+    guess = "" if name in names else did_you_mean(name, sorted(names))
+    return guess if guess.startswith("did") else otherwise
+
+
+def _requested(id: str, acceptable: Mapping[str, Rule]) -> str:
+    """Return what a run has to request to check a rule."""
+    rule = acceptable.get(id) or OF_PLUGINS.get(id) or find([id]).get(id)
+    if rule is None:
+        return ""
+    return {PHYSICS: "physics", SIMULATION: "simulation"}.get(rule.topic, rule.asked)

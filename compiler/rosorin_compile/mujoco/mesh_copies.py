@@ -1,0 +1,183 @@
+"""Copy the meshes and textures that an MJCF opens to the folder of the artifacts.
+
+MuJoCo reads binary STL, OBJ, MSH and PNG, which are copied. An ASCII STL becomes a binary one; DAE, glTF and GLB become
+OBJ, which needs trimesh. A converted file has the SHA-256 of its source in its first line, and a machine without
+trimesh uses the copy that already exists. Without either it is an error: the MJCF never depends on what is installed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import struct
+from contextlib import suppress
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+from rosorin_compile.formats.mesh_files import OF_ELEMENT, OF_MESH, Found, NamedFile, Searched, files_diagnostic
+from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
+from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING
+from rosorin_compile.source.files import read_bytes
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+
+RULES = (
+    Rule(
+        "mesh-converted",
+        "A note: a mesh is of a format that MuJoCo does not read; the MJCF names a copy in another one.",
+        "Nothing is to be done; colours and textures of such a file are not carried over.",
+        FORMATS,
+        asked="meshes",
+    ),
+    Rule(
+        "mesh-not-read",
+        "A warning: a mesh or a texture cannot be read, or not by MuJoCo; it is left out of the MJCF. An error of one "
+        "that an element of `mjcf_elements` names.",
+        "As the message says.",
+        FORMATS,
+        asked="meshes",
+    ),
+)
+
+MAX_BYTES = 500_000_000
+MAX_STL_TRIANGLES = 200_000  # of MuJoCo
+MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no hull beyond it
+MIN_VERTICES = 4  # distinct ones, of MuJoCo
+_MARK = "made by rosorin-compile of SHA-256 "
+_PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
+_OBJ_FACE = re.compile(rb"(?:^|[\r\n])[ \t]*f[ \t]+([^\r\n]*)")
+_OBJ_INDEX = re.compile(rb"(?:^|(?<=[ \t]))(-?\d+)", re.MULTILINE)
+_STL_TRIANGLE = struct.Struct("<12x9f2x")
+
+
+def copy_meshes(searched: Searched, outputs: Path) -> Searched:
+    """Add the contents of the files that the MJCF opens in ``outputs`` to the result of a search.
+
+    Those that cannot be read are added to ``missing`` and reported.
+    """
+    files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
+    failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by rule, reason, help and kind of file
+    found = [one for one in searched.found if one.named.kind != OF_MESH]
+    for number, one in enumerate(found):
+        Progress.step("reading meshes", number, len(found))
+        try:
+            copies, is_new = _copies(one, outputs)
+        except UnreadableMesh as problem:
+            cause = (problem.rule or "mesh-not-read", str(problem), problem.help, one.named.kind)
+            failed.setdefault(cause, []).append(one.named)
+            missing.add(one.named.name)
+            continue
+        files |= copies
+        converted += [one.named] if is_new else []
+    diagnostics = list(searched.diagnostics)
+    for (rule, reason, help, kind), many in failed.items():
+        severity, effect = WARNING, "left out of the MJCF"
+        if rule == "extra-missing":
+            severity, effect = ERROR, "not converted for the MJCF"
+        elif kind == OF_ELEMENT:
+            severity, effect = ERROR, "not read"
+        diagnostics.append(files_diagnostic(rule, f"{effect}: {reason}", help, severity, many))
+    if converted:
+        message = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
+        diagnostics.append(replace(files_diagnostic("mesh-converted", message, "", NOTE, converted), related=()))
+    return searched._replace(missing=frozenset(missing), diagnostics=diagnostics, files=files)
+
+
+def check_for_mujoco(data: bytes, ending: str) -> None:
+    """Raise UnreadableMesh for a file that MuJoCo does not load; ``ending`` is that of its name, such as ".stl"."""
+    check_content(data)
+    if ending == ".png" and not (data.startswith(_PNG_START) and data.endswith(_PNG_END)):
+        raise UnreadableMesh("it is no complete PNG", "export it again, as PNG")
+    if ending not in (".stl", ".obj"):
+        return
+    if ending == ".stl":
+        if is_ascii_stl(data):
+            raise UnreadableMesh("MuJoCo reads no ASCII STL", "export it as binary STL")
+        count = stl_count(data)
+        if count is not None and not 1 <= count <= MAX_STL_TRIANGLES:
+            message = f"it has {count:,} triangles, and MuJoCo reads 1 to {MAX_STL_TRIANGLES:,} of an STL"
+            raise UnreadableMesh(message, "reduce the number of triangles, or export it as OBJ")
+    coordinates = read_vertices(data, ending)
+    farthest = max(map(abs, coordinates))
+    if farthest > MAX_COORDINATE:
+        raise UnreadableMesh(f"a coordinate of a vertex is {farthest:g}")
+    vertices = zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True)
+    distinct = set(islice(vertices, 100))
+    distinct |= set(vertices) if len(distinct) < MIN_VERTICES else set()
+    if len(distinct) < MIN_VERTICES:
+        message = f"MuJoCo needs {MIN_VERTICES} different vertices, and it has {len(distinct)}"
+        raise UnreadableMesh(message, "name a mesh that has a surface")
+    if ending == ".obj":
+        count = len(coordinates) // 3  # faces count from 1, or backwards from -1
+        faces = b"\n".join(_OBJ_FACE.findall(data))
+        if not all(1 <= abs(index) <= count for index in map(int, set(_OBJ_INDEX.findall(faces)))):
+            raise UnreadableMesh("it has a face with a vertex that does not exist")
+
+
+def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
+    """Return the copies of a file by name, and whether one of them was converted now. Raises UnreadableMesh."""
+    data, source_ending = _read(found.file), found.file.suffix.lower()
+    check_content(data)
+    if not found.places or any(
+        path.exists() and path.samefile(found.file) for path in map(outputs.joinpath, found.places)
+    ):
+        check_for_mujoco(data, source_ending)
+        return dict.fromkeys(found.places, data), False
+    copies: dict[str, bytes] = {}
+    is_new = False
+    for place in found.places:
+        ending = Path(place).suffix.lower()
+        if ending == source_ending and not (ending == ".stl" and is_ascii_stl(data)):
+            copies[place] = data
+        else:
+            existing, mark = b"", f"{_MARK}{hashlib.sha256(data).hexdigest()[:40]}"
+            with suppress(OSError, ValueError):
+                existing = (outputs / place).read_bytes()
+            copies[place] = _binary_stl(data, mark) if ending == ".stl" else _obj(found.file, mark, existing)
+            is_new = is_new or copies[place] != existing
+        check_for_mujoco(copies[place], ending)
+    return copies, is_new
+
+
+def _read(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
+        return read_bytes(path)
+    except OSError as problem:
+        raise UnreadableMesh(problem.strerror or type(problem).__name__, "check the permissions") from None
+
+
+def _binary_stl(data: bytes, mark: str) -> bytes:
+    """Convert an ASCII STL."""
+    coordinates = read_vertices(data, ".stl")
+    triangles = zip(*(coordinates[first::9] for first in range(9)), strict=True)
+    try:
+        packed = b"".join(_STL_TRIANGLE.pack(*triangle) for triangle in triangles)
+    except OverflowError:
+        raise UnreadableMesh("a coordinate of a vertex is too large for a binary STL") from None
+    return mark.encode().ljust(80) + struct.pack("<I", len(coordinates) // 9) + packed
+
+
+def _obj(path: Path, mark: str, existing: bytes) -> bytes:
+    """Convert a mesh to OBJ with trimesh; without trimesh return the existing copy if it was made of the same bytes."""
+    try:
+        TriangleMesh.needed()
+        import numpy as np
+
+        triangles = load_mesh(path).triangles
+    except ExtractProblem as problem:
+        reason = problem.diagnostic
+        if reason.rule != "extra-missing":
+            raise UnreadableMesh(reason.message.removeprefix(f"{path} "), reason.help) from None
+        if mark.encode() in existing[:200]:
+            return existing
+        message = f"MuJoCo does not read its format, and {reason.message}"
+        raise UnreadableMesh(message, f"{reason.help}; or export it as STL or OBJ", reason.rule) from None
+    # Each vertex once, with as many digits as MuJoCo keeps.
+    corners, faces = np.unique(triangles.reshape(-1, 3).astype(np.float32), axis=0, return_inverse=True)
+    lines = [f"# {mark}", *("v " + " ".join(f"{value + 0.0:.9g}" for value in corner) for corner in corners.tolist())]
+    lines += ["f " + " ".join(map(str, face)) for face in (faces.reshape(-1, 3) + 1).tolist()]
+    return ("\n".join(lines) + "\n").encode()

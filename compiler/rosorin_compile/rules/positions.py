@@ -1,0 +1,278 @@
+"""Positions of joints: within their limits, reached by their servos, and followed by other joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from rosorin_compile.language.annotations import Node
+from rosorin_compile.language.schema import sections
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint
+from rosorin_compile.model.servos import ServoGroup
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import JOINTS, POSES, rule
+from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.wording import first_of
+
+from .case import Case, number
+
+# Positions come from pulses and printed limits: a hair beyond is rounding.
+ROUNDING = 1e-6
+# A linkage is no exact ratio: so much of the range of a joint its leader may move it beyond.
+SLACK = 0.05
+SHOWN = 8
+# rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
+COARSE = 0.1
+# A servo reaches more or less than its joint, by a gear that is not described; not by as much.
+OTHER_RANGE = 20.0
+SEVERAL_TURNS = 4 * math.pi
+
+
+@rule("beyond-joint-limit", "A warning: a value is beyond the joint limits.", "Correct it.", JOINTS, "joint", "always")
+@rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
+@rule(
+    "mimic-beyond-limit", "A warning: a follower is driven beyond its limits.", "Correct it.", JOINTS, "joint", "always"
+)
+def within_limits(case: Case) -> Iterator[Diagnostic]:
+    """Compare what the limits of a joint bound with them: the numbers that the schema marks by ``x-within``."""
+    for section, node in sections().items():
+        for id, path, name, value in _bounded(node, case.tree.get(section), (section,), ""):
+            joint = case.robot.joint.get(name)
+            if joint is not None and joint.moves and (id != "pose-beyond-limit" or joint.mimic is None):
+                yield from _compare(case, id, joint, path, value)
+    # A pose leaves the joints at zero that it does not name; one of a planning group is about the joints of that.
+    moveit = case.robot.moveit
+    states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
+    for joint in case.robot.joints:
+        if joint.mimic is None and joint.moves and any(joint.name in pose.positions for pose in case.robot.poses):
+            for pose in case.robot.poses:
+                if joint.name not in pose.positions and pose.name not in states:
+                    yield from _compare(case, "pose-beyond-limit", joint, ("poses", pose.name), 0.0)
+
+
+def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
+    """Yield the values that their joint bounds: the rule that reports them, the path, the joint, and the value."""
+    if node is None:
+        return
+    if node.within and isinstance(value, (int, float, Map)):
+        yield node.within, path, joint, value
+    names = node.keys is not None and "joint" in (node.keys.gives, node.keys.names)
+    for key, inner in value.items() if isinstance(value, dict) else ():
+        yield from _bounded(node.at(key), inner, (*path, key), key if names else joint)
+
+
+def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:
+    """Yield a warning if a value of a joint is beyond its limits."""
+    soft = joint.safety.soft_lower_limit if joint.safety and path[-1] == "soft_upper_limit" else None
+    if soft is not None and soft >= value:
+        message = f'the soft limits of joint "{joint.name}" leave it no room to move'
+        yield case.problem(id, message, path[:-1], "widen them, or leave them out", within=True)
+    interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
+    lower, upper = joint.limits_of(interface)
+    low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
+    if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
+        return
+    called, slack = f"the {path[-1]} of".replace("_", " "), ROUNDING
+    related, first, last = [], value, value
+    if id == "mimic-beyond-limit":
+        driven = _driven(case, joint)
+        if driven is None:
+            return
+        leader, first, last = driven
+        slack, called = SLACK * (high - low), f'"{leader.name}" drives'
+        related.append(("those of the leader", case.joint(leader, "limit")))
+        offset = joint.mimic.offset if joint.mimic else 0.0
+        path = (*path, "offset" if abs(offset) > max(abs(low), abs(high)) + slack else "multiplier")
+    elif id == "pose-beyond-limit":
+        first = last = case.robot.positions(str(path[1])).get(joint.name, 0.0)
+        called = f'pose "{path[1]}" {"places" if len(path) > 2 else "leaves"}'
+    if first < low - slack or last > high + slack:
+        shown = number(first) if first == last else f"{number(first)} to {number(last)}"
+        message = f'{called} joint "{joint.name}" at {shown}, beyond its limits of {number(low)} to {number(high)}'
+        limit = case.joint(joint, "limit")
+        related.append(("the limit", case.value(limit, "lower" if first < low - slack else "upper")))
+        message += case.stands_in(limit)
+        yield case.problem(id, message, path, related=related, severity=WARNING, key=len(path) == 2)
+
+
+def _driven(case: Case, joint: Joint) -> tuple[Joint, float, float] | None:
+    """Return the leader of a joint with limits, and the positions to which it drives the joint within its own."""
+    leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
+    if joint.mimic is None or leader is None or leader.mimic is not None or range_of(joint) is None:
+        return None
+    ends = range_of(leader)
+    low, high = sorted(joint.mimic.multiplier * end + joint.mimic.offset for end in ends) if ends else (0.0, 0.0)
+    return (leader, low, high) if ends else None
+
+
+def range_of(joint: Joint) -> tuple[float, float] | None:
+    """Return the limits of a joint that has some; None if they mean nothing."""
+    limit = joint.limit
+    if joint.type not in ("revolute", "prismatic") or limit is None or limit.lower is None or limit.upper is None:
+        return None
+    return (limit.lower, limit.upper) if limit.lower < limit.upper else None
+
+
+def _span(ends: tuple[float, float], joint: Joint) -> str:
+    return f"{number(ends[0])} to {number(ends[1])} {joint.unit}"
+
+
+@rule("zero-beyond-limit", help="Add a pose that places it.", topic=POSES)
+def zeros(case: Case) -> Iterator[Diagnostic]:
+    """A note: zero, where simulations begin, is not within the limits of a joint, and no pose places it."""
+    placed = {name for pose in case.robot.poses for name in pose.positions}
+    away = []
+    for joint in case.robot.joints:
+        ends = range_of(joint) if joint.mimic is None and joint.name not in placed else None
+        if ends and not ends[0] - ROUNDING <= 0 <= ends[1] + ROUNDING:
+            away.append((joint, ends))
+    if away:
+        names = first_of([f'"{joint.name}" ({_span(ends, joint)})' for joint, ends in away], SHOWN)
+        joint, ends = away[0]
+        message = f"zero, where simulations begin, is not within the limits of {names}"
+        yield case.problem(
+            "zero-beyond-limit", message, case.joint(joint, "limit", "lower" if ends[0] > 0 else "upper")
+        )
+
+
+# --- poses and servos ---
+
+
+@rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Leave it out.", POSES)
+@rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
+def placed_joints(case: Case) -> Iterator[Diagnostic]:
+    """Poses of joints that are fixed, have no single position, or follow another; a pose of a base that is fixed."""
+    for pose in case.robot.poses:
+        for name in pose.positions:
+            joint = case.robot.joint.get(name)
+            path: Path = ("poses", pose.name, "pulses" if name in pose.pulses else "positions", name)
+            if joint is not None and not joint.moves and name not in pose.pulses:
+                yield _motionless(case, joint, path, f'pose "{pose.name}" moves', key=True)
+            elif joint is not None and joint.moves and joint.mimic is not None:
+                message = f'pose "{pose.name}" places joint "{name}", which follows "{joint.mimic.joint}": no effect'
+                yield case.problem("ignored-key", message, path, f'place "{joint.mimic.joint}" instead', key=True)
+        outputs = [one for one in case.robot.outputs if one.backend in case.formats]
+        has_base = any("base" in case.formats[one.backend].options for one in outputs)
+        is_free = any(one.options.get("base") == "free" for one in outputs)
+        # moveit places the virtual joint of its own
+        if pose.base is not None and has_base and not is_free and case.robot.moveit is None:
+            message = f'pose "{pose.name}" places the base, which is fixed in every output: no effect'
+            help = "write base: free in the output"
+            yield case.problem("ignored-key", message, ("poses", pose.name, "base"), help, severity=NOTE, key=True)
+
+
+def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
+    """Return the problem of a joint that is moved and does not move, or has no single position."""
+    id, why = "joint-is-fixed", "is fixed"
+    if not joint.is_fixed:
+        id, why = "joint-has-no-position", f"is {joint.type} and has no single position"
+    related = [("the joint", case.joint(joint))]
+    return case.problem(id, f'{what} joint "{joint.name}", which {why}', path, related=related, key=key)
+
+
+@rule("two-servos", "A joint is in two servo groups.", "Name it in one place.", POSES)
+def groups(case: Case) -> Iterator[Diagnostic]:
+    """Servos of fixed joints, and joints with two servos."""
+    taken: dict[str, Path] = {}
+    order = list(case.section("servos"))
+    for group in sorted(case.robot.servos, key=lambda group: order.index(group.name)):
+        for index, name in enumerate(group.joints):
+            path: Path = ("servos", group.name, "joints", index)
+            joint = case.robot.joint.get(name)
+            if joint is not None and not joint.moves:
+                yield _motionless(case, joint, path, f'servo group "{group.name}" turns')
+            if name in taken and joint is not None:
+                related = [("its first servo", taken[name])]
+                yield case.problem("two-servos", f'joint "{name}" has two servos', path, related=related)
+            taken.setdefault(name, path)
+
+
+@rule("servo-range", help="`rad_per_pulse` is the angle of one pulse, in radians: `${240*deg / 1000}`.", topic=POSES)
+def scales(case: Case) -> Iterator[Diagnostic]:
+    """A warning: a pulse turns a servo by many degrees, or all pulses reach much more or less than the joint."""
+    for group in case.robot.servos:
+        joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
+        yield from list(_scale(case, group, joints))[:1]
+
+
+def _scale(case: Case, group: ServoGroup, joints: list[Joint]) -> Iterator[Diagnostic]:
+    path: Path = ("servos", group.name, "rad_per_pulse")
+    step, reach = abs(group.rad_per_pulse), abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
+    message = f'all pulses of the servos "{group.name}" together are {number(reach)} rad or m{case.stands_in(path)}'
+    if step >= COARSE and reach >= SEVERAL_TURNS and any(joint.type != "prismatic" for joint in joints):
+        yield case.problem("servo-range", f"{message}: this looks like degrees", path)
+    for joint in joints:
+        ends, limit = range_of(joint), case.joint(joint, "limit")
+        if ends and not 1 / OTHER_RANGE <= reach / (ends[1] - ends[0]) <= OTHER_RANGE:
+            message += f', and joint "{joint.name}" goes from {_span(ends, joint)}{case.stands_in(limit)}'
+            yield case.problem("servo-range", message, path, related=[("its limits", limit)])
+
+
+# --- followers ---
+
+
+@rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)
+@rule("mimic-fixed", "A joint without a position follows or leads.", "Name one that moves.", JOINTS, "joint", "always")
+@rule("mimic-cycle", "Joints follow each other in a circle.", "Let one of them lead: remove its `mimic`.", JOINTS)
+def leaders(case: Case) -> Iterator[Diagnostic]:
+    """Leaders that are missing or cannot lead, and followers that follow themselves."""
+    robot = case.robot
+    for joint in (joint for joint in robot.joints if joint.mimic):
+        path, name = case.joint(joint, "mimic", "joint"), joint.mimic.joint if joint.mimic else ""
+        leader, message = robot.joint.get(name), f'joint "{joint.name}" follows "{name}"'
+        if not joint.moves:
+            yield case.problem("mimic-fixed", f"{message}, but is {joint.type}", path[:-1], key=True)
+        elif leader is None:
+            moving = [other.name for other in robot.joints if other.moves and other is not joint]
+            help = case.suggest(path, name, moving, "name a joint that moves")
+            yield case.problem("mimic-unknown", f"{message}, but there is no such joint", path, help)
+        elif not leader.moves:
+            related = [("the leader", case.joint(leader))]
+            message += f", which is {leader.type} and has no single position"
+            yield case.problem("mimic-fixed", message, path, related=related)
+    for first, *others in circles(case):
+        names = [joint.name for joint in (first, *others, first)]
+        related = [(f'"{joint.name}" follows here', case.joint(joint, "mimic", "joint")) for joint in others]
+        message = f"joints follow each other in a circle: {' -> '.join(names)}"
+        yield case.problem("mimic-cycle", message, case.joint(first, "mimic", "joint"), related=related)
+
+
+def circles(case: Case) -> Iterator[list[Joint]]:
+    """Yield each circle of followers once, beginning with the joint that the description names first."""
+    done: set[str] = set()
+    for start in case.robot.joints:
+        chain: list[Joint] = []
+        joint: Joint | None = start if start.mimic else None
+        while joint is not None and joint.name not in done:
+            done.add(joint.name)
+            chain.append(joint)
+            joint = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
+        if joint is not None and joint in chain:
+            yield chain[chain.index(joint) :]
+
+
+@rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both the same publisher.", JOINTS)
+@rule("mimic-chain", "A warning: a follower of a follower.", "Follow the first leader.", JOINTS, "joint", "always")
+def order(case: Case) -> Iterator[Diagnostic]:
+    """Find followers that robot_state_publisher cannot resolve.
+
+    It goes once through the followers by name (ros/robot_state_publisher@humble:src/robot_state_publisher.cpp), so a
+    follower of a follower is lost unless its leader comes first; and readers of the URDF look for the leader there.
+    """
+    in_circle = {joint.name for circle in circles(case) for joint in circle}
+    for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):
+        mimic = joint.mimic
+        leader = case.robot.joint.get(mimic.joint) if mimic else None
+        if leader is None or mimic is None or leader is joint or not (joint.moves and leader.moves):
+            continue
+        path, message = case.joint(joint, "mimic", "joint"), f'joint "{joint.name}" follows "{leader.name}"'
+        if leader.publisher.kind != ROBOT_STATE_PUBLISHER:
+            related = [("the publisher of the leader", case.publisher(leader))]
+            yield case.problem("mimic-not-published", f"{message}, which is not in the URDF", path, related=related)
+        elif leader.mimic and joint.name.encode() < leader.name.encode() and leader.name not in in_circle:
+            first, offset = leader.mimic, mimic.multiplier * leader.mimic.offset + mimic.offset
+            direct = f"joint: {first.joint}, multiplier: {number(mimic.multiplier * first.multiplier)}"
+            help = f"follow the leader directly: {{{direct}{f', offset: {number(offset)}' if offset else ''}}}"
+            message += ", itself a follower that comes later by name: robot_state_publisher would not move it"
+            yield case.problem("mimic-chain", message, path, help)

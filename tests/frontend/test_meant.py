@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.language.expand.forms import _SENSOR_TYPE_KEYS
+from rosorin_compile.language.expand.declarations import _SENSOR_TYPE_KEYS
 from rosorin_compile.language.schema import of_types, schema
 from rosorin_compile.language.suggestions import unit_meant
 from rosorin_compile.language.synonyms import _data, keys_of_kinds, plain, values_of_kinds, words_for

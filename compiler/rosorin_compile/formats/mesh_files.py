@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 from rosorin_compile.language.element_names import files_in
-from rosorin_compile.language.expand.forms import OF_MJCF
+from rosorin_compile.language.expand.included_robots import OF_MJCF
 from rosorin_compile.language.suppressions import EVERYTHING
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files

@@ -14,7 +14,7 @@ from rosorin_compile.source.tree import Map, Seq, locate
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
 from rosorin_compile.source.wording import counted, in_words, unseen
 
-from .expand.tracing import problem_at
+from .expand.provenance import problem_at
 from .schema import Steps, backend_of, has_entries, part_at, resolve, sections, subject, unit_at, with_outputs
 from .suggestions import (
     fallen_out,

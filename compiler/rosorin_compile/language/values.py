@@ -67,7 +67,7 @@ def check_names(root: Map, scope: Scope) -> None:
                 related = (Related("the other one", places[similar].span), *place.stack())
                 help = "give one of them another name"
                 warning = Diagnostic("names-look-alike", WARNING, message, place.span, related, help)
-                scope.ledger.diagnostics.append(warning)
+                scope.expansion.diagnostics.append(warning)
 
 
 class Use(NamedTuple):
@@ -82,7 +82,7 @@ class ValueTable:
 
     def __init__(self, root: Map, reader: Reader, scope: Scope) -> None:
         self.root, self.reader = root, reader
-        self.is_constant = scope.ledger.is_constant
+        self.is_constant = scope.expansion.is_constant
 
     def uses(self, name: str) -> list[Place]:
         """Return the places of the expressions that use an argument or a named value of the description."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.language.expand.provenance import mistake_place
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.expand.tracing import mistake_place
 from rosorin_compile.language.schema import TEMPLATE
 from rosorin_compile.language.suggestions import name_meant
 from rosorin_compile.language.suppressions import names_at

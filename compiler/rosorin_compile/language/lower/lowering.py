@@ -17,8 +17,8 @@ from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.source.tree import Map, Path, locate
 
+from ..expand.provenance import problem_at
 from ..expand.scope import Scope
-from ..expand.tracing import problem_at
 from ..suppressions import accepted, names_at
 
 T = TypeVar("T")

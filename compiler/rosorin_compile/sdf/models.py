@@ -21,12 +21,13 @@ from rosorin_compile.source.xml.markup import Attribute, Element
 from .elements import RESERVED, WORLD
 from .reading import SdfReading, WrittenPose, is_true
 
-_READING = Heading.READING
 RULES = (
-    Rule("sdf-version", "An SDF of a version that is not read.", "`gz sdf -p FILE` converts old files.", _READING),
-    Rule("sdf-models", "A file has no model, several, or a world.", "Name a file of one model.", _READING),
-    Rule("sdf-include", "An included file is not found.", "Say where it is: `--package NAME=FOLDER`.", _READING),
-    Rule("sdf-name-unknown", "A name refers to nothing, or to itself in a circle.", "Correct it.", _READING),
+    Rule(
+        "sdf-version", "An SDF of a version that is not read.", "`gz sdf -p FILE` converts old files.", Heading.READING
+    ),
+    Rule("sdf-models", "A file has no model, several, or a world.", "Name a file of one model.", Heading.READING),
+    Rule("sdf-include", "An included file is not found.", "Say where it is: `--package NAME=FOLDER`.", Heading.READING),
+    Rule("sdf-name-unknown", "A name refers to nothing, or to itself in a circle.", "Correct it.", Heading.READING),
 )
 
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"

@@ -79,7 +79,7 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
             if left and left[1] == _AROUND:  # it is closed too early: something within is still open
                 reason, line, help = f"<{left[2]}> is not closed", 0, f"add </{left[2]}>"
             elif left and left[2] == _AROUND:
-                reason = f"</{left[1]}> closes what is not open"
+                reason = f"</{left[1]}> does not close an open element"
         made = case.problem("bad-xml", f"this is no element of XML: {reason}", path, help)
         yield _at_line(made, text, line, column - (len(_AROUND) + 2 if line == 1 else 0)) if line else made
 

@@ -178,8 +178,8 @@ class SdfReading(Reading):
                 if any(is_file(package / name) for name in ("model.config", "package.xml", "model.sdf")):
                     self._resolved_allowed.append(resolve(package))
         candidates += [Path(entry, rest) for entry in self._entries(OF_GAZEBO)]
-        files = [_model_in(path) if is_folder(path) else path for path in candidates]
-        files = [file for file in files if file is not None and exists(file)]
+        models = [_model_in(path) if is_folder(path) else path for path in candidates]
+        files = [file for file in models if file is not None and exists(file)]
         for file in files:
             if any(map(Path(os.path.abspath(file)).is_relative_to, self._allowed)):
                 return file, "", ""

@@ -334,7 +334,7 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
     elif is_unclosed and text.startswith("<", at):
         sign = next(sign for sign in _ENDS if text.startswith(sign, at))
         message, help, length, related = f"this {_ENDS[sign]} is not closed", "close it", len(sign), []
-    elif is_unclosed and open_element:
+    elif open_element and (is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS):
         at = max(0, len(text.rstrip()) - 1)
         message, help = f"the file ends, but <{tag}> is not closed", f"add </{tag}>"
     elif is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from types import NoneType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Span, error
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, error
 from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, at, exists, has, locate, maker, written
 
 from ..expression import names_in, pieces
@@ -94,7 +94,7 @@ def problem_at(
     path: Sequence[str | int],
     rule: str,
     message: str,
-    help: str = "",
+    help: Help = "",
     related: Iterable[Related] = (),
     key: bool = False,
 ) -> Diagnostic:

@@ -3,6 +3,7 @@
 import os
 import random
 import shutil
+import sqlite3
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,11 @@ from support.bags import STORE, Scene, judged, part, rules
 from support.paths import ROOT
 
 ROBOT = str(ROOT / "descriptions" / "rosorin")
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return bags.write(tmp_path_factory.mktemp("packed") / "bag", bags.messages(Scene(seconds=2.0)), "sqlite3", "FILE")
 
 
 def outcome(folder: Path) -> list[str]:
@@ -86,6 +92,23 @@ def test_a_damaged_metadata_file(clean: dict[str, Path], tmp_path: Path, metadat
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("kind", ["sqlite3", "mcap", "packed"])
+def test_any_line_of_metadata_may_be_anything(clean: dict[str, Path], packed: Path, tmp_path: Path, kind: str) -> None:
+    """An error that names a file, or what the whole recording says: nothing is left out in silence."""
+    chance = random.Random(kind)  # noqa: S311
+    values = ["", "~", "yes", "word", "-1", "1.5", "9" * 30, "'9'", "[]", "{a: b}", "2026-11-20", ".inf", "&a [*a]"]
+    values += ["\x07", "[["]
+    folder = shutil.copytree(clean.get(kind, packed), tmp_path / "bag")
+    lines = (folder / "metadata.yaml").read_text("utf-8").splitlines()
+    for _ in range(25):
+        changed = list(lines)
+        at = chance.randrange(len(lines))
+        changed[at : at + 1] = [f"{lines[at].partition(':')[0]}: {chance.choice(values)}"] * chance.randrange(2)
+        (folder / "metadata.yaml").write_text("\n".join(changed), "utf-8")
+        assert outcome(folder) in ([], [str(folder)]), changed
+
+
+@pytest.mark.slow
 def test_what_is_no_regular_file(clean: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     os.mkfifo(tmp_path / "fifo.mcap")
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
@@ -113,6 +136,29 @@ def test_what_is_no_regular_file(clean: dict[str, Path], tmp_path: Path, capsys:
     assert judged(tmp_path / "only_fifos").findings == ()
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE topics SET name = x'00ff' WHERE name = '/scan'",
+        "UPDATE topics SET type = x'00ff' WHERE name = '/scan'",
+        "UPDATE messages SET timestamp = 'soon' WHERE id = 5",
+        "UPDATE messages SET timestamp = 1e300 WHERE id = 5",
+        "UPDATE messages SET timestamp = 9223372036854775806 WHERE id = 5",
+        "UPDATE messages SET data = 7 WHERE id = 5",
+        "UPDATE messages SET data = x'' WHERE topic_id = 1 AND id > 9",
+        "UPDATE topics SET offered_qos_profiles = '[[[['",
+        "DELETE FROM topics",
+    ],
+)
+def test_rows_of_a_database_that_are_of_another_kind(clean: dict[str, Path], tmp_path: Path, change: str) -> None:
+    folder = shutil.copytree(clean["sqlite3"], tmp_path / "bag")
+    database = sqlite3.connect(part(folder))
+    database.execute(change)
+    database.commit()
+    database.close()
+    assert outcome(folder) != []
+
+
 def test_a_message_that_ends_too_early(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = bags.messages(Scene(seconds=2.0))
     serialize = STORE.serialize_cdr
@@ -125,6 +171,30 @@ def test_a_message_that_ends_too_early(tmp_path: Path, monkeypatch: pytest.Monke
     bag = bags.write(tmp_path / "cut", said)
     with pytest.raises(Unreadable, match=r"cannot be read: a message of /tf: "):
         judged(bag)
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_metadata_that_contradicts_the_files(clean: dict[str, Path], tmp_path: Path, storage: str) -> None:
+    """Numbers of the files are used; rosbags skips topics that metadata.yaml does not have, so that is an error."""
+    compressed = bags.write(tmp_path / "compressed", bags.messages(Scene(seconds=2.0)), storage, "MESSAGE")
+    for number, (was, now) in enumerate(
+        {
+            "  message_count: ": "  message_count: 1",
+            "nanoseconds: ": "nanoseconds: 1",
+            "name: /tf\n": "name: /fts\n",
+            "msg/TFMessage": "msg/Other",
+        }.items()
+    ):
+        for source in (clean[storage], compressed):
+            folder = shutil.copytree(source, tmp_path / f"{source.name} {number}")
+            text = (folder / "metadata.yaml").read_text("utf-8")
+            assert was in text
+            (folder / "metadata.yaml").write_text(text.replace(was, now), "utf-8")
+            if number > 1:
+                with pytest.raises(Unreadable, match=r"metadata\.yaml contradicts the files about /tf"):
+                    judged(folder)
+            else:
+                assert judged(folder).findings == ()
 
 
 def test_files_without_metadata_follow_each_other_in_time(tmp_path: Path) -> None:

@@ -145,6 +145,8 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     text = data.replace(b"\0", b"") if kind == "dae" else b""  # UTF-16 as well
     if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # a small file could be endless, or read other files
         raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
+    if not _are_finite(text):  # pycollada turns NaN into zero
+        raise _unreadable(f"{path} has corners that are not finite numbers")
     unit = _UNIT.search(text)
     parsed = [piece for piece in _parse(path, kind, data, coloured) if len(piece[0])]
     if not parsed:
@@ -160,6 +162,21 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     runs = groupby(parsed, lambda piece: piece[1])
     colours = tuple((sum(len(piece) for piece, _ in run), colour) for colour, run in runs)
     return TriangleMesh(path.name, triangles, colours if coloured else ())
+
+
+def _are_finite(text: bytes) -> bool:
+    """Return True if the positions in the text of a DAE are finite numbers of 32 bits."""
+    import numpy as np
+
+    for name in re.findall(rb"""semantic=["']POSITION["']\s+source=["']#([^"']+)["']""", text):
+        array = re.search(rb"<source\s+id=.%s.[^>]*>\s*<float_array[^>]*>([^<]*)" % re.escape(name), text)
+        try:
+            with np.errstate(over="ignore"):
+                if array and not np.isfinite(np.array(array[1].split(), np.float64).astype(np.float32)).all():
+                    return False
+        except ValueError:
+            return False
+    return True
 
 
 def mesh_inertial(path: Path, scale: Sequence[float]) -> Inertial:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from rosorin_compile.source import system
 from rosorin_compile.source.bounded import json_of
+from rosorin_compile.source.cache import top_folder
 
 
 def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> None:
@@ -51,13 +52,7 @@ def _is_private(path: Path) -> bool:
 
 
 def _record(path: Path) -> Path | None:
-    """Return the file with the names of a folder, or None if there is no cache, or files have no owner here."""
-    chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
-    if chosen == "off" or not system.HAS_OWNERS:
-        return None
-    base = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    if not base.is_absolute():  # an empty HOME would be the root of the disk
-        base = Path("~/.cache").expanduser() if os.environ.get("HOME", "~") else Path()
-    top = Path(os.path.abspath(chosen)) if chosen else base / "rosorin-compile"
+    """Return the file with the names of a folder, or None if there is no cache."""
+    top = top_folder()
     name = blake2b(os.fsencode(os.path.abspath(path)), digest_size=32).hexdigest()
-    return top / "outputs" / f"{name}.json" if top.is_absolute() else None
+    return top / "outputs" / f"{name}.json" if top is not None else None

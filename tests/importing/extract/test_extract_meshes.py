@@ -94,6 +94,10 @@ def first_number(word: str, semantic: str = "POSITION") -> bytes:
 
 
 BROKEN = {
+    **{
+        f"{word}.dae": (first_number(word), "mesh-unreadable", "{} has corners that are not finite numbers")
+        for word in ("nan", "NaN", "INF", "-inf", "-1.#IND", "1.#QNAN", "1e39", "-1E+400", "9" * 40)
+    },
     "empty.stl": (b"", "mesh-empty", "{} is an empty file"),
     "words.stl": (b"no mesh at all", "mesh-empty", "{} has no triangle"),
     "nothing.stl": (b"solid a\nendsolid a\n", "mesh-empty", "{} has no triangle"),

@@ -80,6 +80,7 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
     from rosorin_compile.language.arguments import declared
     from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request, is_foreign
+    from rosorin_compile.source.tree import at
 
     path = description.path
     if kind == "argument" and is_foreign(path):
@@ -95,7 +96,7 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
     found: dict[str, str] = {}
     for symbol in SymbolTable(tree).definitions(implied=True):
         if symbol.kind in kinds:
-            found.setdefault(symbol.name, _help(tree.at(symbol.path[:2])))
+            found.setdefault(symbol.name, _help(at(tree, symbol.path[:2])))
     return {f"{name}{state}": "" for name in found for state in ("", "=off")} if kind == "mode" else found
 
 

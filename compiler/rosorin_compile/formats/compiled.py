@@ -25,7 +25,7 @@ from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import of_tool
+from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, of_tool
 from rosorin_compile.source.tree import Map, locate
 from rosorin_compile.source.wording import counted
 
@@ -119,12 +119,12 @@ class Compiled:
     @property
     def packages(self) -> dict[str, Path]:
         """The folders of the ROS packages that were found, by name."""
-        return {one.name: Path(one.answer) for one in self.resolved if one.is_ros_package}
+        return {one.name: Path(one.answer) for one in self.resolved if one.answer and one.kind == ROS_PACKAGE}
 
     @property
     def python_packages(self) -> list[Path]:
         """The folders of the Python packages that were found."""
-        return [Path(one.answer) for one in self.resolved if one.is_python_package]
+        return [Path(one.answer) for one in self.resolved if one.answer and one.kind == PYTHON_PACKAGE]
 
     def __repr__(self) -> str:
         """Return a summary without the texts of the artifacts."""

@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.xml.elements import found_in
-from rosorin_compile.source.xml.mujoco import BODY, EQUALITY, GEOM, SITE, given, used
-from rosorin_compile.source.xml.references import named_in
 
 from .annotations import ALSO, GIVES, INSIDE, SPELT, Node
+from .element_names import BODY, EQUALITY, GEOM, SITE, given, named_in, used
 from .schema import sections
 
 MOUNT = "mount"

@@ -145,7 +145,7 @@ def negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:
     values: dict[tuple[str, str], object] = {
         ("dynamics", key): joint.dynamics for key in ("damping", "friction", "armature", "stiffness")
     }
-    values |= {("actuator", key): joint.actuator for key in ("damping", "armature", "kp", "kv")}
+    values |= {("actuator", key): joint.actuator for key in ("damping", "kp", "kv")}
     found = {path: getattr(owner, path[1], 0.0) or 0.0 for path, owner in values.items()}
     found["mjcf", "springyield"] = joint.mjcf.get("springyield", 0.0)
     pair = _numbers(joint, "springdamper")

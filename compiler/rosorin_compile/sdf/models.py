@@ -12,22 +12,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rosorin_compile.formats.urdf.reading import NAME, kept, named
+from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Transform
 from rosorin_compile.source.diagnostics import Related, Span, counted, did_you_mean, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.xml.describing import kept, named
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 from .elements import RESERVED, WORLD
 from .reading import SdfReading, WrittenPose, is_true
 
 RULES = (
-    Rule(
-        "sdf-version", "An SDF of a version that is not read.", "`gz sdf -p FILE` converts old files.", Heading.READING
-    ),
-    Rule("sdf-models", "A file has no model, several, or a world.", "Name a file of one model.", Heading.READING),
-    Rule("sdf-include", "An included file is not found.", "Say where it is: `--package NAME=FOLDER`.", Heading.READING),
-    Rule("sdf-name-unknown", "A name refers to nothing, or to itself in a circle.", "Correct it.", Heading.READING),
+    Rule("sdf-version", "An SDF of a version that is not read.", "`gz sdf -p FILE` converts old files.", READING),
+    Rule("sdf-models", "A file has no model, several, or a world.", "Name a file of one model.", READING),
+    Rule("sdf-include", "An included file is not found.", "Say where it is: `--package NAME=FOLDER`.", READING),
+    Rule("sdf-name-unknown", "A name refers to nothing, or to itself in a circle.", "Correct it.", READING),
 )
 
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"

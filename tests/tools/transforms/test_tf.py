@@ -215,7 +215,7 @@ def test_edges_with_a_pose_are_answered_and_modes_told(project: Path, capsys: Sh
     )
     said = tf(capsys, "handy", "map", "odom", code=1)
     assert "error[transform-not-known]: map -> odom, on the way from map to odom, depends on the mode\n" in said
-    assert "say which mode is on: --mode NAME" in said
+    assert "choose a mode: --mode NAME" in said
     assert "- Translation: [2.000, 0.000, 0.000]" in tf(capsys, "handy", "map", "odom", "--mode", "not mapping")
     edit(file, "publisher: amcl, when: not mapping, ", "publisher: amcl, when: not mapping and not mapping, ")
     edit(file, "  - {parent: map, child: odom, publisher: slam, when: mapping, moving: false, xyz: [1, 0, 0]}\n", "")

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.element_meanings import Context, context_of, element_differences
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
 from rosorin_compile.formats.templating import Templates
@@ -25,7 +26,6 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.elements import tree_of
 
-from ..elements import Context, context_of, element_differences
 from .blocks import Unsayable, block
 from .drives import Driven, driven
 from .sensors import Seen, entry, gazebo_of, overlay, seen, without_collisions

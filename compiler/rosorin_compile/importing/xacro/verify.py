@@ -245,7 +245,7 @@ def _differences(
     differing = list(_differing_elements(source, again))
     found: list[Fault] = []
     for text in texts[:8]:
-        if differing and ("urdf_elements" in text or "URDF elements" in text):
+        if differing and " element " in text:
             text = differing.pop(0) if len(differing) > 1 else differing[0]
         spans = list(_spans(text, made))
         via = " ".join(one.message for span in spans for one in getattr(span, "via", ()))

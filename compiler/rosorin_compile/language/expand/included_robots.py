@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.language.element_names import Reference, renamed
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.files import shown
@@ -22,9 +23,8 @@ from rosorin_compile.source.project import MESH_FILE, resolved
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
-from rosorin_compile.source.xml.mujoco import with_files
-from rosorin_compile.source.xml.references import Reference, renamed
 
+from ..element_names import with_files
 from ..expression.functions import FUNCTIONS, kind_of
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable

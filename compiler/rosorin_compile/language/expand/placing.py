@@ -11,14 +11,14 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from rosorin_compile.language.element_names import renamed
 from rosorin_compile.model import Pose
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.tree import Instance, Kept, Map, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Dimension, Quantity
-from rosorin_compile.source.xml.mujoco import with_names
-from rosorin_compile.source.xml.references import renamed
 
 from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node
+from ..element_names import with_names
 from ..schema import holds_many, is_one_entry, sections
 from ..symbols import IN_MJCF, IN_PARAMETERS, IN_URDF, MOUNT, Names, SymbolTable
 

@@ -97,7 +97,7 @@ def page(text: str) -> str:
 
 def addresses() -> dict[str, str]:
     """Return where the project is, once a person has said so (RELEASING.md)."""
-    from rosorin_compile.source.report import HOME
+    from rosorin_compile.source.version import HOME
 
     return {"Homepage": HOME} if HOME else {}
 

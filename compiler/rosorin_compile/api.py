@@ -222,7 +222,7 @@ def write(
         meshes = {name: data for name, data in meshes.items() if name in names}
     files: dict[str, str | bytes] = {**meshes, **{artifact.file: artifact.text for artifact in artifacts}}
     try:
-        done = write_artifacts(folder, files, prune)
+        done = write_artifacts(folder, files, prune, complete=not only)
     except OutputError as problem:
         return Written(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
     changed = [artifact for artifact in artifacts if artifact.file in done.written]

@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats import FORMATS, Format
-from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.language.authoring import CONTROLS, Schema, as_written, draft_7
 from rosorin_compile.language.schema import of_parts, of_types, schema
+from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.source import rule_registry as registry
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import every_rule
 
 SECTIONS = Path(__file__).with_name("authoring_sections.json")
 _LITERAL = ("rosorin_compile", "args", "modes", "include")  # sections that are never evaluated
@@ -96,7 +96,11 @@ def documented_schema(formats: Iterable[Format]) -> Schema:
 def _definitions(plain: Schema) -> Schema:
     """Return the definitions of the plain schema, with the rules that ``accept`` may name."""
     acceptance = plain["$defs"]["acceptance"]
-    rules = [rule for rule in Rule.every() if (rule.asked or rule.topic in _COMPILING) and (rule.accept or rule.mild)]
+    rules = [
+        rule
+        for rule in every_rule().values()
+        if (rule.asked or rule.topic in _COMPILING) and (rule.accept or rule.mild)
+    ]
     names = sorted(rule.id for rule in rules if rule.id not in STAYS)
     rule = {"enum": names, "description": acceptance["properties"]["rule"]["description"]}
     return {**plain["$defs"], "acceptance": {**acceptance, "properties": {**acceptance["properties"], "rule": rule}}}

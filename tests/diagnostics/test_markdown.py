@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.source.console import Console
+from rosorin_compile.cli.console import Console
+from rosorin_compile.cli.markdown import MAX_BYTES, Code, Diff, Section, Table, code, document, prose
+from rosorin_compile.cli.report_formats import from_workspace, github
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Source, Span, error
-from rosorin_compile.source.markdown import MAX_BYTES, Code, Diff, Section, Table, code, document, prose
-from rosorin_compile.source.report import from_workspace, github
 from rosorin_compile.source.wording import printable
 
 cmarkgfm = pytest.importorskip("cmarkgfm")

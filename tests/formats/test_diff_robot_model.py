@@ -75,7 +75,7 @@ BROKEN: list[tuple[object, str, str]] = [
     ("{", "json-syntax", "not JSON: Expecting property name enclosed in double quotes"),
     ('{"source": NaN}', "json-syntax", "not JSON: NaN is not a number of JSON"),
     ("[" * 100_000, "json-syntax", "not JSON: "),
-    (SMALL | {"source": 1}, "wrong-format", 'not a driver\'s model: source: 1 is not of type "string"'),
+    (SMALL | {"source": 1}, "wrong-format", 'not a driver\'s model: source: 1 does not match type "string"'),
     ({"source": "", "joints": {}}, "wrong-format", 'not a driver\'s model: the file: "boxes" is a required property'),
     ({"source": "", "joints": {}, "boxes": {}}, "no-links", 'the robot "small" has no links'),
     (

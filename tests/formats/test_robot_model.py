@@ -163,7 +163,7 @@ def test_unknown_names_are_errors() -> None:
     words = [("sholder", "shoulder"), ("ey", "eye"), ("leg", "arm")]
     for found, (word, meant) in zip(diagnostics, words, strict=True):
         assert f'"{word}"' in found.message
-        assert meant in found.help
+        assert meant in found.worded().help
 
 
 def test_two_links_never_share_a_name() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.language.expand.placing import placed
+from rosorin_compile.language.expand.placing import Use, placed
 from rosorin_compile.language.schema import of_parts
 from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Names, SymbolTable
@@ -93,7 +93,7 @@ mjcf_elements: ['<contact><exclude body1="arm" body2="mount"/></contact>',
 urdf_elements: ['<gazebo reference="arm"/><gazebo reference="wheel"/>']
 """,
     )
-    made = placed(fragment, "l_", "base", [1, 0, 0], None, None)
+    made = placed(fragment, Use("l_", "base", [1, 0, 0], None, None))
     assert list(made["links"]) == ["l_arm", "l_hand"]
     assert made["links"]["l_arm"]["mjcf_elements"] == ['<site name="l_tip"/><geom material="steel"/>']
     assert made["joints"]["l_elbow"]["parent"] == "base"
@@ -110,8 +110,6 @@ urdf_elements: ['<gazebo reference="arm"/><gazebo reference="wheel"/>']
         '<contact><pair geom1="l_arm_collision_1" geom2="floor"/></contact>',
     ]
     assert made["urdf_elements"] == ['<gazebo reference="l_arm"/><gazebo reference="wheel"/>']
-    without = placed(fragment, "l_", "base", None, None, None, kept=False)
-    assert without["urdf_elements"] == fragment["urdf_elements"]
     assert fragment["joints"]["elbow"]["parent"] == "mount"  # what was given stays as it was
 
 
@@ -133,26 +131,26 @@ nothing: {of: it}
 sensors: {}
 moveit: {nothing: [arm], groups: {all: {links: [arm]}}}
 """
-    made = placed(tree(tmp_path, said), "l_", "base", None, None, None)
+    made = placed(tree(tmp_path, said), Use("l_", "base", None, None, None))
     unchanged = ("mjcf_elements", "urdf_elements", "nothing", "sensors")
     assert [made[key] for key in unchanged] == [{"a": "b"}, [5], {"of": "it"}, {}]
     assert made["moveit"]["nothing"] == ["arm"]
-    assert placed(tree(tmp_path, "moveit: none"), "l_", "base", None, None, None) == {"moveit": "none"}
+    assert placed(tree(tmp_path, "moveit: none"), Use("l_", "base", None, None, None)) == {"moveit": "none"}
 
 
 @pytest.mark.parametrize(("mirror", "xyz"), [("x", [-1, 2, 3]), ("y", [1, -2, 3]), ("z", [1, 2, -3])])
 def test_a_mirror_is_across_one_axis(mirror: str, xyz: list[int], tmp_path: Path) -> None:
     said = "joints: {elbow: {type: fixed, parent: arm, child: hand, xyz: [1, 2, 3]}}"
-    assert placed(tree(tmp_path, said), "", None, None, None, mirror)["joints"]["elbow"]["xyz"] == xyz
+    assert placed(tree(tmp_path, said), Use("", None, None, None, mirror))["joints"]["elbow"]["xyz"] == xyz
 
 
 def test_elements_know_the_part_that_made_them_first(tmp_path: Path) -> None:
     said = tree(tmp_path, "mjcf_elements: ['<camera/>']")
     inner, outer = (Instance(word, said.span, made=True) for word in ("in", "out"))
     said.via = inner
-    once = placed(said, "", None, None, None, None)
+    once = placed(said, Use("", None, None, None, None))
     once.via = outer
-    (text,) = placed(once, "", None, None, None, None)["mjcf_elements"]
+    (text,) = placed(once, Use("", None, None, None, None))["mjcf_elements"]
     assert text.via == inner
 
 

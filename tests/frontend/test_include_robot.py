@@ -7,7 +7,6 @@ import json
 import re
 import shutil
 import xml.etree.ElementTree as ET
-from collections import Counter
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -19,9 +18,11 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.language.expand.prefixing import _Renamer
-from rosorin_compile.source.diagnostics import ERROR, WARNING
+from rosorin_compile.language.expand.included_robots import prefixed
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Source
 from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.source.tree import Instance
 from support.commands import write_files
 from support.engines import pose
 from support.paths import DATA
@@ -353,7 +354,7 @@ def test_trust_comes_from_the_person_who_runs_the_command(tmp_path, monkeypatch,
     cell.write_text(cell.read_text("utf-8").replace("post.xacro", "post.xacro, trust: true"), "utf-8")
     cell.write_text(cell.read_text("utf-8").replace("true", "perhaps"), "utf-8")
     assert main(["all"]) == 1
-    assert "trust of an include is true or false, not text" in capsys.readouterr().err
+    assert "include trust is true or false, not text" in capsys.readouterr().err
 
 
 def test_all_check_and_the_stamp_know_the_foreign_file(tmp_path, monkeypatch, capsys):
@@ -440,7 +441,7 @@ def test_meshes_that_the_artifacts_do_not_find_are_told(tmp_path):
     (tmp_path / "robot.yaml").write_text(text, "utf-8")
     assert told(tmp_path) == [
         "include-mesh-path: files of meshes or textures are named as seen from v.urdf, but readers look from the "
-        "artifacts: t.png and 1 more "
+        "artifacts: a/b.stl and 1 more "
         "(say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME)"
     ]
 
@@ -456,8 +457,8 @@ def test_meshes_that_the_artifacts_do_not_find_are_told(tmp_path):
             "file: v.urdf, prefix: ' a'",
             'bad-name: no name can begin with " a" (no markup, no quotes; spaces only within)',
         ),
-        ("package: v", "wrong-type: an include needs file, the name of the robot's file ()"),
-        ("file: 3, package: v", "wrong-type: file of an include is text, not a number ()"),
+        ("package: v", "wrong-type: an include needs file, the name of a file (write include: [FILE.yaml])"),
+        ("file: 3, package: v", "wrong-type: include file is text, not a number ()"),
     ],
 )
 def test_an_include_that_is_no_good_is_told_once(tmp_path, entry, message):
@@ -507,7 +508,10 @@ def test_renaming_only_ever_puts_the_prefix_in(parts):
     """The elements stay what they are: without the prefix they are the same text, and only whole names have one."""
     text = "".join(form.format(one, other) for form, one, other in parts)
     names = {"tool0", "base", "lift"}
-    renamed = _Renamer("PRE_", names, (), Counter()).elements(text)
+    tree = parse_yaml(
+        Source("robot.yaml", json.dumps({"links": {name: {} for name in names}, "urdf_elements": [text]}))
+    )
+    (renamed,) = prefixed(tree, "PRE_", Instance("included", tree.span))[0]["urdf_elements"]
     assert renamed.replace("PRE_", "") == text
     assert set(re.findall(r"PRE_(\w+)", renamed)) <= names
     before, after = (ET.fromstring(f"<r>{t}</r>") for t in (text, renamed))

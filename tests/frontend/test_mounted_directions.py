@@ -27,7 +27,7 @@ def lamp(folder: Path, said: str, keys: Sequence[str], xyz: Any = MOVED, rpy: An
         patch.setattr(placing, "sections", lambda: {"lamps": lamps})
         part = load_mapping(folder / "part.yaml", "part.yaml")
         names = Names({}, mounted=True, inside=False)
-        (one,) = placing.placed(part, "l_", "base", xyz, rpy, None, names=names)["lamps"]
+        (one,) = placing.placed(part, placing.Use("l_", "base", xyz, rpy), names)["lamps"]
     return dict(one)
 
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rosorin_compile.language.element_names import renamed
 from rosorin_compile.source.report import text as report
 from rosorin_compile.source.xml.elements import damage, fitted
-from rosorin_compile.source.xml.references import renamed
 from support.robots import compiled_text
 
 WHEEL = """robot: cart

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from pathlib import Path
-
 import pytest
 
-from rosorin_compile.language.expand.prefixing import _Renamer, prefixed
-from rosorin_compile.source.load import load_mapping
+from rosorin_compile.language.expand.included_robots import prefixed
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.source.tree import Instance
 
 
@@ -23,17 +21,15 @@ from rosorin_compile.source.tree import Instance
     ],
 )
 def test_names_of_its_own_get_the_prefix(text: str, renamed: str) -> None:
-    changed = Counter[str]()
-    assert _Renamer("left_", {"arm"}, {"grey"}, changed).elements(text) == renamed
+    tree = parse_yaml(Source("r.yaml", f"materials: {{grey: {{}}}}\nlinks: {{arm: {{}}}}\nurdf_elements: ['{text}']\n"))
+    made, changed = prefixed(tree, "left_", Instance("included", tree.span))
+    assert made["urdf_elements"] == [renamed]
     assert sum(changed.values()) == renamed.count("left_")
 
 
-def test_materials_of_its_own_get_the_prefix_where_they_are_used(tmp_path: Path) -> None:
-    file = tmp_path / "robot.yaml"
-    file.write_text(
-        "materials: {grey: {}, left_grey: {}}\nlinks: {arm: {visual: [{material: grey}, {material: arm}]}}\n", "utf-8"
-    )
-    tree = load_mapping(file, "robot.yaml")
+def test_materials_of_its_own_get_the_prefix_where_they_are_used() -> None:
+    text = "materials: {grey: {}, left_grey: {}}\nlinks: {arm: {visual: [{material: grey}, {material: arm}]}}\n"
+    tree = parse_yaml(Source("robot.yaml", text))
     made, _ = prefixed(tree, "left_", Instance("included", tree.span))
     assert list(made["materials"]) == ["left_grey", "left_left_grey"]
     assert made["links"]["left_arm"] == {"visual": [{"material": "left_grey"}, {"material": "arm"}]}

@@ -16,7 +16,7 @@ from jsonschema import Draft7Validator
 
 from authoring import with_formats
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import IncludedRobots
+from rosorin_compile.formats.compiled import RobotReader
 from rosorin_compile.language.expand import expand
 from rosorin_compile.language.schema import schema, with_outputs
 from rosorin_compile.language.validate import validate
@@ -66,7 +66,7 @@ def test_a_date_has_plain_digits() -> None:
 def test_the_size_of_a_description_decides_on_no_letter(many: int, tmp_path: Path) -> None:
     names = ["base", *(f"l{number}" for number in range(many)), '"\\ufeffa"']
     (tmp_path / "robot.yaml").write_text("robot: r\nlinks:\n" + "".join(f"  {name}: {{}}\n" for name in names))
-    tree = expand(tmp_path / "robot.yaml", {}, IncludedRobots()).tree
+    tree = expand(tmp_path / "robot.yaml", {}, RobotReader()).tree
     assert tree is not None
     (found,) = validate(tree, FORMATS)
     assert (found.rule, found.span and found.span.line) == ("bad-name", many + 4)
@@ -137,7 +137,7 @@ ANYTHING = st.recursive(
 
 @pytest.fixture(scope="module")
 def whole_robot() -> Map:
-    tree = expand(WHOLE, {}, IncludedRobots()).tree
+    tree = expand(WHOLE, {}, RobotReader()).tree
     assert tree is not None
     assert validate(tree, FORMATS) == []
     return tree

@@ -17,7 +17,7 @@ from rosorin_compile.importing.layout import (
     layout,
     number,
 )
-from rosorin_compile.language.expand.ledger import Ledger
+from rosorin_compile.language.expand.expansion import Expansion
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import parse_yaml, plain_scalar
@@ -57,9 +57,9 @@ def plain(value: Any) -> Any:
 def expanded(text: str) -> Any:
     """Return what the language makes of a file: read, and its expressions evaluated."""
     source = Source("robot.yaml", text)
-    scope = Scope(Ledger())
+    scope = Scope(Expansion())
     made = scope.resolve(parse_yaml(source), Place(source.start(), None))
-    assert scope.ledger.diagnostics == []
+    assert scope.expansion.diagnostics == []
     return made
 
 

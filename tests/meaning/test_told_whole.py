@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.check_tables import blocks
 from rosorin_compile.cli.diff import as_json
 from rosorin_compile.cli.main import main
+from rosorin_compile.cli.markdown import Section, document
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side, lines
 from rosorin_compile.compare.names import renamed_robot
@@ -24,7 +25,6 @@ from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.output.committed import compare
-from rosorin_compile.source.markdown import Section, document
 from rosorin_compile.viewer.changed import change_data
 from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, edit, write_files

@@ -19,9 +19,9 @@ from typing import Any
 
 import yaml
 
+from rosorin_compile.cli.report_formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors
-from rosorin_compile.source.report import FORMATS
 from support.paths import DATA
 
 Tree = Any

@@ -55,7 +55,7 @@ def test_one_that_moved_and_one_that_does_not_compile(capsys: Shown) -> None:
     edit(of("arm"), "child: mast", "chidl: mast")
     made = told(capsys, code=1)
     assert made.startswith(
-        "## Robots: 2 of 3 with problems\n\n### `arm`: 1 error\n\n|  | rule | place | message | way out |\n"
+        "## Robots: 2 of 3 with problems\n\n### `arm`: 1 error\n\n|  | rule | place | message | help |\n"
     )
     assert "| error | `unknown-key` | `descriptions/arm/robot.yaml:5:" in made
     assert "### `dog`: not up to date\n\nrun rosorin-compile all to write them again\n" in made

@@ -125,7 +125,7 @@ def test_what_is_no_robot(monkeypatch: pytest.MonkeyPatch, capsys: Shown, given:
     assert (code, out) == (1, ""), err
     assert said in err
     if given == "":
-        assert "did the program before the pipe say why?" in err
+        assert "the program before the pipe printed nothing" in err
 
 
 @pytest.mark.usefixtures("home")

@@ -92,10 +92,32 @@ def test_file_too_large(tmp_path, monkeypatch):
     assert found[0] == "2:11:file-too-large"
 
 
-def test_too_many_includes(tmp_path, monkeypatch):
-    names = ", ".join(["part.yaml"] * 600)
-    found = rules(tmp_path, monkeypatch, robot=f"robot: bad\ninclude: [{names}]\n".encode(), part=b"links: {}\n")
+def test_files_that_include_each_other_twice_are_too_many(tmp_path, monkeypatch):
+    files = {f"part{n}": f"include: [part{n + 1}.yaml, part{n + 1}.yaml]\n".encode() for n in range(14)}
+    found = rules(tmp_path, monkeypatch, robot=b"robot: bad\ninclude: [part0.yaml]\n", part14=b"links: {}\n", **files)
     assert found[0].endswith(":include-too-many")
+
+
+def test_a_thousand_small_files_are_not_too_many(tmp_path, monkeypatch):
+    names = [f"part{n}" for n in range(1000)]
+    files = {name: f"links: {{{name}: {{}}}}\n".encode() for name in names}
+    text = f"robot: many\ninclude: [{', '.join(f'{name}.yaml' for name in names)}]\nroot: {{link: part0}}\n"
+    assert "include-too-many" not in str(rules(tmp_path, monkeypatch, robot=text.encode(), **files))
+
+
+@pytest.mark.parametrize("use", ["", "unused: {for: {i: '${range(3)}'}, part: plate, if: '${i < 0}'}"])
+def test_limits_of_size_do_not_apply_to_what_is_not_used(tmp_path, monkeypatch, use):
+    text = f"""\
+robot: small
+let: {{numbers: "${{[range(2000) for i in range(2000)]}}"}}
+parts:
+  plate:
+    links: {{"a${{i}}": {{for: {{i: "${{range(9000)}}", j: "${{range(9000)}}"}}, help: "${{i}}"}}}}
+links: {{base_link: {{}}}}
+use: {{{use}}}
+"""
+    found = rules(tmp_path, monkeypatch, robot=text.encode())
+    assert not any("too-large" in one for one in found), found
 
 
 def test_description_that_is_a_folder(tmp_path, monkeypatch):

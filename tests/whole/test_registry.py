@@ -2,10 +2,10 @@
 
 import json
 
+from rosorin_compile.cli import report_formats
 from rosorin_compile.cli.main import main
-from rosorin_compile.source import report
+from rosorin_compile.cli.report_formats import FORMATS
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
-from rosorin_compile.source.report import FORMATS
 
 
 def test_rule_says_where_a_link_leads(capsys):
@@ -32,7 +32,7 @@ def test_sarif_says_what_the_rule_means():
 
 
 def test_sarif_leads_to_where_the_project_is(monkeypatch):
-    monkeypatch.setattr(report, "HOME", "https://example.org/tree/")
+    monkeypatch.setattr(report_formats, "HOME", "https://example.org/tree/")
     log = json.loads(FORMATS["sarif"]([Diagnostic("axis-zero", ERROR, "zero"), Diagnostic("nobodys", ERROR, "x")]))
     driver = log["runs"][0]["tool"]["driver"]
     assert driver["informationUri"] == "https://example.org/tree/"

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import __version__
-from rosorin_compile.source.report import HOME
+from rosorin_compile.source.version import HOME
 from support.paths import ROOT
 from support.snapshot import network, of_clone, snapshot
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli import console
 from rosorin_compile.cli.main import main
-from rosorin_compile.source import console
 from rosorin_compile.source.progress import Progress
 
 # Escape sequences of 7 and 8 bits, what turns the order of letters round, what nobody sees, and a line that is wiped.

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.source.console import ENVELOPE, Console
+from rosorin_compile.cli.console import ENVELOPE, Console
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.rule_registry import WRITING, Rule
 
@@ -67,7 +67,7 @@ class Answer:
 
             sys.stdout.write(json.dumps(envelope(self), indent=2, allow_nan=False) + "\n")
         elif self.form != "text":
-            from rosorin_compile.source.console import print_document
+            from rosorin_compile.cli.console import print_document
 
             print_document(self.form, self.consoles, self.diagnostics)
 

@@ -33,7 +33,7 @@ from .registry import commands
 from .run import Run, count, for_each, nothing_written, write_page
 
 if TYPE_CHECKING:
-    from rosorin_compile.source.markdown import Block
+    from rosorin_compile.cli.markdown import Block
 
 MAX_COMBINATIONS = 256
 

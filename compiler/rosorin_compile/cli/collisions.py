@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile import api
+from rosorin_compile.cli.console import Console
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.mujoco.collisions.matrix import FILE
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import counted, listed
 from rosorin_compile.source.project import Description
 

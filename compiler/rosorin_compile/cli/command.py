@@ -17,7 +17,7 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from rosorin_compile.source.console import ENVELOPE, MARKDOWN, show_progress
+from rosorin_compile.cli.console import ENVELOPE, MARKDOWN, show_progress
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, did_you_mean
 from rosorin_compile.source.plugins import Plugin, PluginFailed, broken, failed
 from rosorin_compile.source.rule_registry import WRITING, Rule

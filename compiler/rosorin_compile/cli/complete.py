@@ -9,7 +9,7 @@ import re
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 from click.shell_completion import CompletionItem
@@ -78,7 +78,7 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
 def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> dict[str, str]:
     """Return the names of one kind of a robot, which is read without running anything."""
     from rosorin_compile.language.arguments import declared
-    from rosorin_compile.model.kinematics import Graph
+    from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request, is_foreign
 
     path = description.path
@@ -88,21 +88,22 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
     with _time_limit():
         if kind == "argument":
             return {one.name: one.help for one in declared(path, {})[0]}
-        robot = Request(description, arguments, warn=_refuse_xacro).understand().robot
-    if robot is None:
+        tree = Request(description, arguments, warn=_refuse_xacro).understand().expanded.tree
+    if tree is None:
         return {}
-    sensors = {sensor.frame: f"{sensor.name}, {sensor.type}" for sensor in robot.sensors}
-    frames = {name: sensors.get(name, "") for name in Graph(robot).frames}
-    joints = {joint.name: f"{joint.type}, {joint.parent} -> {joint.child}" for joint in robot.joints}
-    if kind == "thing":
-        return {**frames, **joints, **{sensor.name: sensor.type for sensor in robot.sensors}}
-    if kind == "pose":
-        return {pose.name: "" for pose in robot.poses}
-    if kind == "mode":
-        return {f"{mode}{state}": "" for mode in robot.modes for state in ("", "=off")}
-    if kind == "output":
-        return {output.name: output.file for output in robot.outputs}
-    return frames if kind == "frame" else joints
+    kinds = {"frame": ("link",), "thing": ("link", "joint", "sensor")}.get(kind, (kind,))
+    found: dict[str, str] = {}
+    for symbol in SymbolTable(tree).definitions(implied=True):
+        if symbol.kind in kinds:
+            found.setdefault(symbol.name, _help(tree.at(symbol.path[:2])))
+    return {f"{name}{state}": "" for name in found for state in ("", "=off")} if kind == "mode" else found
+
+
+def _help(entry: Any) -> str:
+    """Return what an entry of a section is: its type and the links that it connects, or its file."""
+    values = entry if isinstance(entry, dict) else {}
+    ends = f"{values['parent']} -> {values['child']}" if "child" in values and "parent" in values else ""
+    return ", ".join(str(one) for one in (values.get("type"), ends, values.get("file")) if one)
 
 
 def _refuse_xacro(_: object) -> NoReturn:

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rosorin_compile.source.console import Console
+from rosorin_compile.cli.console import Console
 from rosorin_compile.source.diagnostics import RequestError, has_errors
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar

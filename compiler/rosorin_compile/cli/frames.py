@@ -7,7 +7,7 @@ import shutil
 import sys
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source.console import paint
+from rosorin_compile.cli.console import paint
 from rosorin_compile.source.diagnostics import RequestError
 
 from . import command as cli

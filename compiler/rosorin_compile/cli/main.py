@@ -17,7 +17,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from rosorin_compile.source.console import guarded
+from rosorin_compile.cli.console import guarded
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress

@@ -10,8 +10,8 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from rosorin_compile.cli.console import give
 from rosorin_compile.language.requested_outputs import UNKNOWN
-from rosorin_compile.source.console import give
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
@@ -112,12 +112,16 @@ def _missing_output(robot: str) -> str:
 
 
 def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
-    """Write an artifact. Raises OutputError."""
+    """Write an artifact; one without a line that marks it is replaced if it was written before. Raises OutputError."""
     from rosorin_compile.formats import FORMATS
-    from rosorin_compile.output import may_replace, write_file
+    from rosorin_compile.output import is_generated, may_replace, write_file
+    from rosorin_compile.output.written_names import remember, remembered
 
     robot_of = FORMATS[backend].robot_of
-    write_file(path, data, inputs, lambda old: may_replace(old) or bool(robot_of and robot_of(old)))
+    is_known = remembered(path) is not None
+    write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
+    if not is_generated(data):
+        remember(path)
 
 
 def _list(run: Run) -> int:

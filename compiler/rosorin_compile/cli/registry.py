@@ -79,7 +79,7 @@ def _load(group: str, taken: Iterable[str], called: str | None = None) -> tuple[
 
 def _warn(diagnostics: Iterable[Diagnostic]) -> None:
     """Report what is wrong with plug-ins that this run does not need."""
-    from rosorin_compile.source.console import Console
+    from rosorin_compile.cli.console import Console
     from rosorin_compile.source.diagnostics import WARNING
 
     Console("text").show([replace(one, severity=WARNING) for one in diagnostics])

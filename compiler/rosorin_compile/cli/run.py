@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.cli.console import Console
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
@@ -331,7 +331,7 @@ def joint_options(options: Options) -> dict[str, Any]:
 
 def check_summary(file: Path) -> None:
     """Raise RequestError for a file that is no summary of this tool and not that of a step of a GitHub job."""
-    from rosorin_compile.source.markdown import HEAD
+    from rosorin_compile.cli.markdown import HEAD
 
     of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
     with suppress(OSError, ValueError):  # writing reports the reason

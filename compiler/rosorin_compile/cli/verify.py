@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.cli.console import Console
 from rosorin_compile.request import is_foreign
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
 from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source.console import Console
+from rosorin_compile.cli.console import Console
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.viewer.live import LiveRobot
 from rosorin_compile.viewer.server import LOOPBACK

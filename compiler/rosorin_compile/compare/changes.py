@@ -190,15 +190,18 @@ def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool
     if not change.differences:
         return False
     carried = _carried(robot, pair, link)
+    # A writer shows the collision shapes of links without visuals.
+    is_made = quantity == "visual" and not any(robot.link[other].visual for other in carried)
+    purpose = "collision" if is_made else quantity
     if kind == "material":
         shapes = [shape for other in carried for shape in robot.link[other].visual]
         return quantity == "visual" and any(shape.material == name for shape in shapes)
     if kind == "height map":
-        return quantity == "collision" and name in carried
+        return purpose == "collision" and name in carried
     if kind == "link" and name == link:
-        return what == f"{quantity} shapes" and _same_solids(change, pair, one)
+        return what == f"{purpose} shapes" and (is_made or _same_solids(change, pair, one))
     if kind == "link":
-        same = what in INERTIAL if quantity in INERTIAL else what == f"{quantity} shapes"
+        same = what in INERTIAL if quantity in INERTIAL else what == f"{purpose} shapes"
         return name in carried and (same or not what)
     if kind == "frame" and not what:
         entry = change.differences[0].old or change.differences[0].new

@@ -12,11 +12,11 @@ from functools import cache
 from typing import Any
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.element_meanings import Context, Key, context_of, meanings, spelt
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.source.wording import plural
-from rosorin_compile.source.xml.elements import canonical, tree_of
 
 from .describe import Describer
 from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
@@ -310,36 +310,24 @@ def _scalar(value: Any) -> float | str | None:
 
 
 def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
-    """Add the elements for URDF of what both robots have, without those that outputs make of other words."""
+    """Add the elements for URDF that one of two robots has, without those that outputs make of other words."""
     a, b = robots
-    brought = [_brought(robot) for robot in robots]
+    context = context_of(a, a.asks_for_humble or b.asks_for_humble)
+    made = [_made(robot, context) for robot in robots]
     places: list[tuple[str, Any, Any]] = [("the robot", a, b)]
     places += [(name, a.link[name], b.link[name]) for name in a.link if name in b.link]
     places += [(name, a.joint[name], b.joint[name]) for name in a.joint if name in b.joint]
     for name, *both in places:
-        spelt = [_spelt(one.urdf_elements) for one in both]
+        has = [frozenset(meanings(one.urdf_elements, context)) for one in both]
         for at, side in enumerate((old, new)):
-            made = brought[1 - at] - spelt[1 - at] if name == "the robot" else frozenset()
-            side[f"URDF elements of {name}", name] = {"": spelt[at] - made}
+            alone = has[at] - has[1 - at]
+            if name == "the robot":
+                # What every output makes has to be in a file, too.
+                every = frozenset() if robots[1 - at].outputs or not made[at] else frozenset.intersection(*made[at])
+                alone = alone.difference(*made[1 - at]) | (every - has[1 - at])
+            side[f"URDF elements of {name}", name] = {"": frozenset(map(spelt, alone))}
 
 
-def _brought(robot: Robot) -> frozenset[str]:
+def _made(robot: Robot, context: Context) -> list[frozenset[Key]]:
     known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
-    return _spelt([text for one, output in known if one.brings for text in one.brings(robot, output)])
-
-
-def _spelt(texts: Iterable[str]) -> frozenset[str]:
-    """Return elements of XML in one spelling; of <gazebo> the elements in it."""
-    found: list[str] = []
-    for text in texts:
-        try:
-            elements = [*tree_of(f"<all>{text}</all>")]
-        except ValueError:
-            found.append(" ".join(text.split()))
-            continue
-        for element in elements:
-            reference = element.get("reference", "")
-            inner = [*element] if element.tag == "gazebo" and not (element.text or "").strip() else []
-            start = f'<gazebo reference="{reference}">' if reference else ""
-            found += [f"{start}{canonical(child)}" for child in inner] if inner else [canonical(element)]
-    return frozenset(found)
+    return [frozenset(meanings(one.brings(robot, output), context)) for one, output in known if one.brings]

@@ -257,6 +257,8 @@ _APART = frozenset(
 
 def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
     for pose in poses:
+        if pose == JointPose("home", {}):  # the first key of every MJCF of ours
+            continue
         entry = found.setdefault(("pose", pose.name), {})
         entry.update(pose.positions)
         _flatten({"base": pose.base, "controls": pose.controls, "mjcf": pose.mjcf}, "", entry)

@@ -25,7 +25,7 @@ from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import of_tool
+from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, of_tool
 from rosorin_compile.source.tree import Map, locate
 from rosorin_compile.source.wording import counted
 
@@ -36,8 +36,7 @@ from .templating import TemplateProblem, Templates
 from .unsupported import notes as unsupported_notes
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.expand.files import Kept
-    from rosorin_compile.language.expand.included_robots import How, Tell
+    from rosorin_compile.language.expand.included_robots import Tell
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.project import Resolved
 
@@ -120,12 +119,12 @@ class Compiled:
     @property
     def packages(self) -> dict[str, Path]:
         """The folders of the ROS packages that were found, by name."""
-        return {one.name: Path(one.answer) for one in self.resolved if one.is_ros_package}
+        return {one.name: Path(one.answer) for one in self.resolved if one.answer and one.kind == ROS_PACKAGE}
 
     @property
     def python_packages(self) -> list[Path]:
         """The folders of the Python packages that were found."""
-        return [Path(one.answer) for one in self.resolved if one.is_python_package]
+        return [Path(one.answer) for one in self.resolved if one.answer and one.kind == PYTHON_PACKAGE]
 
     def __repr__(self) -> str:
         """Return a summary without the texts of the artifacts."""
@@ -154,18 +153,18 @@ def _counted(diagnostics: Sequence[Diagnostic]) -> str:
     return ", ".join(counted(count, severity) for severity, count in counts.items()) or "no diagnostics"
 
 
-class IncludedRobots:
-    """Reads the robots in other formats that descriptions include (``included_robots.ForeignReader``)."""
+class RobotReader:
+    """Reads the robots in other formats that descriptions include."""
 
     def endings(self) -> tuple[str, ...]:
         """Return the endings of the files in other formats that a description may include."""
         return FORMATS.endings(include=True)
 
     def read(
-        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], how: How, tell: Tell, by: Span
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
     ) -> Imported:
         """Read the robot of a file; ``by`` is the position of its name in the description."""
-        imported = read_robot(path, ReadOptions(texts, packages, how.lenient, tell=tell), by)
+        imported = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), by)
         # The rules report notes that can be accepted again, for the whole robot.
         new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
         return imported._replace(diagnostics=new)
@@ -177,14 +176,14 @@ def understand(
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
     requested: Sequence[str] = (),
-    cache: dict[Path, Kept] | None = None,
+    cache: dict[Any, Any] | None = None,
 ) -> Understood:
     """Load the description whose main file is ``path``; no artifact is generated.
 
     ``tell`` receives warnings before code is executed; without it they are among the diagnostics. ``packages`` are
     folders of ROS packages by name. ``requested`` as in ``judge``; ``cache`` keeps parsed files.
     """
-    return judge(expand(path, arguments or {}, IncludedRobots(), tell, packages, cache), requested)
+    return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
 def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
@@ -219,10 +218,10 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
         diagnostics += expanded.unused
     found = settled(tree, diagnostics, rules.acceptable())
     diagnostics = found.diagnostics
-    if scope and scope.ledger.left_out and any(one.severity != NOTE for one in diagnostics):
-        from rosorin_compile.language.expand.left_out import told_by_cause
+    if scope and scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
+        from rosorin_compile.language.expand.dropped_entries import explain_missing_names
 
-        diagnostics = told_by_cause(scope, tree, diagnostics)
+        diagnostics = explain_missing_names(scope, tree, diagnostics)
     return Understood(expanded, lowered, arrange(diagnostics), found.used)
 
 
@@ -264,7 +263,7 @@ def compile_robot(
     packages: Mapping[str, Path] | None = None,
     search: Search | None = None,
     requested: Sequence[str] = (),
-    cache: dict[Path, Kept] | None = None,
+    cache: dict[Any, Any] | None = None,
     *,
     exact: bool = False,
 ) -> Compiled:
@@ -287,7 +286,7 @@ def compile_robot(
                 robot = replace(robot, outputs=outputs)
                 understood = understood._replace(lowered=understood.lowered._replace(robot=robot))
             if understood.expanded.scope is not None:
-                understood.expanded.scope.ledger.forget()
+                understood.expanded.scope.expansion.forget()
             compiled = emit(understood, path, search, requested)
         except OSError as problem:
             if problem.filename is None:

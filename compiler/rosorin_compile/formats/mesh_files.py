@@ -26,7 +26,8 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 from urllib.parse import unquote
 
-from rosorin_compile.language.expand.forms import OF_MJCF
+from rosorin_compile.language.element_names import files_in
+from rosorin_compile.language.expand.included_robots import OF_MJCF
 from rosorin_compile.language.suppressions import EVERYTHING
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
@@ -38,7 +39,6 @@ from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, Resolved, resol
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import first_of
-from rosorin_compile.source.xml.mujoco import files_in
 
 from . import FORMATS as RECORDS
 

@@ -17,7 +17,7 @@ from rosorin_compile.language.suppressions import settled
 from rosorin_compile.language.validate import validate
 from rosorin_compile.rules.check import acceptable, check
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span, error, has_errors
-from rosorin_compile.source.messages import gathered
+from rosorin_compile.source.messages import gathered, worded
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ENDINGS, stdin_of
@@ -90,7 +90,7 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
         tree, diagnostics = accept(read.tree, opened.options.lenient)
         read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *diagnostics], checked=True)
     return read._replace(
-        diagnostics=[*notes, *read.diagnostics],
+        diagnostics=worded([*notes, *read.diagnostics]),
         format=format.becomes or format.name,
         takes_arguments=format.takes_arguments and not read.unexpanded,
     )

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.output import open_package_folder
+from rosorin_compile.output.ros_packages import missing, package_of
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, listed
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.ros_packages import missing, package_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 

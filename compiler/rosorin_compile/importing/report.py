@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.language.expand.prefixing import moved, relative_files, with_files_named
+from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, counted, first_of
 from rosorin_compile.source.files import is_file, resolve
@@ -78,7 +78,7 @@ def renamed(
         vain = Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out")
         told += [] if relative else [vain]
         known |= _package_of(meshes, relative, base, here)
-        return Renamed(_saying(moved(tree, meshes), "", known), told, meshes)
+        return Renamed(_saying(move_files(tree, meshes), "", known), told, meshes)
     outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
     bare = [name for name in files if name not in names and not _is_of_package(name)]
     if bare:
@@ -89,8 +89,8 @@ def renamed(
         )
         told.append(_elsewhere(way, outside, place))
         meshes = _seen(base, _artifacts(folder))
-        return Renamed(_saying(moved(tree, meshes), "", known), told, meshes)
-    tree = with_files_named(tree, lambda name: names.get(name, name))
+        return Renamed(_saying(move_files(tree, meshes), "", known), told, meshes)
+    tree = map_files(tree, lambda name: names.get(name, name))
     has_folder = any(not _is_of_package(name) for name in names.values())
     return Renamed(_saying(tree, _seen(top, here) if has_folder else "", known), told)
 

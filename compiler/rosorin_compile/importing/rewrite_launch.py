@@ -11,10 +11,10 @@ from collections.abc import Iterator, Set
 from pathlib import Path
 from typing import NamedTuple
 
+from rosorin_compile.output.ros_packages import files_below, is_launch_file
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import listed
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.ros_packages import files_below, is_launch_file
 
 PRINT = "rosorin-compile print"
 OUTPUT = "urdf"

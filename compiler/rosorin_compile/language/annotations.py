@@ -4,38 +4,34 @@
 |---|---|---|
 | ``x-names`` | a text, ``propertyNames`` | the text, or each key, is the name of something of this kind |
 | ``x-gives`` | the same | something of this kind gets its name there |
-| ``x-otherwise`` | beside ``x-gives`` | the name where the key is left out: ``{frame}_joint`` |
-| ``x-spelt`` | a text, ``propertyNames`` | its words are held against usual ones; what it is called: ``plugin`` |
-| ``x-said`` | beside ``x-names`` | what is said of a name of nothing; ``{1}``: the second step of the path to it |
-| | | false: a rule of its own tells that, or none, here and below |
-| ``x-among`` | beside ``x-names`` | where it is looked up: in a ``simulation``, in the ``description``; |
-| | | left out: a link or a joint in the description, another kind by a rule of its own |
+| ``x-otherwise`` | beside ``x-gives`` | the name if the key is missing: ``{frame}_joint`` |
+| ``x-spelt`` | a text, ``propertyNames`` | its words are compared with usual ones; what it is called: ``plugin`` |
+| ``x-said`` | beside ``x-names`` | how a message describes the place; ``{1}``: the second step of the path; |
+| | | false: another rule reports unknown names, here and below |
+| ``x-among`` | beside ``x-names`` | where it is looked up: in a ``simulation``, in the ``description`` |
 | ``x-scope`` | beside them | ``robot``: never with the prefix of a part; ``world``: it gives no name of the part |
-| ``x-names-in`` | any value | names stand inside of it; the function that knows where |
-| ``x-mirror`` | a mapping | how a mirror turns what it holds |
+| ``x-names-in`` | any value | it contains names in another language: ``urdf``, ``mjcf``, ``parameters``, ... |
+| ``x-mirror`` | a mapping | how a mirror changes it (``MIRRORED_KEYS``) |
 | ``x-unmirrored`` | a mapping | why a mirror leaves its poses and directions as they are |
-| ``x-attached`` | a text | where it names the mount, these keys beside it are composed with the pose of the use: |
-| | | ``xyz`` and ``rpy``, and others are directions |
-| ``x-in-parts`` | a section | it may stand in a part |
-| ``x-in-types`` | a key of a sensor | a type of sensors may say it for its sensors |
-| ``x-accepted`` | a mapping | what is wrong with it may be accepted (``accept``) of these names: ``{1}``, ``{child}`` |
-| ``x-whole`` | a section | said of the robot as a whole: one that is included brings none |
-| ``x-called`` | a section | what one of its entries is called |
-| ``x-reckoned`` | any value | its numbers are calculated with: none may be beyond reckoning; false: not below |
+| ``x-attached`` | a text | if it names the mount, these keys beside it are composed with the pose of the use |
+| ``x-in-parts`` | a section | it may be in a part |
+| ``x-in-types`` | a key of a sensor | a type of sensors may define it |
+| ``x-accepted`` | a mapping | problems in it may be accepted (``accept``) of these names: ``{1}``, ``{child}`` |
+| ``x-whole`` | a section | it is about the robot as a whole: included robots have none |
+| ``x-called`` | a section | the word for one of its entries |
+| ``x-reckoned`` | any value | its numbers are calculated with: they must be finite; false: not below |
 | ``x-explained`` | a section | its entries have no frame; ``explain`` shows where their numbers were written: |
 | | | true: of each entry; a word: behind this word with each joint that they name |
-| ``x-topic`` | a section | a format that ``lacks`` this topic has no word for it |
+| ``x-topic`` | a section | a format that ``lacks`` this topic cannot express it |
 | ``x-compared`` | a section | its entries are compared value by value, each called so: ``battery main`` |
-| ``x-also`` | a key | what others call it (``synonyms``) |
-| ``x-instead`` | a definition | the way out for words that are no keys of it, by these words (``synonyms``); |
-| | | a text: as the definition that is called so |
+| ``x-also`` | a key | synonyms |
+| ``x-instead`` | a definition | suggestions for words that are no keys of it; a text: as the definition of this name |
 | ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
-| ``x-sourced`` | a section | its entries have the source of their file, where they have none of their own |
-| ``x-within`` | a number | the limits of its joint bound it; the rule that reports it beyond |
+| ``x-sourced`` | a section | its entries have the source of their file, unless they have their own |
+| ``x-within`` | a number | it is within another number of its joint: ``limit`` |
 | ``x-ordered`` | a section | its entries are in the model as they are written; else by name |
-| ``x-file`` | a section | the file, without its ending, that an import writes it into beside ``robot.yaml`` |
-| ``x-first`` | a mapping | the keys that an import writes first; the others stay as in the source |
-| | | without it all stand in the order of ``properties`` |
+| ``x-file`` | a section | the file, without its ending, that an import writes it into |
+| ``x-first`` | a mapping | the keys that an import writes first; without it all in the order of ``properties`` |
 """
 
 from __future__ import annotations
@@ -99,14 +95,14 @@ MIRRORED_KEYS: Mapping[str, tuple[str, ...]] = {
     "scale": ("scale",),
     "gear": ("gear",),
 }
-MIRROR, GIVES, INSIDE, SPELT = "x-mirror", "x-gives", "x-names-in", "x-spelt"
+MIRROR, GIVES, NAMES, INSIDE, SPELT = "x-mirror", "x-gives", "x-names", "x-names-in", "x-spelt"
 ROBOT, WORLD = "robot", "world"
 SIMULATION, DESCRIPTION = "simulation", "description"
 ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 
 class Node(NamedTuple):
-    """The annotations of the values at a place of the schema, each by its word (``inside``: ``x-names-in``).
+    """What the schema says of the values at a place.
 
     ``of`` is what is found here or anywhere below: the kinds of names that are looked up, and MIRROR, GIVES, INSIDE,
     SPELT.
@@ -156,10 +152,10 @@ class Node(NamedTuple):
                     yield key, below.gives, below.otherwise.format_map(texts(entry))
 
 
-# Each annotation and the field of a node that has it.
-WORDS = {f"x-{name.replace('_', '-')}": name for name in Node._fields[: Node._fields.index("keys")]}
-WORDS["x-names-in"] = WORDS.pop("x-inside")
-# Annotations that ``synonyms``, lowering and imports read; validators and editors have no use for any of them.
+# The field of a node that has an annotation, by the annotation.
+_FIELDS = Node._fields[: Node._fields.index("keys")]
+WORDS = {INSIDE if field == "inside" else f"x-{field.replace('_', '-')}": field for field in _FIELDS}
+# Beside them what ``synonyms``, lowering and an import read: all that validators and editors have no use for.
 ANNOTATIONS = frozenset((*WORDS, "x-unmirrored", "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
 
 
@@ -230,23 +226,16 @@ def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
             if not any(key in keys for key in MIRRORED_KEYS[way]):
                 raise ValueError(f"{MIRROR} is {way} in its schema, beside no {' and no '.join(MIRRORED_KEYS[way])}")
         attached = (key for one in keys.values() if isinstance(one, Mapping) for key in one.get("x-attached", ()))
-        for key in attached:
-            if key not in keys:
-                raise ValueError(f'x-attached names "{key}" in its schema; {did_you_mean(key, sorted(keys))}')
+        for key in (key for key in attached if key not in keys):
+            raise ValueError(f'x-attached names "{key}" in its schema; {did_you_mean(key, sorted(keys))}')
 
 
-def kinds_given(piece: Any) -> set[str]:
-    """Return the kinds of things that get their names in a piece of the schema."""
-    return {value for word, value in _annotations(piece) if word == "x-gives"}
-
-
-def kinds_named(piece: Any) -> set[str]:
-    """Return the kinds of things that are named in a piece of the schema."""
-    return {value for word, value in _annotations(piece) if word == "x-names"}
+def kinds_of(piece: Any, annotation: str) -> set[str]:
+    """Return the kinds that get names (``x-gives``), or are named (``x-names``), in a piece of the schema."""
+    return {value for word, value in _annotations(piece) if word == annotation}
 
 
 def _mappings(piece: Any) -> Iterator[Mapping[str, Any]]:
-    """Yield each mapping of a piece of the schema."""
     if isinstance(piece, Mapping):
         yield piece
     for inner in piece.values() if isinstance(piece, Mapping) else piece if isinstance(piece, list) else ():
@@ -254,6 +243,5 @@ def _mappings(piece: Any) -> Iterator[Mapping[str, Any]]:
 
 
 def _annotations(piece: Any) -> Iterator[tuple[str, Any]]:
-    """Yield each annotation of a piece of the schema, with its value."""
     for part in _mappings(piece):
         yield from ((word, value) for word, value in part.items() if word.startswith("x-"))

@@ -12,7 +12,7 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, locate, maker
 from rosorin_compile.source.units import NUMBER, Quantity, describe
 
-from .expand.ledger import Failed
+from .expand.expansion import Failed
 from .expand.scope import Scope
 from .expression import ExpressionError, evaluate, parsed, pieces
 from .symbols import MOUNT
@@ -75,7 +75,7 @@ class Origins:
         self.tree = tree
         self.root = root
         self.arguments = arguments
-        self.scopes: dict[int, Scope] = root.ledger.scopes
+        self.scopes: dict[int, Scope] = root.expansion.scopes
         self.written = Written()
 
     def of(self, path: Path) -> Origin | None:

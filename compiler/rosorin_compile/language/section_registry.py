@@ -14,7 +14,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, broken, load
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, check_texts, find
 
-from .annotations import DESCRIPTION, check_annotations, kinds_given, kinds_named, own_schema
+from .annotations import DESCRIPTION, GIVES, NAMES, check_annotations, kinds_of, own_schema
 from .validator import check_schema
 
 _RESERVED = ("parts", "use", "sensor_types", "help")  # sections that the schema of expanded descriptions lacks
@@ -31,11 +31,11 @@ class Plugged(NamedTuple):
 def plugged() -> Plugged:
     """Return the sections of plug-ins that name only kinds of things that some section defines."""
     loaded, diagnostics = load("sections", Section, _marks, _is_taken)
-    known = kinds_given(own_schema()) | kinds_named(own_schema()) if loaded else set()
-    known |= {kind for _, section in loaded for kind in kinds_given(section.schema)}
+    known = kinds_of(own_schema(), GIVES) | kinds_of(own_schema(), NAMES) if loaded else set()
+    known |= {kind for _, section in loaded for kind in kinds_of(section.schema, GIVES)}
     sections, problems = [], [*diagnostics]
     for plugin, section in loaded:
-        unknown = sorted(kinds_named(section.schema) - known)
+        unknown = sorted(kinds_of(section.schema, NAMES) - known)
         for kind in unknown:
             guess = did_you_mean(kind, sorted(known))
             problems.append(broken(plugin, f'has a schema that names "{kind}", of which there is none; {guess}'))

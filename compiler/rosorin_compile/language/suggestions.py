@@ -17,10 +17,9 @@ from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.tree import Map, Path, Seq, Text, locate, prefix_at
 from rosorin_compile.source.units import UNITS, Dimension, Quantity, parse_unit
 
-from .expand.tracing import text_at
 from .schema import keys_of_xml, resolve, schema
 from .symbols import MOUNT
-from .synonyms import OTHERS, VALUES, synonym, way_out, words_for
+from .synonyms import of_other_keys, spellings_of_units, synonym, values_of_kinds, way_out, words_for
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
@@ -28,36 +27,6 @@ SPELLED_OUT = 5  # a word of so many letters is not a symbol of a unit: it may b
 
 # --- units ---
 
-# Units as people write them, in small letters.
-_SPELLINGS = {
-    "m": "meter meters metre metres mtr",
-    "mm": "millimeter millimeters millimetre millimetres mms",
-    "cm": "centimeter centimeters centimetre centimetres cms",
-    "km": "kilometer kilometers kilometre kilometres",
-    "um": "\u00b5m \u03bcm micron microns micrometer micrometers",
-    "inch": "inches in \" '' \u2033 \u201d zoll",
-    "ft": "foot feet ' \u2032",
-    "g": "gram grams gramme grammes gr gs",
-    "kg": "kilogram kilograms kilogramme kilo kilos kgs",
-    "lb": "pound pounds lbs lbm",
-    "s": "sec secs second seconds",
-    "ms": "msec msecs millisecond milliseconds",
-    "min": "minute minutes mins",
-    "h": "hour hours hr hrs",
-    "Hz": "hertz",
-    "deg": "degree degrees degs \u00b0 \u00ba \u02da grad",
-    "rad": "radian radians rads",
-    "rev": "turn turns revs revolution revolutions rot",
-    "deg/s": "dps",
-    "rev/s": "rps",
-    "N": "newton newtons",
-    "Nm": "newtonmeter newtonmeters newtonmetre",
-    "N*cm": "ncm",
-    "N*mm": "nmm mnm",
-    "kg*m": "kgm",
-    "W": "watt watts",
-}
-_UNITS = {spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings.split()}
 _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
 
 
@@ -83,12 +52,13 @@ def unit_meant(text: str, wanted: Sequence[str]) -> str:
 def _factors(unit: str, others: Mapping[str, str]) -> str:
     """Return a unit with each factor as it is called here; ``others`` has names for ambiguous factors."""
     pieces: list[str] = []
+    spellings = spellings_of_units()
     for sign, word, power in re.findall(r"([*/]?)([^*/^\d\s]+)\^?(-?\d)?", unit):
         small = word.casefold()
         same = [name for name in UNITS if name.casefold() == small]
-        name = others.get(small) or (word if word in UNITS else _UNITS.get(small) or (same[0] if same else ""))
-        close = nearest(small, _UNITS) if not name and len(small) >= SPELLED_OUT else None
-        name = _UNITS[close] if close else name
+        name = others.get(small) or (word if word in UNITS else spellings.get(small) or (same[0] if same else ""))
+        close = nearest(small, spellings) if not name and len(small) >= SPELLED_OUT else None
+        name = spellings[close] if close else name
         if not name:
             return ""
         pieces += [sign, name, f"^{power}" if power else ""]
@@ -143,7 +113,7 @@ def _of_digits(text: str, plain: str, wanted: Sequence[str], key: str) -> str:
         value = f"{number} {about[1] if about else rest}".strip()
         return f"write {value} alone; the rest is for source: {{note: ...}}"
     if key and not wanted:
-        return plain_number(float(number) * _megabytes(rest, key), " of megabytes" if "megabytes" in key else "")
+        return "write a plain number, without a unit"
     if unit := unit_meant(rest, wanted):
         return f"unknown unit {rest}; write {number} {unit}"
     if re.fullmatch(r"[A-Za-z][\w^*/-]*", rest):
@@ -151,17 +121,9 @@ def _of_digits(text: str, plain: str, wanted: Sequence[str], key: str) -> str:
     return ""
 
 
-def plain_number(value: float, counted: str = "") -> str:
-    """Return the help for a number with a unit where none may have one; ``counted`` is of what."""
-    return f"write {value:g}: a plain number{counted}, without a unit"
-
-
-def _megabytes(unit: str, key: str) -> float:
-    """Return how many megabytes a unit of data has, for a key that counts in them; 1 for another unit or key."""
-    found = re.fullmatch(r"([kmgt]?)(i?)(?:b|bytes?)?", unit.casefold())
-    if found is None or "megabytes" not in key:
-        return 1
-    return float(1024 if found[2] else 1000) ** " kmgt".index(found[1] or " ") / 1e6
+def plain_number(value: float) -> str:
+    """Return the help for a number with a unit where none may have one."""
+    return f"write {value:g}: a plain number, without a unit"
 
 
 def _of_reference(plain: str) -> str:
@@ -233,8 +195,6 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     example = _EXAMPLES.get(key) or f"[{', '.join('XYZW'[: fragment.get('minItems', 0)] or 'X')}]"
     is_of_numbers = items.get("type") == "number"
     if isinstance(value, Map):
-        if _is_xml(items):
-            return f"its items are elements of XML: write {key}: ['{_as_xml(value)}']"
         small = {name.casefold(): name for name in value}
         for names in _VECTORS:
             if small and set(small) <= set(names):
@@ -317,8 +277,8 @@ def _may_be(value: Any, key: str, part: Mapping[str, Any]) -> bool:
 
 def text_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     """Return the help for a value where a text belongs, under a key, by its fragment of the schema."""
-    if isinstance(value, Map) and _is_xml(fragment):
-        return f"an element is XML: write - {_as_xml(value)}"
+    if isinstance(value, Map) and fragment is schema()["$defs"]["element"]:
+        return "an element is a text of XML: write - <NAME .../>"
     if isinstance(value, (bool, int, float)):
         return "put it in quotes to make it text"
     inner = list(value.values()) if isinstance(value, Map) else list(value) if isinstance(value, Seq) else []
@@ -334,18 +294,6 @@ def flag_meant(value: Any) -> str:
     if flag and isinstance(value, str) and not isinstance(value, Text):
         return f"write {flag}: in YAML 1.2 {value} is a text"
     return f"write {flag}, without quotes" if flag else ""
-
-
-def _is_xml(fragment: Mapping[str, Any]) -> bool:
-    """Return True if a fragment of the schema is that of elements of XML, which are texts."""
-    return fragment.get("$ref", "").endswith("/element") or fragment is schema()["$defs"]["element"]
-
-
-def _as_xml(value: Map) -> str:
-    name = next(iter(value), "NAME")
-    inner = value[name].items() if isinstance(value.get(name), Map) else ()
-    attributes = (f' {key}="{_short(item)}"' for key, item in inner if not isinstance(item, (Map, Seq)))
-    return f"<{name}{''.join(attributes)}/>"
 
 
 def _short(value: Any) -> str:
@@ -379,7 +327,8 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
         return f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
     if help.startswith("did"):
         return f"{help} (legal: {', '.join(sorted(known))})"
-    return f"{OTHERS[kind]} ({help})" if kind in OTHERS else help
+    other = of_other_keys(kind)
+    return f"{other} ({help})" if other else help
 
 
 def _of_layout(key: str, entry: Map, known: Mapping[str, Any]) -> str:
@@ -453,7 +402,7 @@ def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
 
 def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
     """Return the help for a word that is not one of ``known``; ``kind`` is that of its synonyms."""
-    table = VALUES.get(kind) or words_for(kind)
+    table = values_of_kinds().get(kind) or words_for(kind)
     close = synonym(word, table, known)
     return way_out(word, table) or (f'did you mean "{close}"?' if close else did_you_mean(word, known))
 
@@ -463,7 +412,9 @@ def name_meant(tree: Map, path: Path, word: str, known: Iterable[str], more: Seq
 
     In a part its own names are first, without the prefix; ``more`` are further names of its own.
     """
-    is_mount = text_at(locate(tree, path).span) == MOUNT  # given by the use, with names around the part
+    span = locate(tree, path).span
+    text = span.source.line(span.line)[span.column - 1 :][: span.length]
+    is_mount = text.strip("\"'") == MOUNT  # of the use, with names around the part
     names, prefix = list(known), prefix_at(tree, path, outside=is_mount)
     own = [name.removeprefix(prefix) for name in names if prefix and name.startswith(prefix)]
     if not own:

@@ -116,7 +116,8 @@ def settled(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[st
             groups.setdefault(diagnostic.rule, []).append(diagnostic)
         elif not covering and is_acceptable_error and (diagnostic.rule, EVERYTHING) in entries and diagnostic.of:
             way = f"an error is accepted by name: of: [{diagnostic.of[0]}]"
-            left.append(replace(diagnostic, help="; ".join(filter(None, (diagnostic.help, way)))))
+            worded = diagnostic.worded()
+            left.append(replace(worded, help="; ".join(filter(None, (worded.help, way)))))
         elif not covering:
             left.append(diagnostic)
     for group in groups.values():

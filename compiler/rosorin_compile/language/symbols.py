@@ -10,20 +10,18 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.xml.elements import found_in
-from rosorin_compile.source.xml.mujoco import BODY, EQUALITY, GEOM, SITE, given, used
-from rosorin_compile.source.xml.references import named_in
 
 from .annotations import ALSO, GIVES, INSIDE, SPELT, Node
+from .element_names import BODY, EQUALITY, GEOM, SITE, given, named_in, used
 from .schema import sections
 
 MOUNT = "mount"
 
-# Kinds that elements of a URDF, parameters of controllers and a simulation refer to.
+# Kinds that elements of a URDF, of MJCF, parameters of controllers and a simulation refer to.
 IN_URDF = ("link", "joint")
 IN_PARAMETERS = ("link", "joint", "sensor", "hardware block", "hardware sensor", "gpio", "controller")
 THINGS = (
@@ -31,6 +29,7 @@ THINGS = (
     *("actuator", "tendon", "constraint", "sensor of MuJoCo", "site", "camera", "light"),
 )
 _ELEMENT = "element"  # any named element of MJCF, in addition to its kind
+IN_MJCF = (*THINGS, "material", _ELEMENT)
 KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # MuJoCo's words for kinds
 # Names that the MJCF derives from that of a link, and suffixes of those that it derives from that of a joint.
 _DERIVED = re.compile(r"(.+)_(?:collision|visual)_\d+")
@@ -75,18 +74,8 @@ def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bo
 
 
 @dataclass(frozen=True)
-class Symbol:
-    """A name that a description defines; ``key`` where a key of the description is the name."""
-
-    kind: str
-    name: str
-    path: Path
-    key: bool = False
-
-
-@dataclass(frozen=True)
 class Reference:
-    """A use of a name; ``what`` describes it in a message.
+    """A use or the definition of a name; ``key``: a key of the description is the name. ``what`` describes a use.
 
     ``among`` is where the name is looked up: "" for all names of the description.
     """
@@ -95,8 +84,8 @@ class Reference:
     name: str
     path: Path
     key: bool
-    what: str
-    among: str
+    what: str = ""
+    among: str = ""
 
 
 class SymbolTable:
@@ -111,11 +100,11 @@ class SymbolTable:
             if value is not None and (not wanted or not node.of.isdisjoint(wanted)):
                 yield from _walk(node, value, (name,), wanted, rules)
 
-    def definitions(self, section: str = "") -> Iterator[Symbol]:
-        """Yield the names that are defined, in one section or in all."""
-        for node, name, path, key in self._occurrences((), section):
+    def definitions(self, section: str = "", implied: bool = False) -> Iterator[Reference]:
+        """Yield the names that are defined, in one section or in all; ``implied``: also those of keys left out."""
+        for node, name, path, key in self._occurrences((GIVES, "link") if implied else (), section):
             if node.gives and isinstance(name, str):
-                yield Symbol(node.gives, name, path, key)
+                yield Reference(node.gives, name, path, key)
 
     def references(self, kinds: Collection[str] = (), section: str = "") -> Iterator[Reference]:
         """Yield the uses of names of some kinds, or of all, in the order of the schema and of the description.
@@ -169,21 +158,6 @@ class Names:
     def among(self, kinds: Iterable[str]) -> frozenset[str]:
         """Return the names of some kinds."""
         return frozenset().union(*(self.of.get(kind, ()) for kind in kinds))
-
-    @cached_property
-    def in_urdf(self) -> frozenset[str]:
-        """The names that elements of a URDF may use."""
-        return self.among(IN_URDF)
-
-    @cached_property
-    def in_mjcf(self) -> frozenset[str]:
-        """The names that elements of MJCF may use."""
-        return self.among((*THINGS, "material", _ELEMENT))
-
-    @cached_property
-    def in_parameters(self) -> frozenset[str]:
-        """The names that parameters of controllers may use."""
-        return self.among(IN_PARAMETERS)
 
     def gives(self, kind: str, name: str) -> bool:
         """Return True if the fragment defines a name of a kind, or the MJCF derives it: LINK_collision_1."""

@@ -14,7 +14,7 @@ from rosorin_compile.source.tree import Map, Seq, locate
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
 from rosorin_compile.source.wording import counted, in_words, unseen
 
-from .expand.tracing import problem_at
+from .expand.provenance import problem_at
 from .schema import Steps, backend_of, has_entries, part_at, resolve, sections, subject, unit_at, with_outputs
 from .suggestions import (
     fallen_out,
@@ -48,40 +48,20 @@ RULES = (
         "words.",
         ARGUMENTS,
     ),
-    Rule(
-        "unknown-key",
-        "An entry has no such key.",
-        "The message names the nearest one and all that are legal.",
-        SHAPE,
-    ),
+    Rule("unknown-key", "An entry has no such key.", "The message names a similar one, or all that are legal.", SHAPE),
     Rule("missing-key", "An entry lacks a key that it needs.", "Add it.", SHAPE),
-    Rule(
-        "wrong-type",
-        "A value is of another type: a text where a number belongs, a unit that nobody knows.",
-        "Write what the message asks for.",
-        SHAPE,
-    ),
+    Rule("wrong-type", "A value is of another type: a text in the place of a number.", "See the message.", SHAPE),
     Rule("wrong-value", "A value is not one of those that are allowed.", "Choose one of them.", SHAPE),
     Rule("wrong-length", "A list has too many or too few items.", "Positions have three numbers, pairs two.", SHAPE),
-    Rule("empty-text", "A text that says something is empty.", "Say it, or leave the key out.", SHAPE),
+    Rule("empty-text", "A text is empty.", "Write it, or leave the key out.", SHAPE),
     Rule(
         "wrong-shape",
         "A value does not fit the schema in another way.",
         "Compare it with [the language](language.md#sections-of-a-description).",
         SHAPE,
     ),
-    Rule(
-        "wrong-unit",
-        "A quantity is of another kind: a mass where a length belongs, metres for a joint that turns.",
-        "Correct the unit, or the type of the joint.",
-        SHAPE,
-    ),
-    Rule(
-        "not-finite",
-        "A number is NaN or infinite; or one that is no limit is beyond 1e150, and nothing can be calculated with it.",
-        "Write a number, or leave the key out.",
-        SHAPE,
-    ),
+    Rule("wrong-unit", "A quantity is of another kind: a mass in the place of a length.", "Correct the unit.", SHAPE),
+    Rule("not-finite", "A number is NaN, infinite or beyond 1e150.", "Write a number, or leave the key out.", SHAPE),
 )
 
 MOST = 1e150  # beyond it, a volume or moment of inertia may be beyond all floats
@@ -271,9 +251,10 @@ class _Report:
         self.part, self.defined = part_at(misfit.schema_path[:-1], schema)
         self.kind = (self.defined or str(self.path[0])) if self.path else "top"
         self.meaning = _sentence(str(self.part.get("description", "")))
-        self.value: Any = tree
+        value: Any = tree
         for step in self.path:
-            self.value = self.value[step]
+            value = value[step]
+        self.value = value
 
     def diagnostics(self) -> Iterable[Diagnostic]:
         wanted, where, value = self.misfit.wanted, self.where, self.value

@@ -67,7 +67,7 @@ def check_names(root: Map, scope: Scope) -> None:
                 related = (Related("the other one", places[similar].span), *place.stack())
                 help = "give one of them another name"
                 warning = Diagnostic("names-look-alike", WARNING, message, place.span, related, help)
-                scope.ledger.diagnostics.append(warning)
+                scope.expansion.diagnostics.append(warning)
 
 
 class Use(NamedTuple):
@@ -82,7 +82,7 @@ class ValueTable:
 
     def __init__(self, root: Map, reader: Reader, scope: Scope) -> None:
         self.root, self.reader = root, reader
-        self.is_constant = scope.ledger.is_constant
+        self.is_constant = scope.expansion.is_constant
 
     def uses(self, name: str) -> list[Place]:
         """Return the places of the expressions that use an argument or a named value of the description."""
@@ -182,13 +182,23 @@ class ValueTable:
         for name, place in publishers.items() if not any("$" in owner for owner in owners) else ():
             if name not in owners and "$" not in name:
                 message = f'publisher "{name}" publishes no joint and no edge, and stamps nothing'
-                yield message, place, f"write publisher: {name} where it does, or remove it"
+                yield message, place, f"write publisher: {name} where it does{_odometry(root, name)}, or remove it"
         conditions = _texts_at(values, ("when",)) | set(_all_texts(root.get("outputs")))
         named = {word for condition in conditions for word in _WORD.findall(condition)}
         for name, place in modes.items() if not any("$" in condition for condition in conditions) else ():
             if name not in named:
                 help = f"write when: {name} where it matters, or remove it"
                 yield f'no condition names the mode "{name}"', place, help
+
+
+def _odometry(root: Map, publisher: str) -> str:
+    """Return the edge of the odometry as an example, for a base with wheels that has none."""
+    edges = [entry for entry in root.get("edges") or () if isinstance(entry, Map)]
+    if not root.get("drive") or any(entry.get("parent") in ("odom", "map") for entry in edges):
+        return ""
+    children = {entry.get("child") for _, entry in _entries(root, "joints")}
+    base = next((name for name in _places(root.get("links")) if name not in children), "base_link")
+    return f", such as edges: [{{parent: odom, child: {base}, publisher: {publisher}}}]"
 
 
 def _loop_names(entry: Any) -> frozenset[str]:

@@ -18,6 +18,7 @@ from rosorin_compile.source.wording import printable
 
 from .single_file import OutputError, is_generated, kept_name
 from .staging import STAGING_NAME, Entries, entries_below, locked, replace_folder, staging_folder
+from .written_names import remember, remembered
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
 Decision = Literal["replace", "keep", "refuse"]  # keep: under another name
@@ -42,24 +43,31 @@ class WriteResult(NamedTuple):
         return [Diagnostic("output-kept", WARNING, t, help="if nobody needs it, remove that file") for t in texts]
 
 
-def write_artifacts(folder: Path, files: Mapping[str, str | bytes], prune: bool = False) -> WriteResult:
+def write_artifacts(
+    folder: Path, files: Mapping[str, str | bytes], prune: bool = False, complete: bool = True
+) -> WriteResult:
     """Write the artifacts of a robot, as ``write_set``; files of somebody else are refused or kept under another name.
 
     A file without the mark of this tool is refused if the new file has one. If neither has one, it is kept, unless
-    this tool wrote another file of the set. Raises OutputError.
+    this tool wrote that name before, or, where that is not recorded, wrote another file of the set. ``complete`` is
+    False if the robot has other artifacts, too. Raises OutputError.
     """
+    known = remembered(folder)
     try:
-        present = [folder / name for name in files if (folder / name).is_file()]
-        is_first = not any(is_generated(path.read_bytes()) for path in present)
+        present = [folder / name for name in files if known is None and (folder / name).is_file()]
+        is_first = known is None and not any(is_generated(path.read_bytes()) for path in present)
     except OSError as problem:
         raise OutputError.of(problem, folder, "read") from None
 
-    def judge(_name: str, old: bytes, new: bytes) -> Decision:
+    def judge(name: str, old: bytes, new: bytes) -> Decision:
         if is_generated(old) or not old.strip():
             return "replace"
-        return "refuse" if is_generated(new) else "keep" if is_first else "replace"
+        is_unknown = is_first or (known is not None and name not in known)
+        return "refuse" if is_generated(new) else "keep" if is_unknown else "replace"
 
-    return write_set(folder, files, prune, judge)
+    result = write_set(folder, files, prune, judge)
+    remember(folder, files, complete)
+    return result
 
 
 def write_set(

@@ -19,6 +19,7 @@ _NO_END = "\\ No newline at end of file"
 _IF_MEANT = "if this is what you meant, run rosorin-compile all and commit what it writes"
 _MOST_VALUES = 3
 _CUT = 60
+_TAG = re.compile(r"<([A-Za-z_]\w*)")
 _WORD = re.compile(r"[A-Za-z_]\w+")
 
 
@@ -73,15 +74,17 @@ def differing_values(old: str, new: str) -> str:
 
 
 def _line_change(number: int, old: str, new: str) -> str:
-    """Return what changed in a line: the words that differ, behind the first word, or the one before them."""
+    """Return what changed in a line: the words that differ, behind the element, the key or the first word."""
     before, after = old.split(), new.split()
-    context = new
+    same: list[str] = []
     for at in (0, -1):  # what both begin and end with
         while before and after and before[at] == after[at]:
-            context = after[0] if at == 0 and len(new) > MAX_WIDTH else context
+            same += after[:1] if at == 0 else []
             del before[at], after[at]
-    texts = [printable(" ".join(words))[:_CUT] or "nothing" for words in (before, after)]
-    return " ".join([f"line {number}", *_WORD.findall(context)[:1]]) + f": {' -> '.join(texts)}"
+    tags = _TAG.findall(" ".join([*same, *after[:1]]))
+    words = tags[-1:] or _WORD.findall(same[-1] if same and len(new) > MAX_WIDTH else new)
+    texts = [printable(" ".join(some))[:_CUT] or "nothing" for some in (before, after)]
+    return " ".join([f"line {number}", *words[:1]]) + f": {' -> '.join(texts)}"
 
 
 def report_lines(changes: Sequence[str], texts: Sequence[TextDifference], full: bool = False) -> list[str]:

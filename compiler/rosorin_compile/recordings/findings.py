@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 from rosorin_compile.model import Transform, Vector
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Related, diagnostic
 from rosorin_compile.source.numbers import amount
 
 from .rules import RULES
@@ -20,14 +21,15 @@ _MILD = {rule.id: severity for rule in RULES for severity in (WARNING, NOTE) if 
 
 
 def problem(
-    rule: str, subject: str, message: str, help: str = "", evidence: Iterable[str] = (), severity: str = ""
+    rule: str, subject: str, message: str, help: Help = "", evidence: Iterable[str] = (), severity: str = ""
 ) -> Diagnostic:
     """Return a finding about a subject (an edge, topic or joint); ``evidence`` is printed below the message.
 
     Help and severity are those of the rule unless others are given.
     """
     related = tuple(Related(line, None) for line in evidence)
-    return Diagnostic(rule, severity or _MILD.get(rule, ERROR), message, None, related, help or _HELP[rule], (subject,))
+    made = diagnostic(rule, severity or _MILD.get(rule, ERROR), message, None, help or _HELP[rule], related)
+    return replace(made, of=(subject,))
 
 
 def ordered(findings: Iterable[Diagnostic]) -> list[Diagnostic]:

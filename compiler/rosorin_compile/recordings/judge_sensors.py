@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from rosorin_compile.model import Sensor
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, did_you_mean, listed, nearest
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    WARNING,
+    Diagnostic,
+    Help,
+    Suggestion,
+    counted,
+    listed,
+    nearest,
+)
 
 from .findings import problem, rate_text, seconds, share
 from .recording import FrameUse, Lookups, Recording
@@ -68,11 +77,11 @@ def _unknown(recording: Recording, use: FrameUse) -> Diagnostic | None:
         return problem("frame-unknown", use.topic, message, severity=WARNING)
     many = counted(use.pace.count, "message")
     message = f'{use.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
-    help = ""
+    help: Help = ""
     if use.frame in recording.description.robot.link:
         help = "the description has this frame, but says that nobody publishes it"
     elif nearest(use.frame, known):
-        help = did_you_mean(use.frame, known)
+        help = Suggestion(use.frame, known)
     return problem("frame-unknown", use.topic, message, help, severity=_severity(use))
 
 

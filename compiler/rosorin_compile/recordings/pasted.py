@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.model import Pose, Transform, Vector
-from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.bounded import python_of, yaml_of
 
 from .expected import EXACT, SIX_ANGLE
 from .findings import problem
@@ -175,7 +175,7 @@ class _TextReader:
         rows: list[FrameRow] = []
         try:
             if kind == "literal":  # the line that view_frames logs: the YAML is a Python string
-                text = str(ast.literal_eval(Source("", item["literal_text"] or "''").python(expression=True)))
+                text = str(ast.literal_eval(python_of(item["literal_text"] or "''", expression=True)))
             rows = list(_dot_rows(text) if kind == "dot" else _yaml_rows(text))
         except (ValueError, SyntaxError, TypeError, KeyError, AttributeError):
             pass
@@ -192,7 +192,7 @@ class _TextReader:
         """Read one message of ros2 topic echo."""
         reason = ""
         try:
-            message = Source("", text).yaml()
+            message = yaml_of(text)
         except ValueError as cause:
             reason = str(cause)
         else:
@@ -300,7 +300,7 @@ def _dot_rows(text: str) -> Iterator[FrameRow]:
 
 def _yaml_rows(text: str) -> Iterator[FrameRow]:
     """Yield the frames of the YAML of a listener."""
-    for child, entry in Source("", text).yaml().items():
+    for child, entry in yaml_of(text).items():
         rate, length, age = (float(entry.get(key, "nan")) for key in ("rate", "buffer_length", "transform_delay"))
         yield _row(str(entry["parent"]), str(child), rate, length, age)
 

@@ -216,4 +216,5 @@ def _finding(finding: Diagnostic) -> Finding:
     place = next((related.span for related in finding.related if related.span is not None), None)
     evidence = [related.message for related in finding.related if related.span is None]
     file, line = (place.source.path, place.line) if place else (None, None)
-    return Finding(finding.rule, finding.severity, finding.of[0], finding.message, finding.help, evidence, file, line)
+    help = finding.worded().help
+    return Finding(finding.rule, finding.severity, finding.of[0], finding.message, help, evidence, file, line)

@@ -13,7 +13,7 @@ from rosorin_compile.model import Output, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import holds, modes_in
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, did_you_mean, listed, quoted
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, did_you_mean, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, exists
 
@@ -51,7 +51,7 @@ class Found(NamedTuple):
     rule: str
     message: str
     path: Path = ()
-    help: str = ""
+    help: Help = ""
     severity: str = ERROR
     absolute: bool = False
     key: bool = False

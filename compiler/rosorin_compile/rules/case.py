@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.language.expand.provenance import mistake_place
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.expand.tracing import mistake_place
 from rosorin_compile.language.schema import TEMPLATE
 from rosorin_compile.language.suggestions import name_meant
 from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Reference, SymbolTable
 from rosorin_compile.model import Joint, Link, Output, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Span, or_else
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, diagnostic, or_else
 from rosorin_compile.source.rule_registry import DECLARED, Rule
 from rosorin_compile.source.tree import Map, Path, at, exists, follow
 
@@ -110,7 +110,7 @@ class Case:
         rule: str,
         message: str,
         path: Path,
-        help: str = "",
+        help: Help = "",
         *,
         related: Iterable[Related | tuple[str, Path]] = (),
         severity: str = "",
@@ -127,9 +127,8 @@ class Case:
         place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
         seconds = [one if isinstance(one, Related) else self._second(*one) for one in related]
         names, severity = names_at(self.tree, path), severity or declared.severity
-        return Diagnostic(
-            rule, severity, message, place.span, (*seconds, *uses, *place.stack()), help or declared.hint, names
-        )
+        found = (*seconds, *uses, *place.stack())
+        return replace(diagnostic(rule, severity, message, place.span, help or declared.hint, found), of=names)
 
     def _second(self, message: str, path: Path) -> Related:
         return self.related(message, path, key=isinstance(at(self.tree, path), Map))

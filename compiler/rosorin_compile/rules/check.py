@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.expand.tracing import USED
 from rosorin_compile.language.lower.links import RULES as LINK_RULES
 from rosorin_compile.language.lower.sections import is_resolved
 from rosorin_compile.language.section_registry import plugged as plugged_sections
@@ -25,6 +25,7 @@ from rosorin_compile.source.tree import Path as TreePath
 
 from . import (
     bodies,
+    containment,
     drive,
     frames,
     joints,
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 
 # The modules whose checks run, in this order; then those of sections for ROS and MuJoCo.
 _MODULES = (
-    *(kinematics, frames, joints, positions, drive, bodies, shapes, publishers, tf_tree, outputs),
+    *(kinematics, frames, joints, positions, drive, bodies, containment, shapes, publishers, tf_tree, outputs),
     *(magnitudes, urdf_elements, simulated, names),
 )
 _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Joint, Shape, Sphere, Transform, Vector
+from rosorin_compile.model import Cylinder, Joint, Vector
 from rosorin_compile.model.drive import (
     DIFFERENTIAL,
     MECANUM,
@@ -26,6 +26,7 @@ from rosorin_compile.source.rule_registry import JOINTS, rule
 from rosorin_compile.source.tree import Path, exists
 
 from .case import Case, number
+from .containment import holds
 from .joints import lies_across
 from .positions import circles
 
@@ -223,24 +224,10 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
         bodies = [joint.parent, *(name for name, _ in robot.fixed_neighbours(joint.parent))] if points else []
         for name in bodies:
             step = places[name].inverse().then(places[joint.child])
-            index = next((i for i, shape in enumerate(robot.link[name].collision) if _holds(shape, step, points)), None)
+            index = next((i for i, shape in enumerate(robot.link[name].collision) if holds(shape, step, points)), None)
             if index is not None and frozenset((name, joint.child)) not in apart:
                 place = case.value(case.joint(joint), "xyz")
                 related = [("the shape around it", case.link(name, "collision", index))]
                 message = f'wheel "{joint.child}" of the drive is inside a shape of link "{name}"'
                 yield case.problem("wheel-in-body", message, place, related=related, key=place[-1] != "xyz")
                 break
-
-
-def _holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
-    """Return True if points of another frame, at ``step``, are all inside a box, a sphere or a cylinder."""
-    geometry, back = shape.geometry, shape.pose.transform().inverse()
-    local = [back.apply(step.apply(point)) for point in points]
-    if isinstance(geometry, Box):
-        low, high = geometry.lower, geometry.upper
-        return all(low[axis] < point[axis] < high[axis] for point in local for axis in range(3))
-    if isinstance(geometry, Sphere):
-        return all(math.hypot(*point) < geometry.radius for point in local)
-    if isinstance(geometry, (Cylinder, Capsule)):
-        return all(math.hypot(x, y) < geometry.radius and abs(z) < geometry.length / 2 for x, y, z in local)
-    return False

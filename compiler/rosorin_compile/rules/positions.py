@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -27,6 +28,7 @@ COARSE = 0.1
 # A servo reaches more or less than its joint, by a gear that is not described; not by as much.
 OTHER_RANGE = 20.0
 SEVERAL_TURNS = 4 * math.pi
+_INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*<")
 
 
 @rule("beyond-joint-limit", "A warning: a value is beyond the joint limits.", "Correct it.", JOINTS, "joint", "always")
@@ -41,6 +43,8 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
             joint = case.robot.joint.get(name)
             if joint is not None and joint.moves and (id != "pose-beyond-limit" or joint.mimic is None):
                 yield from _compare(case, id, joint, path, value)
+    for joint in case.robot.joints:
+        yield from _without_effect(case, joint)
     # A pose leaves the joints at zero that it does not name; one of a planning group is about the joints of that.
     moveit = case.robot.moveit
     states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
@@ -49,6 +53,21 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
             for pose in case.robot.poses:
                 if joint.name not in pose.positions and pose.name not in states:
                     yield from _compare(case, "pose-beyond-limit", joint, ("poses", pose.name), 0.0)
+
+
+def _without_effect(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+    """Find soft limits of a joint that turns without end, and initial positions for SDF beyond the limits."""
+    safety, ends = joint.safety, range_of(joint)
+    if joint.type == "continuous" and safety and (safety.soft_lower_limit or safety.soft_upper_limit):
+        message = f'joint "{joint.name}" is continuous: its soft limits have no effect'
+        path, help = case.joint(joint, "safety_controller"), "make it revolute, or leave them out"
+        yield case.problem("beyond-joint-limit", message, path, help, severity=WARNING, within=True)
+    for index, text in enumerate(joint.urdf_elements if ends else ()):
+        for value in map(float, _INITIAL.findall(text)):
+            if ends and not ends[0] - ROUNDING <= value <= ends[1] + ROUNDING:
+                message = f'the initial position of joint "{joint.name}" is {number(value)}, beyond its limits of'
+                path = case.joint(joint, "urdf_elements", index)
+                yield case.problem("beyond-joint-limit", f"{message} {_span(ends, joint)}", path, severity=WARNING)
 
 
 def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:

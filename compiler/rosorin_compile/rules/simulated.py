@@ -10,7 +10,20 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from rosorin_compile.language import element_names as mujoco
 from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION
+from rosorin_compile.language.element_names import (
+    ACTUATOR,
+    BODY,
+    EQUALITY,
+    GEOM,
+    JOINT,
+    KEY,
+    MATERIAL,
+    SENSOR,
+    SITE,
+    TENDON,
+)
 from rosorin_compile.language.schema import of_topic
 from rosorin_compile.language.symbols import ENDS, KINDS, Reference
 from rosorin_compile.model import Robot
@@ -18,9 +31,7 @@ from rosorin_compile.model.simulation import AT_ORIGIN, BODY_ELEMENT, SENSOR_ELE
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.xml import mujoco
 from rosorin_compile.source.xml.elements import Found, found_in
-from rosorin_compile.source.xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON
 
 from .case import Case, number
 from .urdf_elements import at_name, mjcf_texts

@@ -13,6 +13,7 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.language.element_names import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.source import files
@@ -22,7 +23,6 @@ from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Map, Path, locate, prefix_at
 from rosorin_compile.source.wording import listed
 from rosorin_compile.source.xml.elements import canonical, damage, found_in, tree_of
-from rosorin_compile.source.xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 
 from .case import Case
 from .kinematics import WORLD_FRAMES
@@ -79,7 +79,7 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
             if left and left[1] == _AROUND:  # it is closed too early: something within is still open
                 reason, line, help = f"<{left[2]}> is not closed", 0, f"add </{left[2]}>"
             elif left and left[2] == _AROUND:
-                reason = f"</{left[1]}> closes what is not open"
+                reason = f"</{left[1]}> does not close an open element"
         made = case.problem("bad-xml", f"this is no element of XML: {reason}", path, help)
         yield _at_line(made, text, line, column - (len(_AROUND) + 2 if line == 1 else 0)) if line else made
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rosorin_compile.formats.urdf.reading import named
 from rosorin_compile.model import Transform
 from rosorin_compile.source.diagnostics import Span, did_you_mean
 from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.xml.describing import named, place
 from rosorin_compile.source.xml.markup import Element
 
 from .elements import WORLD
 from .models import FRAME, JOINT, LINK, Models, Node, Scope, relative_to
-from .reading import SdfReading, WrittenPose, place
+from .reading import SdfReading, WrittenPose
 
 RULES = (Rule("sdf-joint", "A joint of an SDF that no description can have.", "See the message.", Heading.READING),)
 

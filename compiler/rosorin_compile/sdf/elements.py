@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from rosorin_compile.formats.format import Placed
+from rosorin_compile.formats.urdf.imu_noise import with_noise
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.tree import Text
 from rosorin_compile.source.xml.elements import indented
-from rosorin_compile.source.xml.imu import with_noise
 from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 
 WORLD = "world"

@@ -12,10 +12,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rosorin_compile.formats.urdf.reading import NAME, kept, named
+from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Transform
 from rosorin_compile.source.diagnostics import Related, Span, counted, did_you_mean, quoted
 from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.xml.describing import kept, named
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 from .elements import RESERVED, WORLD

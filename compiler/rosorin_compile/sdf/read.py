@@ -11,15 +11,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rosorin_compile.formats.comments import comments_of
 from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree
 from rosorin_compile.formats.reading import accept, lower_artifact
-from rosorin_compile.formats.urdf.comments import comments_of
-from rosorin_compile.formats.urdf.reading import named
 from rosorin_compile.formats.urdf.robot import plain
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Source, Span, has_errors
 from rosorin_compile.source.tree import Map
+from rosorin_compile.source.xml.describing import named
 from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 

@@ -8,16 +8,16 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed
-from rosorin_compile.formats.urdf.reading import named
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, counted, did_you_mean, first_of, listed
+from rosorin_compile.source.xml.describing import named, place, words
 from rosorin_compile.source.xml.markup import Element
 
 from .bodies import NEAR, PAIRS, Bodies, Joined, is_near
 from .elements import OF_JOINT, keep, wrapped
 from .models import JOINT, OWN, Node
 from .read_links import Entries
-from .reading import WrittenPose, cleaned, is_true, place, words
+from .reading import WrittenPose, cleaned, is_true
 
 _LIMIT = ("lower", "upper", "effort", "velocity")
 # The numbers of an axis with the keys of the language.
@@ -237,7 +237,8 @@ class Joints:
             else:
                 rest.append(self.models.text_of(child, node.scope))
         if rest:
-            keep(entry, axis, wrapped("sdf", [wrapped("axis", rest)]))
+            text = Placed(wrapped("sdf", [wrapped("axis", rest)]), axis.span)
+            entry["urdf_elements"] = [text, *entry.get("urdf_elements", ())]
 
     def _limit(self, name: str, entry: dict[str, Any], axis: Element | None, span: Span) -> None:
         """Set the limit; stand-ins replace what readers of other formats need and the SDF does not have."""

@@ -6,11 +6,12 @@ import os
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed
-from rosorin_compile.formats.urdf.reading import NAME, correction, named
+from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_of, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.xml.describing import correction, named
 from rosorin_compile.source.xml.markup import Element
 
 from .bodies import Bodies
@@ -18,14 +19,7 @@ from .elements import OF_LINK, keep, wrapped
 from .models import FRAME, LINK, Node, Scope, relative_to
 from .reading import WrittenPose, is_true
 
-RULES = (
-    Rule(
-        "sdf-inertia",
-        "An inertial of an SDF is to be computed from meshes, or with several densities.",
-        "Say mass and inertia; `--lenient` takes 1 kg.",
-        Heading.READING,
-    ),
-)
+RULES = (Rule("sdf-inertia", "An inertial is to be computed from meshes.", "Say mass and inertia.", Heading.READING),)
 
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 # The sizes of solids, with how many numbers each is.

@@ -11,15 +11,16 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, UNITS, Reading, correction, named
+from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, UNITS, Reading
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.files import exists, is_file, is_folder, resolve
 from rosorin_compile.source.packages import OF_GAZEBO, Packages
 from rosorin_compile.source.units import Quantity
+from rosorin_compile.source.xml.describing import correction, named, place, words
 from rosorin_compile.source.xml.files import read_source
-from rosorin_compile.source.xml.markup import TEXT, Document, Element, MarkupError, Remark, Word, parse
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
 _OF_POSE = ("relative_to", "frame", "rotation_format", "degrees")
@@ -52,28 +53,6 @@ class WrittenPose(NamedTuple):
 def cleaned(value: float) -> float:
     """Return a number that was calculated without what rounding has left in it."""
     return 0.0 if abs(value) < _ROUNDING else float(f"{value:.15g}")
-
-
-def words(element: Element) -> list[Word]:
-    """Return the words of the text of an element, each with its place."""
-    text, document = element.document.source.text, element.document
-    found: list[Word] = []
-    for item in element.content:
-        if not isinstance(item, Remark) or item.kind != TEXT:
-            continue
-        raw = text[item.start : item.end]
-        if "&" in raw or "<" in raw:  # references, CDATA
-            found += [Word(word, element.span) for word in item.text.split()]
-        else:
-            matches = re.finditer(r"\S+", raw)
-            found += [Word(m[0], document.span(item.start + m.start(), len(m[0]))) for m in matches]
-    return found
-
-
-def place(element: Element) -> Span:
-    """Return the place of the text of an element: its only word, or the element itself."""
-    found = words(element)
-    return found[0].span if len(found) == 1 else element.span
 
 
 class SdfReading(Reading):
@@ -199,8 +178,8 @@ class SdfReading(Reading):
                 if any(is_file(package / name) for name in ("model.config", "package.xml", "model.sdf")):
                     self._resolved_allowed.append(resolve(package))
         candidates += [Path(entry, rest) for entry in self._entries(OF_GAZEBO)]
-        files = [_model_in(path) if is_folder(path) else path for path in candidates]
-        files = [file for file in files if file is not None and exists(file)]
+        models = [_model_in(path) if is_folder(path) else path for path in candidates]
+        files = [file for file in models if file is not None and exists(file)]
         for file in files:
             if any(map(Path(os.path.abspath(file)).is_relative_to, self._allowed)):
                 return file, "", ""

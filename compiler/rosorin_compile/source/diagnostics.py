@@ -1,15 +1,15 @@
 """Diagnostics: errors, warnings and notes about a description, with the place in a file.
 
 A stage neither prints nor raises for a problem in the user's files: it returns diagnostics. ``messages`` merges and
-words them after the last stage; only the command line turns them into text.
+words them after the last stage.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from . import report
 from .wording import (
@@ -27,12 +27,18 @@ from .wording import (
     swaps,
 )
 
-if TYPE_CHECKING:
-    import ast
+__all__ = ["ERROR", "MAX_LISTED", "NOTE", "TRUSTED", "WARNING", "Diagnostic", "Help", "MadeSpan", "MissingPackages"]
+__all__ += ["Related", "RequestError", "Source", "SourceError", "Span", "Suggestion", "UnknownName", "Use", "and_more"]
+__all__ += ["counted", "diagnostic", "did_you_mean", "error", "first_of", "has_errors", "listed", "masked", "nearest"]
+__all__ += ["or_else", "printable", "quoted", "swaps"]
 
-__all__ = ["ERROR", "MAX_LISTED", "NOTE", "TRUSTED", "WARNING", "Diagnostic", "MadeSpan", "MissingPackages"]
-__all__ += ["Related", "RequestError", "Source", "Span", "UnknownName", "Use", "and_more", "counted", "did_you_mean"]
-__all__ += ["error", "first_of", "has_errors", "listed", "masked", "nearest", "or_else", "printable", "quoted", "swaps"]
+
+class SourceError(Exception):
+    """A file that cannot be read or parsed; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
 
 
 class RequestError(ValueError):
@@ -73,24 +79,6 @@ class Source(NamedTuple):
     def start(self) -> Span:
         """Return the place of its first character."""
         return Span(self, 1, 1, 1)
-
-    def json(self) -> Any:
-        """Parse the text as JSON. Raises ValueError, with the place where there is one, also if it is too deep."""
-        from .bounded import json_of
-
-        return json_of(self.text)
-
-    def yaml(self) -> Any:
-        """Parse the text as YAML. Raises ValueError, with what is wrong, also if it is too deep."""
-        from .bounded import yaml_of
-
-        return yaml_of(self.text)
-
-    def python(self, expression: bool = False) -> ast.Module | ast.Expression:
-        """Parse the text as a program or an expression. Raises SyntaxError; ValueError if it is too deep."""
-        from .bounded import python_of
-
-        return python_of(self.text, expression)
 
 
 @lru_cache(maxsize=16)
@@ -143,11 +131,39 @@ class MadeSpan(Span):
 
 
 @dataclass(frozen=True)
+class Suggestion:
+    """The help for a name that does not exist: the name, and those that exist.
+
+    ``otherwise`` is before the list of names if none is similar; ``instead`` is in the place of the list, and ``none``
+    is the help if there are no names. ``places`` are where the names are defined.
+    """
+
+    word: str
+    candidates: Collection[str]
+    otherwise: str = ""
+    instead: str = ""
+    none: str = ""
+    places: Mapping[str, Span] = field(default_factory=dict)
+
+    def __call__(self) -> str:
+        """Return the help; ``messages`` calls it for the diagnostics that are shown."""
+        help = did_you_mean(self.word, self.candidates, self.otherwise) or self.none
+        return self.instead if self.instead and not help.startswith("did") else help
+
+    def related(self) -> tuple[Related, ...]:
+        """Return the place where the most similar name is defined."""
+        near = nearest(self.word, self.candidates) if self.places else None
+        span = self.places.get(near) if near is not None else None
+        return (Related("the suggestion is defined here", span),) if span else ()
+
+
+@dataclass(frozen=True)
 class Diagnostic:
     """One problem or remark: ``rule`` is its kebab-case id, and ``help`` suggests a fix.
 
     ``of`` names its subject: the link or joint under which a description may accept it, or the edge, topic or line of a
-    recording. ``numbers``, in SI units, are for programs. ``suggest`` computes the help after the last stage.
+    recording. ``numbers``, in SI units, are for programs. ``suggest`` makes the help; ``messages`` calls it after the
+    last stage.
     """
 
     rule: str
@@ -159,6 +175,13 @@ class Diagnostic:
     of: tuple[str, ...] = ()
     numbers: tuple[tuple[str, Any], ...] = ()
     suggest: Callable[[], str] | None = field(default=None, compare=False, repr=False)
+
+    def worded(self) -> Diagnostic:
+        """Return the diagnostic with its suggestion as help."""
+        if self.suggest is None:
+            return self
+        near = self.suggest.related() if isinstance(self.suggest, Suggestion) else ()
+        return replace(self, help=self.suggest(), suggest=None, related=(*near, *self.related))
 
     def __str__(self) -> str:
         """Return place, severity, rule and message in one line."""
@@ -173,9 +196,20 @@ class Diagnostic:
         return report.as_object(self)
 
 
-def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:
+Help = str | Callable[[], str]
+
+
+def error(rule: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()) -> Diagnostic:
     """Return a diagnostic of severity error."""
-    return Diagnostic(rule, ERROR, message, span, tuple(related), help)
+    return diagnostic(rule, ERROR, message, span, help, related)
+
+
+def diagnostic(
+    rule: str, severity: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()
+) -> Diagnostic:
+    """Return a diagnostic; a help that takes long to make is a function, which ``messages`` calls."""
+    text, suggest = (help, None) if isinstance(help, str) else ("", help)
+    return Diagnostic(rule, severity, message, span, tuple(related), text, suggest=suggest)
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:

@@ -1,10 +1,6 @@
-"""Reading files, with a record of what was read or looked for and not found.
+"""Read files, and record what was read or looked for and not found: the dependencies of a compiled robot.
 
-A compiled robot has to name every file that another compilation would depend on. ``recording`` collects those paths
-while a block runs. Code that a compilation does not depend on may use ``pathlib`` directly.
-
-A path that no file can have (too long, with a NUL) is a path without a file. Everything else that keeps a file from
-being looked at, such as missing permissions, raises OSError.
+A path that no file can have (too long, with a NUL) is a path without a file. Missing permissions raise OSError.
 """
 
 from __future__ import annotations
@@ -21,7 +17,7 @@ from typing import BinaryIO
 from . import system
 
 AnyPath = str | os.PathLike[str]
-# What tells a file from another version of it: inode, size, times (ns); of a folder the inode; empty without a file.
+# Inode, size and times (ns) of a file; the inode of a folder; empty without a file.
 Version = tuple[int, ...]
 
 _ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)

@@ -22,7 +22,7 @@ from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 
 from . import files
 from .bounded import is_too_deep
-from .diagnostics import Diagnostic, Related, Source, Span, error, nearest
+from .diagnostics import Diagnostic, Related, Source, SourceError, Span, error, nearest
 from .project import stdin_of
 from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
@@ -31,43 +31,18 @@ from .wording import in_words
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
-    Rule(
-        "file-too-large",
-        "A file is larger than any description.",
-        "Descriptions are text written by people; name the right file.",
-        FILES,
-    ),
+    Rule("file-too-large", "A file is larger than any description.", "Name the right file.", FILES),
     Rule("not-utf8", "A file is not UTF-8 text.", "Save it as UTF-8.", FILES),
     Rule("not-a-mapping", "A file is empty, or its top is a list or a text.", "Begin with `robot: NAME`.", FILES),
     Rule("yaml-syntax", "This is not YAML.", "Indent with spaces; put text that has a `:` in quotes.", FILES),
     Rule("yaml-documents", "A file has a second document.", "Remove the `---`.", FILES),
     Rule("yaml-key", "A key is a list or a mapping.", "Keys are plain text.", FILES),
     Rule("yaml-merge", "`<<` is not part of YAML 1.2.", "Repeat the keys, or name a value in `let`.", FILES),
-    Rule(
-        "yaml-tag",
-        "A tag such as `!!int` has no meaning here; a tag of a unit (`!degrees`) does not stand before a number.",
-        "Write the value without it.",
-        FILES,
-    ),
-    Rule(
-        "yaml-alias",
-        "An alias has no anchor before it.",
-        "Define the anchor above, or name a value in `let`.",
-        FILES,
-    ),
+    Rule("yaml-tag", "A tag such as `!!int`, or a tag of a unit not before a number.", "Remove the tag.", FILES),
+    Rule("yaml-alias", "An alias has no anchor before it.", "Define the anchor, or name a value in `let`.", FILES),
     Rule("yaml-too-deep", "Values are nested deeper than any description.", "Flatten the file.", FILES),
-    Rule(
-        "yaml-too-large",
-        "A file has too many values, or its aliases multiply to too many.",
-        "Use fewer aliases; make entries that are alike with a loop.",
-        FILES,
-    ),
-    Rule(
-        "yaml-directive",
-        "A directive such as `%YAML 1.1` has no effect: files are read as YAML 1.2, where `010` is 10.",
-        "Remove the line.",
-        FILES,
-    ),
+    Rule("yaml-too-large", "A file, or its aliases, have too many values.", "Use fewer aliases, or a loop.", FILES),
+    Rule("yaml-directive", "`%YAML 1.1` has no effect: in YAML 1.2 `010` is 10.", "Remove the line.", FILES),
     Rule(
         "yaml-line-end",
         "U+2028, U+2029 or U+0085 is outside of quotes. It ends a line for YAML, but not for most editors.",
@@ -80,12 +55,7 @@ RULES = (
         'Remove it, or write an escape in double quotes, such as `"\\u202e"`.',
         FILES,
     ),
-    Rule(
-        "duplicate-key",
-        "A key stands twice in one mapping, also after a loop has made it; or in two files where it may stand once.",
-        "Remove one; put the value of the loop into the name.",
-        FILES,
-    ),
+    Rule("duplicate-key", "A key is repeated in a mapping, by a loop or in two files.", "Rename or remove one.", FILES),
 )
 
 _new = tuple.__new__
@@ -107,17 +77,20 @@ _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
 _UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
 _UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
 # What a calculation behind such a tag may contain.
-_CALCULATION = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Constant, ast.Name, ast.Call, ast.Load)
+_CALCULATION: tuple[type[ast.AST], ...] = (
+    ast.Expression,
+    ast.BinOp,
+    ast.UnaryOp,
+    ast.Constant,
+    ast.Name,
+    ast.Call,
+    ast.Load,
+)
 _CALCULATION += (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.USub, ast.UAdd)
 _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
 
 
-class LoadError(Exception):
-    """A file that is not legal YAML, or not fit to be a description; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+LoadError = SourceError
 
 
 def unreadable(problem: OSError) -> Diagnostic:
@@ -126,22 +99,30 @@ def unreadable(problem: OSError) -> Diagnostic:
     return error("file-unreadable", message, None, "check the permissions")
 
 
+def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
+    """Return the content of a regular file, or of standard input; ``asked`` is the place that names it.
+
+    Raises SourceError if it cannot be read or has more than ``most`` bytes.
+    """
+    data = stdin_of(path)
+    try:
+        if data is None and files.is_special(path):  # reading a pipe or a device would wait
+            raise SourceError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
+        if (path.stat().st_size if data is None and files.is_file(path) else len(data or b"")) > most:
+            raise SourceError(error("file-too-large", f"{shown} is larger than {most:,} bytes", asked, help))
+        return files.read_bytes(path) if data is None else data
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or str(problem)
+        raise SourceError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
+
+
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     """Read a UTF-8 file; ``asked`` is the place that names it.
 
     Raises LoadError when it cannot be read, is too large or is not UTF-8 text.
     """
     help = "descriptions are UTF-8 text files; check the name and the permissions"
-    data = stdin_of(path)
-    try:
-        if data is None and files.is_special(path):  # reading a pipe or a device would wait
-            raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
-        if (path.stat().st_size if data is None and files.is_file(path) else len(data or b"")) > MAX_BYTES:
-            raise LoadError(error("file-too-large", f"{shown} is larger than {MAX_BYTES:,} bytes", asked, help))
-        data = files.read_bytes(path) if data is None else data
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or str(problem)
-        raise LoadError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
+    data = read_input(path, shown, asked, MAX_BYTES, help)
     try:
         return Source(shown, data.decode().removeprefix("\ufeff"))
     except UnicodeDecodeError as problem:
@@ -288,7 +269,7 @@ class _Composer:
             help = "list the file under include" if "include" in event.tag else "write the value without it"
             raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, help)
         if is_scalar and event.tag in _UNIT_TAGS:
-            made = self.tagged(event)
+            made: Any = self.tagged(event)
         elif is_scalar:
             made = Text(event.value) if event.style or event.tag is not None else plain_scalar(event.value)
         elif isinstance(event, yaml.MappingStartEvent):

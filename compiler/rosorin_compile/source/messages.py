@@ -1,8 +1,8 @@
-"""Messages: diagnostics of all stages merged, ordered and worded, after the last stage.
+"""Merge, order and word the diagnostics of all stages, after the last stage.
 
 One mistake in a value that many entries use, or in a part, is reported once with its uses. An unknown name for which
-there is a suggestion is reported once, however often it is used. Suggestions that a stage has left open
-(``Diagnostic.suggest``) are computed here, for as many errors as anybody reads.
+there is a suggestion is reported once, however often it is used. Suggestions are computed here, for as many diagnostics
+as are shown.
 """
 
 from __future__ import annotations
@@ -10,45 +10,50 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from difflib import SequenceMatcher
 from typing import NamedTuple
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Use
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Suggestion, Use
 from .wording import and_more, counted, swaps
 
-MAX_WORDED = 200  # diagnostics with a computed suggestion: more than a person reads
+MAX_WORDED = 200  # diagnostics with a suggestion: more than a person reads
+_PLACES = 6  # further places of one diagnostic
 _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
+_EACH = ("stand-in",)  # rules that are reported one by one
 # Rules about a value as it is written, whatever entry it belongs to.
 _OF_VALUES = (
     *("unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length"),
     *("wrong-unit", "not-finite", "bad-name", "empty-text", "wrong-shape"),
 )
-_NAME = re.compile(r'(the key )?"[^"]*"')
-_INDEX = re.compile(r"\[\d+\]")
+_NAME = re.compile(r'(the key )?"[^"]*"|\[\d+\]')
 _SUBJECT = re.compile(r"^.*?(?= (has|needs|is|cannot|does)\b)")
 _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
-_PLACES = 6  # further places of one diagnostic
-_EACH = ("stand-in",)  # rules that are reported one by one
 
 
 def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Merge the diagnostics of one mistake, and order them by file, line and column; those without a place come last.
 
-    Suggestions that are still open are computed for the first 200 of them.
+    Suggestions are computed for the first 200 of them.
     """
     causes: dict[tuple[object, ...], list[Diagnostic]] = {}
     for diagnostic in map(with_calls, diagnostics):
-        causes.setdefault(_cause(diagnostic), []).append(diagnostic)
+        span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
+        cause: tuple[object, ...] = (rule, message)
+        if span is not None:  # without the names of the entries that share the value
+            message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
+            message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
+            cause = (rule, message, span.source.path, span.line, span.column)
+        causes.setdefault(cause, []).append(diagnostic)
     return worded(sorted(map(_merged, causes.values()), key=order))
 
 
 def worded(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Compute the suggestions that the stages have left open, for the first 200 of them."""
+    """Compute the suggestions of diagnostics, for the first 200 of them."""
     count = 0
     result = []
     for one in diagnostics:
         count += one.suggest is not None
-        help = one.suggest() if one.suggest and count <= MAX_WORDED else one.help
-        result.append(replace(one, help=help, suggest=None) if one.suggest else one)
+        result.append(one.worded() if count <= MAX_WORDED else replace(one, suggest=None))
     return result
 
 
@@ -65,26 +70,13 @@ def with_calls(diagnostic: Diagnostic) -> Diagnostic:
     return replace(diagnostic, related=(*diagnostic.related, *new)) if new else diagnostic
 
 
-def _cause(diagnostic: Diagnostic) -> tuple[object, ...]:
-    """Return the rule, the place and the message without the names of the entries that share the value."""
-    span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
-    if span is None:
-        return (rule, message)
-    message = _INDEX.sub("", _NAME.sub(lambda found: found[0] if found[1] else "", message))
-    message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
-    return (rule, message, span.source.path, span.line, span.column)
-
-
 def _merged(same: list[Diagnostic]) -> Diagnostic:
     """Return the first of several diagnostics of one mistake, with the other uses or the number of other entries."""
     first = same[0]
-    if len(same) == 1:
-        return first
-    uses = dict.fromkeys(
-        use
-        for other in same[1:]
-        if (use := next((one for one in other.related if isinstance(one, Use) and one not in first.related), None))
-    )
+    uses: dict[Use, None] = {}
+    for other in same[1:]:
+        new = (one for one in other.related if isinstance(one, Use) and one not in first.related)
+        uses |= dict.fromkeys([*new][:1])
     if uses:
         left = [Related(and_more(len(uses) - _PLACES).strip(), None)] if len(uses) > _PLACES else []
         return replace(first, related=(*first.related, *[*uses][:_PLACES], *left))
@@ -109,8 +101,8 @@ def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> li
     """
     groups: dict[object, list[Diagnostic]] = {}
     for index, one in enumerate(diagnostics):
-        alone = one.severity not in severities or one.span is None or one.rule in _EACH
-        key = index if alone else (one.rule, one.severity, _VARYING.sub("", one.message))
+        is_alone = one.severity not in severities or one.span is None or one.rule in _EACH
+        key = index if is_alone else (one.rule, one.severity, _VARYING.sub("", one.message))
         groups.setdefault(key, []).append(one)
     result = []
     for first, *others in groups.values():
@@ -126,8 +118,6 @@ def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> li
 # The note at the definition that an unknown name is similar to, if nothing else names it.
 UNNAMED = "is defined here, and may be what is misspelt"
 USED = "used here"
-_WORD = re.compile(r"[\w-]+")
-_QUOTED = re.compile(r'"([^"]+)"')
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
 # Each of these is a mistake of its own, wherever it is.
 _OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")
@@ -142,18 +132,20 @@ class Offer(NamedTuple):
 
 def offer(diagnostic: Diagnostic) -> Offer | None:
     """Return the unknown name of an error and the name that its help suggests, or None for another error."""
-    import difflib
-
-    found = _MEANT.match(diagnostic.help) if diagnostic.severity == ERROR else None
-    if found is None or diagnostic.rule in _OF_SHAPE:
+    if diagnostic.severity != ERROR or diagnostic.rule in _OF_SHAPE:
+        return None
+    found = _MEANT.match(diagnostic.worded().help)
+    if found is None:
         return None
     meant = found[1]
-    names = [name for name in _QUOTED.findall(diagnostic.message) if name != meant]
+    if isinstance(diagnostic.suggest, Suggestion):
+        return Offer(diagnostic.suggest.word, meant)
+    names = [name for name in re.findall(r'"([^"]+)"', diagnostic.message) if name != meant]
 
-    def likeness(name: str) -> tuple[bool, float]:
-        return name in swaps(meant), difflib.SequenceMatcher(None, name, meant).ratio()
+    def similarity(name: str) -> tuple[bool, float]:
+        return name in swaps(meant), SequenceMatcher(None, name, meant).ratio()
 
-    return Offer(max(names, key=likeness), meant) if names else None
+    return Offer(max(names, key=similarity), meant) if names else None
 
 
 def told_once(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
@@ -184,22 +176,22 @@ def _keys(diagnostic: Diagnostic) -> list[object]:
 
 
 def _first(same: list[Diagnostic]) -> list[Diagnostic]:
-    """Return the first of several diagnostics with the places of the others; those at its own place stay apart.
+    """Return the first of several diagnostics with the places of the others.
 
-    These are of the uses of one part: ``arrange`` merges them.
+    Those at its own place are of the uses of one part, and stay separate: ``arrange`` merges them.
     """
     first = same[0]
-    beside = [one for one in same[1:] if one.span == first.span and one.rule == first.rule]
-    others = [one for one in same[1:] if one not in beside]
+    separate = [one for one in same[1:] if one.span == first.span and one.rule == first.rule]
+    others = [one for one in same[1:] if one not in separate]
     shown = [first.span, *(one.span for one in first.related)]
     notes = [one for other in others for one in other.related if one.message.endswith(UNNAMED)]
     new = {one.span: one for one in reversed(notes) if one.span not in shown}
     places = dict.fromkeys(one.span for one in others if one.span is not None and one.span not in (*shown, *new))
-    return [replace(first, related=(*first.related, *new.values(), *and_here(list(places)))), *beside]
+    return [replace(first, related=(*first.related, *new.values(), *and_here(list(places)))), *separate]
 
 
 def placed(diagnostic: Diagnostic, offered: Offer) -> Diagnostic:
-    """Move an error about an unknown name to the place, of those that led to it, where its letters were written."""
+    """Move an error about an unknown name to the place, among those that led to it, where the name was written."""
     span, related = diagnostic.span, diagnostic.related
     there = written([span, *(one.span for one in related)], offered.name, offered.meant)
     if span is None or there is None or there == span:
@@ -211,19 +203,15 @@ def placed(diagnostic: Diagnostic, offered: Offer) -> Diagnostic:
 def written(spans: Iterable[Span | None], name: str, other: str) -> Span | None:
     """Return the first place with a word that is in a name, and not in the other name."""
     for span in spans:
-        if span is not None and any(word in name and word not in other for word in _WORD.findall(_text(span))):
+        if span is None:
+            continue
+        text = span.source.line(span.line)[span.column - 1 :]
+        depth = 0
+        for at, letter in enumerate(text):  # of a list or a table the part that is in this line
+            depth += (letter in "[{") - (letter in "]}")
+            if depth == 0:
+                text = text[: at if at else span.length]
+                break
+        if any(word in name and word not in other for word in re.findall(r"[\w-]+", text)):
             return span
     return None
-
-
-def _text(span: Span) -> str:
-    """Return the text at a place: a word, or the part of a list or a table that is in its line."""
-    rest = span.source.line(span.line)[span.column - 1 :]
-    if rest[:1] not in ("[", "{"):
-        return rest[: span.length]
-    depth = 0
-    for at, letter in enumerate(rest):
-        depth += (letter in "[{") - (letter in "]}")
-        if depth == 0:
-            return rest[:at]
-    return rest

@@ -12,6 +12,8 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from . import files
+from .xml.files import read_source
+from .xml.markup import MarkupError, parse
 
 PACKAGE_XML = "package.xml"
 OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
@@ -20,6 +22,18 @@ OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GA
 _DEPTH = 4
 _FOLDERS = 5_000
 _SKIPPED = {"build", "install", "log", "node_modules", "__pycache__"}
+
+
+def package_name(folder: Path) -> str:
+    """Return the name of the package in the package.xml of a folder, or an empty string."""
+    path = folder / PACKAGE_XML
+    if not files.is_file(path):
+        return ""
+    try:
+        root = parse(read_source(path)).root
+    except MarkupError:
+        return folder.name
+    return next((child.text for child in root.children if child.tag == "name" and child.text), folder.name)
 
 
 class Packages:
@@ -32,10 +46,7 @@ class Packages:
         self._known: dict[str, Path | None] = {}
         self._listed: dict[Path, dict[str, Path]] = {}
 
-    @staticmethod
-    def name_of(folder: Path) -> str:
-        """Return the name of the package in the package.xml of a folder, or an empty string."""
-        return package_name(folder)
+    name_of = staticmethod(package_name)
 
     def find(self, name: str) -> Path | None:
         """Return the folder of a package, in ROS 2 its share folder, or None."""
@@ -117,18 +128,3 @@ class Packages:
 
 def _is_skipped(name: str) -> bool:
     return name.startswith(".") or name in _SKIPPED
-
-
-def package_name(folder: Path) -> str:
-    """Return the name of the package in the package.xml of a folder, or an empty string."""
-    path = folder / PACKAGE_XML
-    if not files.is_file(path):
-        return ""
-    from .xml.files import read_source
-    from .xml.markup import MarkupError, parse
-
-    try:
-        root = parse(read_source(path)).root
-    except MarkupError:
-        return folder.name
-    return next((child.text for child in root.children if child.tag == "name" and child.text), folder.name)

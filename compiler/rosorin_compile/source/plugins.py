@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import redirect_stdout, suppress
 from functools import lru_cache
@@ -37,17 +36,10 @@ RULES = (
         "Uninstall the package that the message names; its author has to choose another name.",
         PLUGINS,
     ),
-    Rule(
-        "plugin-slow",
-        "A note: the import of an installed plug-in takes longer than 2 s, which each run that needs it waits for.",
-        "Its author can import what takes long where it is used. `ROSORIN_COMPILE_PLUGINS=off` leaves out all of them.",
-        PLUGINS,
-    ),
 )
 
 PREFIX = "rosorin_compile."
 SWITCH = "ROSORIN_COMPILE_PLUGINS"  # off: there are none
-SLOW = 2.0  # seconds that the import of a plug-in may take without a note
 
 
 class Plugin(NamedTuple):
@@ -93,12 +85,7 @@ def load(
             continue
         try:
             with aside(plugin):
-                began = time.monotonic()
                 made = entry_point.load()
-                took = time.monotonic() - began
-            if took > SLOW:
-                note = Diagnostic("plugin-slow", NOTE, f"{plugin} takes {took:.1f} s to be imported")
-                sys.stderr.write(note.as_text())
             if not isinstance(made, kind):
                 raise TypeError(f"it is of type {type(made).__name__}, not a {kind.__name__} of rosorin_compile")
             own = list(names(made))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import re
 import stat
@@ -128,7 +127,8 @@ def all_with(changed: Iterable[str]) -> list[Path]:
     """
     found: set[Path] = set()
     for file in changed:
-        found.update(next(filter(None, map(all_in, Path(file).parents)), None) or all_here())
+        in_projects = (all_in(folder) for folder in Path(file).parents)
+        found.update(next(filter(None, in_projects), []) or all_here())
     return sorted(found)
 
 
@@ -242,11 +242,9 @@ def first_file(name: str) -> Path:
     for path in filter(files.is_folder, places):
         if (misnamed := _misnamed(path)) or path.parent.name == DESCRIPTIONS:
             raise NoDescription(f'no description "{name}": {"; ".join(_no_first_file(path, misnamed))}')
-    if reason := too_long(Path(name)):
-        raise NoDescription(reason)
     known = [path.parent.name for path in all_here()]
     help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
-    raise NoDescription(f'no description "{name}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
+    raise NoDescription(f'no description "{name[:200]}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
 
 
 def _may_be_file(path: Path) -> bool:
@@ -264,19 +262,7 @@ def no_file(path: Path, of: str = "") -> str:
         return f'"{path}" is a folder, not a file{what}'
     if files.exists(path):
         return f'"{path}" is not a regular file{what}: a pipe can be read once only; write it to a file first'
-    return too_long(path) or f'there is no file "{path}"{what}'
-
-
-def too_long(path: Path) -> str:
-    """Return a message if a name in a path is too long for any file, or an empty string."""
-    try:
-        path.stat()
-    except OSError as problem:
-        if problem.errno == errno.ENAMETOOLONG:
-            return f"this name is too long for a file: {str(path)[:60]}..."
-    except ValueError:
-        pass
-    return ""
+    return f'there is no file "{str(path)[:200]}"{what}'
 
 
 ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"
@@ -292,16 +278,6 @@ class Resolved(NamedTuple):
     name: str
     by: str
     answer: str
-
-    @property
-    def is_ros_package(self) -> bool:
-        """Whether this is a ROS package that exists."""
-        return self.kind == ROS_PACKAGE and bool(self.answer)
-
-    @property
-    def is_python_package(self) -> bool:
-        """Whether this is a package of Python that exists."""
-        return self.kind == PYTHON_PACKAGE and bool(self.answer)
 
 
 def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:

@@ -1,16 +1,10 @@
-"""Print diagnostics: as text for people, and as JSON, GitHub annotations or SARIF for programs."""
+"""Write diagnostics as text for people, and as JSON objects."""
 
 from __future__ import annotations
 
-import json
-import os
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
-from urllib.parse import quote
 
-from . import files
-from .version import __version__
 from .wording import printable
 
 if TYPE_CHECKING:
@@ -20,14 +14,10 @@ RED, YELLOW, BLUE, BOLD, PLAIN = "\033[31m", "\033[33m", "\033[34m", "\033[1m", 
 _COLOURS = {"error": RED, "warning": YELLOW, "note": BLUE}
 MAX_SHOWN = 160  # letters of a line of a file
 
-# Where a browser finds the files of the project, ending in "/"; empty until there is an address (RELEASING.md). SARIF's
-# links and the urls of the package, which setup.py writes, come of it.
-HOME = ""
-
 
 def text(diagnostics: Sequence[Diagnostic], colour: bool = False) -> str:
     """Return diagnostics for people: place, message, the line of the file, the help."""
-    return "".join(_text(diagnostic, colour) for diagnostic in diagnostics)
+    return "".join(_text(diagnostic.worded(), colour) for diagnostic in diagnostics)
 
 
 def _text(diagnostic: Diagnostic, colour: bool) -> str:
@@ -46,7 +36,7 @@ def _text(diagnostic: Diagnostic, colour: bool) -> str:
         lines += [f"{span.line:5} | {shown}".rstrip(), f"{'':5} | {' ' * column}{carets} {help}".rstrip()]
     elif help:
         lines.append(f"    {help}")
-    lines += [f"      {_related(related)}" for related in diagnostic.related]
+    lines += [f"      {related_text(related)}" for related in diagnostic.related]
     return "\n".join(lines) + "\n"
 
 
@@ -54,51 +44,14 @@ def _place(span: Span | None) -> str:
     return f"{printable(span.source.path)}:{span.line}:{span.column}: " if span else ""
 
 
-def _related(related: Related) -> str:
+def related_text(related: Related) -> str:
+    """Return a further place of a diagnostic in one line."""
     return f"{_place(related.span)}{printable(related.message)}"
-
-
-def github(diagnostics: Sequence[Diagnostic]) -> str:
-    """Return diagnostics as GitHub workflow commands, which mark the lines of a pull request.
-
-    An annotation has one place, so the includes and parts that led there are below its message.
-    https://docs.github.com/actions/reference/workflow-commands-for-github-actions
-    """
-    lines = []
-    for diagnostic in diagnostics:
-        kind = "notice" if diagnostic.severity == "note" else diagnostic.severity
-        where = ""
-        if span := diagnostic.span:
-            where = f"file={_property(from_workspace(span.source.path))},line={span.line},col={span.column},"
-        message = "\n".join([_with_help(diagnostic), *map(_related, diagnostic.related)])
-        lines.append(f"::{kind} {where}title={_property(diagnostic.rule)}::{_escaped(message)}\n")
-    return "".join(lines)
-
-
-def from_workspace(path: str) -> str:
-    """Return a path relative to the top of the checkout, where a job on GitHub works in a folder below it."""
-    top = os.environ.get("GITHUB_WORKSPACE", "")
-    try:
-        relative = os.path.relpath(files.resolve(path), files.resolve(top)) if top else os.pardir
-    except (OSError, ValueError):  # the current folder is gone, or a name that no file can have
-        return path
-    return path if relative == os.pardir or relative.startswith(f"{os.pardir}{os.sep}") else relative
-
-
-def _with_help(diagnostic: Diagnostic) -> str:
-    return diagnostic.message + (f"; {diagnostic.help}" if diagnostic.help else "")
-
-
-def _escaped(value: str) -> str:
-    return value.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(value: str) -> str:
-    return _escaped(value).replace(":", "%3A").replace(",", "%2C")
 
 
 def as_object(diagnostic: Diagnostic) -> dict[str, object]:
     """Return a diagnostic as a JSON object."""
+    diagnostic = diagnostic.worded()
 
     def where(span: Span | None) -> dict[str, object]:
         if span is None:
@@ -108,56 +61,3 @@ def as_object(diagnostic: Diagnostic) -> dict[str, object]:
     head = {"rule": diagnostic.rule, "severity": diagnostic.severity, "message": diagnostic.message}
     related = [{"message": r.message, **where(r.span)} for r in diagnostic.related]
     return {**head, **where(diagnostic.span), "help": diagnostic.help, "related": related}
-
-
-def sarif(diagnostics: Sequence[Diagnostic]) -> str:
-    """Return diagnostics as SARIF 2.1.0 (https://docs.oasis-open.org/sarif/sarif/v2.1.0/)."""
-    from .rule_registry import OF_PLUGINS, find
-
-    ids = sorted({diagnostic.rule for diagnostic in diagnostics})
-    known = find(ids)
-    rules: list[dict[str, object]] = []
-    for id in ids:
-        rule = known.get(id) or OF_PLUGINS.get(id)
-        descriptor: dict[str, object] = {"id": id}
-        descriptor["shortDescription"] = {"text": rule.what if rule else id.replace("-", " ")}
-        if rule and rule.help:
-            descriptor["help"] = {"text": rule.help, "markdown": rule.help}
-        if HOME and id in known:
-            descriptor["helpUri"] = f"{HOME}docs/rules.md#{id}"
-        rules.append(descriptor)
-    driver: dict[str, object] = {"name": "rosorin-compile", "semanticVersion": __version__, "rules": rules}
-    if HOME:
-        driver["informationUri"] = HOME
-    results = [_result(diagnostic, ids.index(diagnostic.rule)) for diagnostic in diagnostics]
-    run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
-    schema = "https://json.schemastore.org/sarif-2.1.0.json"
-    return json.dumps({"$schema": schema, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
-
-
-def _result(diagnostic: Diagnostic, rule: int) -> dict[str, object]:
-    """Return a diagnostic as a result of SARIF; a note without a place goes into the message."""
-    remarks = [related.message for related in diagnostic.related if related.span is None]
-    result: dict[str, object] = {
-        "ruleId": diagnostic.rule,
-        "ruleIndex": rule,
-        "level": diagnostic.severity,
-        "message": {"text": "\n".join([_with_help(diagnostic), *remarks])},
-    }
-    if diagnostic.span:
-        result["locations"] = [_location(diagnostic.span)]
-    unique = dict.fromkeys(diagnostic.related)  # as the standard requires
-    if related := [{**_location(r.span), "message": {"text": r.message}} for r in unique if r.span]:
-        result["relatedLocations"] = related
-    return result
-
-
-def _location(span: Span) -> dict[str, object]:
-    """Return a place; its file is a URI reference, relative where the file was named so (SARIF 2.1.0, 3.4.3)."""
-    uri = quote(os.fsencode(span.source.path))
-    uri = f"file://{uri}" if Path(span.source.path).is_absolute() else uri
-    region = {"startLine": span.line, "startColumn": span.column, "endColumn": span.column + span.length}
-    return {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": region}}
-
-
-FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {"text": text, "github": github, "sarif": sarif}

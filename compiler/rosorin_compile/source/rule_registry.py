@@ -78,11 +78,6 @@ class Rule:
     imported: str = ""
     asked: str = ""
 
-    @classmethod
-    def every(cls) -> tuple[Rule, ...]:
-        """Return the tool's own rules. Raises ValueError if two have one id."""
-        return tuple(every_rule().values())
-
     @property
     def mild(self) -> bool:
         """Whether it can be a warning or a note, by its text."""
@@ -208,9 +203,10 @@ def _read(call: ast.Call) -> Rule:
     import ast
 
     def value(node: ast.expr) -> Any:
-        if isinstance(node, ast.Attribute):
-            return getattr(Heading, node.attr)
-        return globals()[node.id] if isinstance(node, ast.Name) else ast.literal_eval(node)  # a name is a heading
+        if isinstance(node, (ast.Attribute, ast.Name)):  # a heading, also under a name of the module
+            name = node.attr if isinstance(node, ast.Attribute) else node.id
+            return getattr(Heading, name.strip("_"), None) or globals()[name]
+        return ast.literal_eval(node)
 
     given = {field.name: value(node) for field, node in zip(fields(Rule), call.args, strict=False)}
     given |= {str(keyword.arg): value(keyword.value) for keyword in call.keywords}

@@ -172,7 +172,7 @@ def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Pla
     for depth, step in enumerate(path):
         if not has(node, step):
             break
-        spans = node.key_spans if key and depth == len(path) - 1 and isinstance(node, Map) else node.value_spans
+        spans: Any = node.key_spans if key and depth == len(path) - 1 and isinstance(node, Map) else node.value_spans
         span, node = spans[step], node[step]
         via = nearer(via, getattr(node, "via", None))
     return Place(span, via)

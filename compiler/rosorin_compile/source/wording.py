@@ -87,9 +87,7 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
 
 def or_else(guess: str, otherwise: str) -> str:
     """Return 'did you mean "x"?' as it is, or what to do before a list of legal words."""
-    if guess.startswith("did"):
-        return guess
-    return f"{otherwise} ({guess})" if guess else otherwise
+    return guess if guess.startswith("did") else f"{otherwise} ({guess})" if guess else otherwise
 
 
 # Letters of Cyrillic, Greek and Armenian, each before the one of Latin that it looks like; and dashes.
@@ -134,7 +132,7 @@ def foreign(name: str) -> str:
     for word in _WORD.findall(name):
         foreign_letters = [letter for letter in word if ord(letter) in LATIN]
         if foreign_letters and any(letter.isascii() for letter in word):
-            return foreign_letters[0]
+            return str(foreign_letters[0])
     return ""
 
 
@@ -204,11 +202,7 @@ def printable(text: str, keep: str = "") -> str:
 
 
 def inert(line: str) -> str:
-    """Return a line in which a job on GitHub finds no command, whatever a robot is called.
-
-    >>> inert("::error::##[x]")
-    ': :error: :## [x]'
-    """
+    """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
     return line.replace("::", ": :").replace("##[", "## [")
 
 
@@ -222,11 +216,7 @@ def masked(text: str, keep: str = "") -> str:
 
 
 def plural(noun: str, count: int) -> str:
-    """Return a noun as it stands with a number.
-
-    >>> plural("link", 2), plural("link", 1), plural("mesh", 0), plural("body", 2), plural("key", 2)
-    ('links', 'link', 'meshes', 'bodies', 'keys')
-    """
+    """Return a noun as it stands with a number."""
     if count == 1:
         return noun
     if noun.endswith("y") and noun[-2:-1] not in tuple("aeiou"):
@@ -235,49 +225,29 @@ def plural(noun: str, count: int) -> str:
 
 
 def counted(count: int, noun: str) -> str:
-    """Return a number of things in words.
-
-    >>> counted(1, "edge"), counted(1200, "edge")
-    ('1 edge', '1,200 edges')
-    """
+    """Return a number of things in words."""
     return f"{count:,} {plural(noun, count)}"
 
 
 def first_of(names: Sequence[str], most: int) -> str:
-    """Return names in a row; of more than ``most`` the first ones and the number of the others.
-
-    >>> first_of(["a", "b", "c"], 3), first_of(["a", "b", "c"], 1)
-    ('a, b, c', 'a and 2 more')
-    """
+    """Return names in a row; of more than ``most`` the first ones and the number of the others."""
     return f"{', '.join(names[:most])}{and_more(len(names) - most)}"
 
 
 def and_more(count: int, of: str = "") -> str:
-    """Return the end of a sentence that names some things of many; nothing if none is left.
-
-    >>> and_more(2), and_more(1, "of this kind"), and_more(0)
-    (' and 2 more', ' and 1 more of this kind', '')
-    """
+    """Return the end of a sentence that names some things of many; nothing if none is left."""
     return f" and {count:,} more{f' {of}' if of else ''}" if count > 0 else ""
 
 
 def listed(words: Iterable[str], most: int | None = None) -> str:
-    """Return words as in a sentence; of more than ``most`` the first ones and the number of the others.
-
-    >>> listed("abc"), listed("a"), listed("abc", most=2)
-    ('a, b and c', 'a', 'a, b and 1 more')
-    """
-    every = list(words)
+    """Return words as in a sentence; of more than ``most`` the first ones and the number of the others."""
+    every = list(words) or [""]
     if most is not None and len(every) > most:
         return first_of(every, most)
-    *first, last = every or [""]
+    *first, last = every
     return f"{', '.join(first)} and {last}" if first else last
 
 
 def quoted(names: Iterable[str], most: int | None = None) -> str:
-    """Return names in quotes, as in a sentence.
-
-    >>> quoted(["a", "b", "c"])
-    '"a", "b" and "c"'
-    """
+    """Return names in quotes, as in a sentence."""
     return listed((f'"{name}"' for name in names), most)

@@ -124,8 +124,7 @@ class _Failure:
         if rest[0] in "]}":
             return self.report(f'"{rest[0]}" closes nothing', "remove it, or open it before")
         word = printable(rest.split()[0])
-        help = f'a comment begins with "#"; each number has its own unit: [0, 0, 20 {word}]'
-        help = help if re.fullmatch(r"[a-zA-Z]{1,3}", word) and before[-1] == "]" else 'a comment begins with "#"'
+        help = 'a comment begins with "#"; each number of a list has its own unit'
         return self.report(f'"{word}" is after the closing "{before[-1]}"', help, length=len(word))
 
     def bracket(self) -> Diagnostic | None:
@@ -209,31 +208,21 @@ class _Failure:
             return None
         if self.before.strip() or not self.text.strip():
             return None
-        indent = _indent(self.text)
-        levels: dict[int, str] = {}  # the entries that are open above
-        number = self.line_above(self.at.line)
-        while number:
-            above = self.source.line(number)
-            for level in (_key_indent(above), _indent(above)):
-                if level < min(levels, default=1_000) and _COLON.search(above):
-                    levels[level] = _name_of(above)
-            number = self.line_above(number)
-        place = (self.at.line, indent + 1)
+        place = (self.at.line, (indent := _indent(self.text)) + 1)
         if "'-' indicator" in self.what and indent == self.begun.column - 1:
             return self.report('an item of this list has no "- "', "indent it deeper, to belong to the above", place)
-        if self.letter == "-" and indent in levels:
+        if self.letter == "-":
             return self.report("an item of a list is among keys", "indent it under the key of its list", place)
-        near = sorted(levels, key=lambda level: (abs(level - indent), level))[:2]
-        help = ", or ".join(f'by {level}, as "{levels[level]}"' for level in near)
         message = f"this line is indented by {indent} spaces, as no entry above it is"
-        return self.report(message, f"indent it {help}" if help else "", place)
+        return self.report(message, "indent it as the entry that it belongs to", place)
 
     def beginning(self) -> Diagnostic:
         """Report a value that begins with a character to which YAML gives a meaning."""
         for words, message, help, at_begun in _REPORTS:
             if words in self.what:
-                place = self.begun if at_begun else self.at
-                return self.report(message.format(letter=printable(self.letter)), help, place)
+                return self.report(
+                    message.format(letter=printable(self.letter)), help, self.begun if at_begun else self.at
+                )
         text = self.source.text
         if "expected node content" in self.what and not self.letter:
             if (last := max(map(text.rfind, _CLOSING))) >= 0:

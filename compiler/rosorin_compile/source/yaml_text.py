@@ -1,7 +1,4 @@
-"""Text as YAML writes it, quoted only where it has to be, so that ``load`` reads back the same text.
-
-What other readers of YAML would take for something else (``on``, ``12:30``, a date: YAML 1.1) is quoted too.
-"""
+"""Write text as YAML, quoted only where necessary, also for readers of YAML 1.1 (``on``, ``12:30``, dates)."""
 
 from __future__ import annotations
 

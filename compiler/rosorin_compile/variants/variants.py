@@ -14,8 +14,17 @@ from pathlib import Path
 
 from rosorin_compile.formats.compiled import Variant
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import (
+    Diagnostic,
+    Related,
+    Source,
+    Span,
+    Suggestion,
+    error,
+    nearest,
+)
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
+from rosorin_compile.source.messages import worded
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Seq, Text
 
@@ -73,7 +82,7 @@ class Variants:
             found.append(problem.diagnostic)
         except OSError as problem:
             found.append(error("file-unreadable", f"cannot read {self.shown}: {problem.strerror}", None))
-        return found
+        return worded(found)
 
     @cached_property
     def _source(self) -> Source:
@@ -115,8 +124,9 @@ class Variants:
             if name and name in names[:index]:
                 yield error("variants-list", f'there are two columns "{name}"', place, "remove one")
             elif name not in (NAME, "", *self.arguments):
-                help = did_you_mean(name, [one for one in self.arguments if one not in names]) or "it has none"
-                yield error("unknown-argument", f'the description has no argument "{name}"', place, help)
+                left = [one for one in self.arguments if one not in names]
+                message = f'the description has no argument "{name}"'
+                yield error("unknown-argument", message, place, Suggestion(name, left, none="it has none"))
 
     def _from_table(self) -> Iterator[Variant]:
         rows = self._rows()
@@ -145,9 +155,9 @@ class Variants:
                     f"{self._source.path} is a text", self._source.start(), "write a list or a mapping", "not-a-mapping"
                 )
             return
-        for key in tree if isinstance(tree, Map) else range(len(tree)):
-            value, span = tree[key], tree.value_spans[key]
-            is_named = isinstance(key, str)
+        is_named = isinstance(tree, Map)
+        spans = [*tree.value_spans.values()] if isinstance(tree, Map) else tree.value_spans
+        for key, value, span in zip(tree, tree.values() if isinstance(tree, Map) else tree, spans, strict=True):
             if not isinstance(value, Map) and not (is_named and value is None):
                 raise _refused("this variant is not a table of arguments", span, "write NAME: {ARGUMENT: VALUE}")
             key_span = tree.key_spans[key] if isinstance(tree, Map) else span

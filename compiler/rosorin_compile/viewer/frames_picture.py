@@ -13,7 +13,7 @@ from rosorin_compile.formats.format import Asked, Format, xml_syntax
 from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, error
+from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, error
 from rosorin_compile.source.rule_registry import OUTPUTS, Rule
 from rosorin_compile.source.wording import plural
 
@@ -289,7 +289,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         yield case.problem("picture-kind", message, (*path, "file"), "end its name in .svg")
     for index, mode in enumerate(output.options.get("modes", ())):
         if mode not in case.robot.modes:
-            help = did_you_mean(mode, case.robot.modes, f'add "{mode}" to modes')
+            help = Suggestion(mode, case.robot.modes, f'add "{mode}" to modes')
             yield case.problem("unknown-mode", f'there is no mode "{mode}"', (*path, "modes", index), help)
 
 

@@ -10,19 +10,21 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Joint
 from rosorin_compile.output.watched_files import WatchedFiles
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.progress import Progress
 
 from .page import html
 from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
 from .showing import Shown, look, served
+
+if TYPE_CHECKING:
+    from rosorin_compile.cli.console import Console
 
 _INTERVAL = 0.15  # seconds between two looks at the files
 

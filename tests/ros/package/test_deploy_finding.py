@@ -6,7 +6,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST
-from rosorin_compile.source.ros_packages import files_below
+from rosorin_compile.output.ros_packages import files_below
 from support.paths import ROSORIN
 from support.robots import compiled, texts
 

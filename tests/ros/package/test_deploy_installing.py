@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.source.ros_packages import missing, undeclared
+from rosorin_compile.output.ros_packages import missing, undeclared
 from support.packages import deploy, package_of_people
 
 

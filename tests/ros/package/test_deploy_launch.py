@@ -19,9 +19,9 @@ from rosorin_compile.model import (
     Robot,
 )
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
+from rosorin_compile.output.ros_packages import is_launch_file
 from rosorin_compile.ros.package.launch_files import Call, Unreadable, calls, check, understood
 from rosorin_compile.source.diagnostics import Source
-from rosorin_compile.source.ros_packages import is_launch_file
 
 LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))
 STATIC = Publisher(STATIC_TRANSFORM_PUBLISHER, "tf_base_laser")

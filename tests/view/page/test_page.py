@@ -67,24 +67,21 @@ def test_the_data_of_random_robots_fit_the_schema(seed: int) -> None:
     assert [joint["name"] for joint in data["robot"]["joints"]] == [joint.name for joint in robot.joints]
 
 
-@pytest.mark.parametrize(
-    ("path", "value"),
-    [
-        (("robot", "links", 0, "visual"), None),
-        (("robot", "joints", 0, "xyz"), [0, 0]),
-        (("robot", "joints", 0, "speed"), 1),
-        (("robot", "situations"), []),
-        (("robot", "meshes"), {"a": {"url": "../../etc/passwd", "format": "stl"}}),
-    ],
-)
-def test_the_schema_refuses_what_the_page_cannot_draw(path: tuple[str | int, ...], value: Any) -> None:
+def test_the_schema_refuses_what_the_page_cannot_draw() -> None:
     robot = compiled().robot
     assert robot is not None
-    data = inner = {"robot": robot_data(robot)}
-    for step in path[:-1]:
-        inner = inner[step]  # type: ignore[index]
-    inner[path[-1]] = value  # type: ignore[index]
-    assert not VALID.is_valid(data)
+    for path, value in (
+        (("links", 0, "visual"), None),
+        (("joints", 0, "xyz"), [0, 0]),
+        (("joints", 0, "speed"), 1),
+        (("situations",), []),
+        (("meshes",), {"a": {"url": "../../etc/passwd", "format": "stl"}}),
+    ):
+        data = inner = robot_data(robot)
+        for step in path[:-1]:
+            inner = inner[step]  # type: ignore[index]
+        inner[path[-1]] = value  # type: ignore[index]
+        assert not VALID.is_valid({"robot": data})
 
 
 class _Elements(HTMLParser):
@@ -242,9 +239,10 @@ def test_the_same_bytes_in_another_folder_and_order(tmp_path_factory: pytest.Tem
         folder = tmp_path_factory.mktemp(f"a folder {seed}")
         write_files(folder, PROJECT)
         environment = {**os.environ, "PYTHONHASHSEED": seed, "ROSORIN_COMPILE_CACHE": "off"}
-        for words in (["all"], ["view", "--html", "sent.html", "rover"]):
-            command = [sys.executable, "-m", "rosorin_compile", *words]
-            subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
+        program = (
+            "from rosorin_compile.cli.main import main\nmain(['all'])\nmain(['view', '--html', 'sent.html', 'rover'])"
+        )
+        subprocess.run([sys.executable, "-c", program], cwd=folder, env=environment, check=True, capture_output=True)
         made, sent = (folder / "outputs/rover/rover.html").read_bytes(), (folder / "sent.html").read_bytes()
         assert str(folder).encode() not in made + sent
         written.append((made, sent))

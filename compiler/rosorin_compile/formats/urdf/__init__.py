@@ -81,8 +81,9 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported]:
     }
     if not output.options.get("gazebo"):
         for_gazebo = Unsupported("Gazebo alone reads it, and needs the option gazebo", quiet=True)
-        keys = ("joints.*.dynamics.stiffness", "joints.*.dynamics.spring_reference", "sensors.*.gazebo")
-        table |= dict.fromkeys((*keys, "links.*.collision.*.contact.friction"), for_gazebo)
+        table |= dict.fromkeys(("sensors.*.gazebo", "links.*.collision.*.contact.friction"), for_gazebo)
+        springs = ("joints.*.dynamics.stiffness", "joints.*.dynamics.spring_reference")
+        table |= dict.fromkeys(springs, Unsupported("no springs; Gazebo reads them with the option gazebo"))
     return table
 
 

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -16,51 +15,22 @@ from rosorin_compile.rules.check import acceptable
 from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.rule_registry import READING, Rule
-from rosorin_compile.source.tree import Map, Path, Seq, Text
+from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
 from rosorin_compile.source.wording import and_more, counted, plural, quoted
-from rosorin_compile.source.xml.elements import indented
+from rosorin_compile.source.xml.describing import correction, equal, kept, named, shortened
 from rosorin_compile.source.xml.markup import INSTRUCTION, TEXT, Element, Word
 
 from ..format import Placed, cannot_carry
 from ..imported import LeftOut, ReadOptions
 
 RULES = (
-    Rule(
-        "missing-attribute",
-        "An element lacks an attribute that the specification asks for, or it is empty.",
-        "Add it.",
-        READING,
-    ),
-    Rule(
-        "duplicate-element",
-        "An element that is taken once stands twice, or two say the same thing.",
-        "Remove one; `--lenient` takes the first.",
-        READING,
-    ),
-    Rule(
-        "misspelt",
-        "An element or attribute that no reader knows is near to one that they know.",
-        "Correct it; `--lenient` leaves it out.",
-        READING,
-    ),
-    Rule(
-        "import-ignored",
-        "A note: something has no effect for any reader, such as the limit of a fixed joint.",
-        topic=READING,
-    ),
-    Rule(
-        "not-a-number",
-        "Something that is to be a number is none, or is not finite.",
-        "Write digits, a point, and no unit.",
-        READING,
-    ),
-    Rule(
-        "wrong-count",
-        "An attribute has too many or too few numbers.",
-        "The message says how many it takes.",
-        READING,
-    ),
+    Rule("missing-attribute", "An element lacks a required attribute, or it is empty.", "Add it.", READING),
+    Rule("duplicate-element", "An element that is taken once is there twice.", "Remove one, or `--lenient`.", READING),
+    Rule("misspelt", "An unknown word is close to a known one.", "Correct it; `--lenient` leaves it out.", READING),
+    Rule("import-ignored", "A note: something has no effect, such as the limit of a fixed joint.", topic=READING),
+    Rule("not-a-number", "A number is damaged or not finite.", "Write digits, a point, and no unit.", READING),
+    Rule("wrong-count", "An attribute has too many or too few numbers.", "The message says how many.", READING),
 )
 
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
@@ -71,7 +41,6 @@ NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 _NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
-_LINE_END = re.compile("\r\n|\r")
 # The elements of which a second one that differs is an error: readers would see another robot.
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 
@@ -170,7 +139,7 @@ class Reading:
         """Return the only child of a tag, or None; a second one is an error if it decides on motion and differs."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
-            if _equal(children[0], again):
+            if equal(children[0], again):
                 self.ignored(f"a second <{tag}>, the same as the first, has no effect", again.span)
             elif tag in _DECIDING and not self.options.lenient:
                 message = f"{named(element)} has a second <{tag}>; readers differ in which of them they take"
@@ -350,12 +319,6 @@ def _advice(text: str) -> str:
     return "write a number such as 0.5 or 1e-3"
 
 
-def shortened(text: str, most: int = 40) -> str:
-    """Return a text in quotes, shortened and on one line."""
-    text = text if len(text) <= most else f"{text[: most - 3]}..."
-    return f'"{text}"'
-
-
 def number_of(word: Word, unit: str, element: Element, name: str, reading: Reading) -> float | None:
     """Return the number that a word of an attribute is, or None after an error."""
     tag = element.tag if element.tag in ("origin", "limit") else "size"
@@ -383,58 +346,3 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: Reading
 def put(entry: Map, key: str, value: Any, element: Element) -> None:
     """Set a key whose value is that of a whole element."""
     entry.put(key, value, element.span, element.span)
-
-
-def _equal(first: Element, second: Element) -> bool:
-    """Return True if two elements are equal without text, comments and the order of attributes."""
-    if first.tag != second.tag or len(first.children) != len(second.children):
-        return False
-    texts = ({item.name: item.value for item in element.attributes.values()} for element in (first, second))
-    return next(texts) == next(texts) and all(map(_equal, first.children, second.children))
-
-
-def _ancestors(element: Element) -> Iterator[Element]:
-    while element.parent is not None:
-        element = element.parent
-        yield element
-
-
-def named(element: Element) -> str:
-    """Return an element in words: its tag, with its name or that of the element that contains it."""
-    name = element.get("name")
-    if name:
-        return f'<{element.tag} name="{name}">'
-    above = next((one for one in _ancestors(element) if one.get("name")), None)
-    inside = f' of <{above.tag} name="{above.get("name")}">' if above is not None and above.parent is not None else ""
-    return f"<{element.tag}>{inside}"
-
-
-def correction(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that ``word`` is a misspelling of, or None if it is another word.
-
-    A word with a prefix (``drake:mass``) belongs to another program.
-    """
-    if ":" in word or len(word) < 2:
-        return None
-    lower = {name.lower(): name for name in known if len(name) > 2}
-    cutoff = 0.8 if len(word) > 4 else 0.66
-    near = difflib.get_close_matches(word.lower(), lower, n=1, cutoff=cutoff)
-    return lower[near[0]] if near else None
-
-
-def kept(element: Element, text: str = "") -> Text:
-    """Return an element as text, its further lines moved left, where space means nothing.
-
-    ``text`` replaces it where something in it has been renamed. A prefix that an element around it declares
-    (``xmlns:sim``) is declared in the text as well.
-    """
-    text = _LINE_END.sub("\n", text or element.verbatim)
-    names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
-    declarations = ""
-    for key in dict.fromkeys(f"xmlns:{name.partition(':')[0]}" for name in names):
-        above = next((one for one in _ancestors(element) if key in one.attributes), None)
-        if above is not None and key not in names:
-            address = above.attributes[key].raw.replace('"', "&quot;")
-            declarations += f' {key}="{address}"'
-    at = 1 + len(element.tag)
-    return Text(indented(text[:at] + declarations + text[at:], ""))

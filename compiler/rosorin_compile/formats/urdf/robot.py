@@ -21,27 +21,23 @@ from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.wording import and_more, counted, listed, plural, quoted
+from rosorin_compile.source.xml.describing import named, shortened
 from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
+from ..comments import comments_of
 from ..format import Placed
 from ..imported import Imported, ReadOptions
 from ..reading import accept, lower_artifact
-from .comments import comments_of
-from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, named, numbers, put, shortened
+from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, numbers, put
 
 RULES = (
-    Rule(
-        "not-expanded",
-        "A warning: a value holds `${...}` or `$(...)`, as a xacro has before it is expanded.",
-        "Name the file `NAME.xacro`.",
-        READING,
-    ),
+    Rule("not-expanded", "A warning: a value has `${...}` or `$(...)`.", "Name the file `NAME.xacro`.", READING),
     Rule("missing-element", "An element lacks another that the specification asks for.", "Add it.", READING),
     Rule("import-kept", "A note: a shape of another kind is kept as it is.", topic=READING),
     Rule("joint-type", "URDF has no such type of joint.", "Correct it.", READING),
     Rule("zero-quaternion", "A quaternion is zero, which is no rotation.", "Correct it.", READING),
-    Rule("import-converted", "A note: the same is said in another form.", topic=READING),
+    Rule("import-converted", "A note: the description has the same in another form.", topic=READING),
 )
 
 # Types of joints, with the units of their positions.

@@ -11,10 +11,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.element_meanings import Context, context_of, element_differences
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.language.expand.ledger import Ledger
+from rosorin_compile.language.expand.expansion import Expansion
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.expand.sensor_types import apply_types
 from rosorin_compile.language.lower import lower
@@ -25,7 +26,6 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.elements import tree_of
 
-from ..elements import Context, context_of, element_differences
 from .blocks import Unsayable, block
 from .drives import Driven, driven
 from .sensors import Seen, entry, gazebo_of, overlay, seen, without_collisions
@@ -51,11 +51,11 @@ class Worded(NamedTuple):
 
 def _with_types(tree: Map) -> tuple[Map, list[Diagnostic]]:
     """Return a tree with the defaults of the types of its sensors, and diagnostics about these."""
-    made, ledger = tree.copied(), Ledger()
+    made, expansion = tree.copied(), Expansion()
     if isinstance(made.get(SENSORS), Map):
         made[SENSORS] = made[SENSORS].copied()
-        apply_types(made, None, Scope(ledger), data_folder("parts_library") / "sensors.yaml")
-    return made, ledger.diagnostics
+        apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
+    return made, expansion.diagnostics
 
 
 def worded(imported: Imported) -> Worded:

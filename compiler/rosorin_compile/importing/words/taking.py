@@ -10,7 +10,7 @@ from rosorin_compile.formats.imported import Comment, as_tree
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.tree import Map, Path, Seq, Text
 from rosorin_compile.source.xml.elements import indented, tree_of
-from rosorin_compile.source.xml.markup import Document, Element, Remark
+from rosorin_compile.source.xml.markup import Element, Remark, parse
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element as Tree
@@ -102,7 +102,7 @@ def without(texts: Seq, taken: list[Candidate]) -> Rest:
 
 def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
     """Return a text without some elements, and the comments of those by the path of what they became."""
-    root = Document.parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>")).root
+    root = parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>")).root
     said: list[tuple[Path, str]] = []
     gone: list[tuple[int, int]] = []
     for one in taken:

@@ -22,7 +22,7 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.files import read_source
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, Remark
+from rosorin_compile.source.xml.markup import Element, MarkupError, Remark, parse
 
 from .elements import joint_entry, read_entry, read_found, set_dimensions
 from .expressions import folded_text
@@ -150,7 +150,7 @@ class Program:
         """Return a file, read. Raises MarkupError, OSError."""
         key = os.path.abspath(path)
         if key not in self.files:
-            document = Document.parse(read_source(path))
+            document = parse(read_source(path))
             self.files[key] = File(key, document, self._free_name(path) if self.files else "robot.yaml")
             self.files[key].body = Body(self.files[key])
         return self.files[key]

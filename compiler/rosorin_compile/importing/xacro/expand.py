@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.urdf.reading import named
 from rosorin_compile.formats.urdf.robot import read_urdf
 from rosorin_compile.importing.xacro.trust import untrusted
 from rosorin_compile.source import system
@@ -33,7 +32,7 @@ from rosorin_compile.source.diagnostics import (
     Related,
     Source,
     Span,
-    did_you_mean,
+    Suggestion,
     error,
 )
 from rosorin_compile.source.files import record, shown
@@ -41,6 +40,7 @@ from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.wording import and_more, counted
+from rosorin_compile.source.xml.describing import named
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
@@ -317,8 +317,8 @@ def faults(
     # Without a file, nobody knows what it declares; with all, xacro would say nothing, or that another has no value.
     if unknown and "markup" not in answer and not any(one.rule == "package-missing" for one in missing):
         message = f'{path.name} has no argument "{unknown[0]}"'
-        help = did_you_mean(unknown[0], known) or "it has none"
-        return [error("unknown-argument", message, document.root.span, help)]
+        suggestion = Suggestion(unknown[0], known, none="it has none")
+        return [error("unknown-argument", message, document.root.span, suggestion)]
     if "markup" in answer:
         return [*missing, _not_markup(answer, document, path, sources)]
     if "error" in answer and not (missing and _is_about_missing(answer["error"])):

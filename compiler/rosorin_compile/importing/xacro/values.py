@@ -16,7 +16,7 @@ from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, Remark
+from rosorin_compile.source.xml.markup import Element, MarkupError, Remark, parse
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..key_order import default_of_key, in_order
@@ -667,7 +667,7 @@ class Values:
         if "$" in text or "<?" in text:
             return text
         try:
-            return str(self.element(_xml_of(Document.parse(Source("", text)).root)))
+            return str(self.element(_xml_of(parse(Source("", text)).root)))
         except MarkupError:
             return text
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.language.expand.prefixing import moved
+from rosorin_compile.language.expand.included_robots import move_files
 from rosorin_compile.model import Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
@@ -75,7 +75,7 @@ class Source:
                 arguments = {**self.options.arguments, **rest}
                 read = read_robot(self.path, replace(self.options, arguments=arguments))
             if self.meshes is not None and read.tree is not None:
-                read = read._replace(tree=moved(read.tree, self.meshes))
+                read = read._replace(tree=move_files(read.tree, self.meshes))
             self.known[combination] = read
         return self.known[combination]
 
@@ -245,7 +245,7 @@ def _differences(
     differing = list(_differing_elements(source, again))
     found: list[Fault] = []
     for text in texts[:8]:
-        if differing and ("urdf_elements" in text or "URDF elements" in text):
+        if differing and " element " in text:
             text = differing.pop(0) if len(differing) > 1 else differing[0]
         spans = list(_spans(text, made))
         via = " ".join(one.message for span in spans for one in getattr(span, "via", ()))

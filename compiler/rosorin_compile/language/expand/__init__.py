@@ -1,12 +1,11 @@
 """Expand: includes, arguments, named values, expressions, parts, loops and conditions; the result is one plain tree.
 
 Scopes are lexical: a description (all its files together), each part, each round of a loop. Sections of the same name
-are joined: robots of others come before all else; then the entries of the included files, in the order of the
-includes; then those of the including file; then those that parts make, in the order of ``use``.
+are joined: first those of included robots; then the entries of the included files, in the order of the includes; then
+those of the including file; then those that parts make, in the order of ``use``.
 
-To be read in this order: ``files`` (what is included), ``parameters`` (what may be given), ``scope`` (names and their
-values), ``parts`` with ``forms`` and ``placing``, ``sensor_types``, ``included_robots`` with ``prefixing``. ``ledger``
-is what one expansion shares.
+Read in this order: ``files`` (what is included), ``parameters``, ``scope`` (names and their values), ``parts`` with
+``placing``, ``sensor_types``, ``included_robots``. ``expansion`` is the state that they share.
 """
 
 from __future__ import annotations
@@ -35,36 +34,32 @@ from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged, of_parts, schema
 from ..validate import validate
 from ..values import ValueTable, check_names
-from .files import Kept, Reader, package_finder, table_loader
-from .forms import check_controls
-from .included_robots import Robots
-from .ledger import Failed, Ledger
-from .parameters import declare
-from .parts import Parts, copy
+from .declarations import check_controls, declare
+from .expansion import Failed
+from .files import Reader
+from .included_robots import IncludedRobots
+from .joining import copy, join
+from .parts import Parts
 from .scope import Scope
 from .sensor_types import apply_types
 
 if TYPE_CHECKING:
-    from .included_robots import ForeignReader, Tell
+    from rosorin_compile.formats.compiled import RobotReader
+
+    from .included_robots import Tell
 
 _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
 _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
+_NOT_EVALUATED = ("args", "modes")
 MAX_SHOWN = 40  # letters of an argument
-_TAKEN_APART = tuple(_FORMS)
-_NOT_EVALUATED = ("args", *_TAKEN_APART, "modes")
-
-
-def _with_controls() -> list[str]:
-    """Return the sections whose entries may have a loop or a condition."""
-    return [section for section in merged(ENTRIES) if section not in _NOT_EVALUATED]
 
 
 class Expanded(NamedTuple):
-    """The plain tree (None if it could not be made), what is wrong, and the files that were read.
+    """The plain tree (None with errors), diagnostics, and the files that were read.
 
-    ``scope`` has the arguments and the named values of the description, None if its first file could not be read.
-    ``resolved`` says where the names of packages led.
-    ``unused`` is what is declared in vain: worth saying once nothing is wrong. ``values`` has the uses of named values.
+    ``scope`` has the arguments and the named values of the description, None if its first file cannot be read.
+    ``resolved`` has the paths that names of packages led to. ``unused`` are warnings about unused declarations, to be
+    reported if there are no errors. ``values`` has the uses of named values.
     """
 
     tree: Map | None
@@ -79,80 +74,58 @@ class Expanded(NamedTuple):
 def expand(
     path: Path,
     arguments: Mapping[str, Any],
-    robots: ForeignReader | None,
+    robots: RobotReader | None,
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
-    kept: dict[Path, Kept] | None = None,
+    cache: dict[Any, Any] | None = None,
 ) -> Expanded:
     """Return the tree of the description whose first file is ``path``.
 
-    ``arguments`` are values by name; texts, as given on the command line, are read like scalars of YAML. Those of a
-    ``Map`` that have a place were read from a file. ``tell`` takes what has to be said before anything is run
-    (``xacro-runs-code``), at that moment; without it, that is among the diagnostics. ``robots`` reads robots of others
-    that are included; without it they are left out, and nothing is run. ``packages`` are folders of ROS packages by
-    name, asked before those that an include names. ``kept`` has what was read before, by the first file,
-    and gets what is read now.
+    ``arguments`` are values by name; texts, as on the command line, are read like scalars of YAML. Those of a ``Map``
+    that have a place come from a file. ``tell`` receives warnings before code is executed (``xacro-runs-code``);
+    without it, they are among the diagnostics. ``robots`` reads included robots in other formats; without it they are
+    left out. ``packages`` are folders of ROS packages by name. ``cache`` keeps parsed files between calls.
     """
-    reader = Reader(path, robots, packages)
-    reader, root = (reader, reader.whole()) if kept is None else kept.setdefault(path, Kept()).read(reader)
+    reader = Reader(path, robots, packages, cache)
+    root = reader.whole()
     if root is None:
         return Expanded(None, reader.diagnostics, tuple(reader.files))
-    ledger = Ledger()
-    scope = Scope(ledger)
-    scope.values["load()"], scope.values["find()"] = table_loader(reader), package_finder(reader)
-    for name, value, place, value_place in reader.lets:
-        scope.define(name, value, place, value_place)
+    scope, expansion = reader.scope, reader.scope.expansion
+    scope.values["load()"], scope.values["find()"] = reader.load_function(), reader.find_function()
+    for name, value, place, written in reader.lets:
+        scope.define(name, value, place, written)
     _declare_arguments(root, arguments, reader, scope)
-    included: list[Map | None] = []
-    if robots and reader.robots:
-        foreign = Robots(reader, robots, scope, tell, packages or {})
-        included += foreign.fragments()
-    tree = _evaluate(root, scope, reader, included)
+    fragments: list[Map | None] = []
+    included = IncludedRobots(reader, robots, tell) if robots else None
+    fragments += included.fragments() if included else ()
+    tree = _evaluate(root, scope, reader, fragments)
     if tree is not None and included:
-        foreign.settle(tree)
-    for name in list(scope.pending):
-        with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
-            scope.lookup(name)
+        included.settle(tree)
+    with expansion.unlimited():
+        scope.evaluate_rest()
     check_names(root, scope)
-    led = tuple(dict.fromkeys(reader.resolved))
+    for file in reader.sourced:  # it may have no entry that gets its source
+        if isinstance(file["source"], Map) and expansion.is_constant(file["source"]):
+            top = Map(root.span)
+            top.put("robot", "robot", root.span, root.span)
+            top.put("source", file["source"], file.key_spans["source"], file.value_spans["source"])
+            expansion.diagnostics += validate(top, {})
     values = ValueTable(root, reader, scope)
-    idle = values.unused() if tree is not None else []
-    told = ledger.diagnostics if tree is not None else _without_misnamed(root, ledger.diagnostics)
-    if reader.unread:  # what a file would have defined is not missed
-        told = [one for one in told if not _is_missing(one)]
-    told = [*told, *_of_sources(reader)]
-    return Expanded(tree, reader.diagnostics + _once(told), tuple(reader.files), scope, led, tuple(idle), values)
-
-
-def _of_sources(reader: Reader) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the sources of included files, which no entry may take over."""
-    for source, key, span in reader.described:
-        if isinstance(source, Map) and all(_is_plain(value) for value in source.values()):
-            top = Map(span)
-            top.put("robot", "any", span, span)
-            top.put("source", source, key, span)
-            yield from validate(top, {})
-
-
-def _is_plain(value: Any) -> bool:
-    """Say whether a value has no expression; texts by name may be one."""
-    if isinstance(value, Map):
-        return all(map(_is_plain, value.values()))
-    return isinstance(value, str) and "$" not in value
-
-
-def _once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Return what is wrong, with every name that there is not told once, where it was written."""
-    if not has_errors(diagnostics):
-        return diagnostics
-
-    offers = [offer(one) for one in diagnostics]
-    return told_once(placed(one, of) if of else one for one, of in zip(diagnostics, offers, strict=True))
+    unused = values.unused() if tree is not None else []
+    diagnostics = expansion.diagnostics if tree is not None else _without_misnamed(root, expansion.diagnostics)
+    if reader.unread:  # names that a file would define are not missing
+        diagnostics = [one for one in diagnostics if not _is_missing(one)]
+    if has_errors(diagnostics):  # each missing name is reported once, where it is written
+        offers = [(one, offer(one)) for one in diagnostics]
+        diagnostics = told_once(placed(one, names) if names else one for one, names in offers)
+    diagnostics += included.diagnostics if included else []
+    resolved = tuple(dict.fromkeys(reader.resolved))
+    return Expanded(tree, diagnostics, tuple(reader.files), scope, resolved, tuple(unused), values)
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Return what is wrong; of a section with another name than it should have that, not all that is missing by it."""
-    known = {*schema("description")["properties"], *_TAKEN_APART}
+    """Return the diagnostics; if a section or a loop is misspelt that, and not all names that are missing by it."""
+    known = {*schema("description")["properties"], *_FORMS}
     sections = Map(root.span)
     for key, value in root.items():
         if key not in known:
@@ -177,59 +150,52 @@ def _misnamed_loops(root: Map) -> Iterator[Diagnostic]:
 
 
 def _is_missing(diagnostic: Diagnostic) -> bool:
-    """Say whether a name is told that nothing stands behind."""
+    """Return True for a diagnostic about a name that nothing defines."""
     missing = diagnostic.message.startswith("there is no value named ")
     return missing or diagnostic.rule in ("unknown-part", "unknown-sensor-type", "unknown-argument")
 
 
 def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None]) -> Map | None:
-    """Return the tree with every section evaluated, joined to ``robots``; None after anything was wrong."""
-    tree = Map(root.span)
-    failed = None in robots
+    """Return the tree with every section evaluated, joined to ``robots``; None with errors."""
+    own = Map(root.span)
+    good = None not in robots
     for key, value in root.items():
-        if key in _TAKEN_APART:
+        if key in _FORMS:
             continue
-        if key in _with_controls() and not check_controls("", root, (key,), scope):
-            failed = True
-            continue
-        place = Place(root.value_spans[key], None)
-        try:
-            made = value if key in _NOT_EVALUATED else scope.resolve(value, place, key in keys_of_xml())
-        except Failed:
-            failed = True
-            continue
-        tree.put(key, copy(made) if key in of_parts() else made, root.key_spans[key], root.value_spans[key])
+        made = value
+        if key not in _NOT_EVALUATED:
+            if key in merged(ENTRIES) and not check_controls("", root, (key,), scope):
+                good = False
+                continue
+            try:
+                made = scope.resolve(value, Place(root.value_spans[key], None), key in keys_of_xml())
+            except Failed:
+                good = False
+                continue
+        own.put(key, copy(made) if key in of_parts() else made, root.key_spans[key], root.value_spans[key])
     for key, help in _FORMS.items():
         if not isinstance(root.get(key) or {}, dict):
             what = "types" if key == "sensor_types" else "parts"
             scope.report("wrong-type", f"{key} maps names to {what}", Place(root.value_spans[key], None), help)
-            failed = True
-    tree = _joined(robots, tree, reader)
-    parts = Parts(scope.ledger, root.get("parts"), scope, reader.library)
+            good = False
+    tree = own
+    if any(robots):
+        tree = Map(own.span)
+        for sections in [*robots, own]:
+            join(tree, sections or Map(own.span), scope)
+    parts = Parts(root.get("parts"), scope, reader.parts_file)
     uses = root.get("use")
-    if isinstance(uses, Map) and not check_controls("", root, ("use",), scope):
-        failed = True
-    elif isinstance(uses, Map):
-        failed |= not parts.use(tree, uses, scope)
+    if isinstance(uses, Map):
+        good &= check_controls("", root, ("use",), scope) and parts.use(tree, uses, scope)
     parts.check_unused()
-    if failed:
+    if not good:
         return None
     apply_types(tree, root.get("sensor_types"), scope, data_folder("parts_library") / "sensors.yaml")
     return tree
 
 
-def _joined(robots: list[Map | None], own: Map, reader: Reader) -> Map:
-    """Return the sections of foreign robots with those of the description behind them."""
-    if not any(robots):
-        return own
-    tree = Map(own.span)
-    for sections in [*robots, own]:
-        reader.join(tree, sections or Map(own.span))
-    return tree
-
-
 def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, scope: Scope) -> None:
-    """Bind the arguments: those given on the command line, else those an include gives, else their defaults."""
+    """Bind the arguments: those of the command line, else those that an include gives, else their defaults."""
     declared = root.get("args")
     declared = declared if isinstance(declared, Map) else Map(root.span)
     given: dict[str, Any] = {}
@@ -237,47 +203,43 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     for name, (value, place) in reader.given.items():
         with suppress(Failed):
             given[name], places[name] = scope.resolve(value, place), place
-    names, values = (arguments.key_spans, arguments.value_spans) if isinstance(arguments, Map) else ({}, {})
+    spans: Mapping[str, Span] = arguments.value_spans if isinstance(arguments, Map) else {}
     for name, value in arguments.items():
         if name not in declared:
             message, help = f'the description has no argument "{name}"', did_you_mean(name, declared) or "it has none"
-            scope.ledger.diagnostics.append(error("unknown-argument", message, names.get(name), help))
+            span = arguments.key_spans.get(name) if isinstance(arguments, Map) else None
+            scope.expansion.diagnostics.append(error("unknown-argument", message, span, help))
             continue
-        if value == "" and type(value) is str and _type(declared[name]) != "text":
-            continue  # a launch file cannot leave an argument out: name:= is not given, as xacro has it
-        places[name] = Place(values.get(name) or _said_outside(name, value, declared.key_spans[name]), None)
-        given[name] = _given(value, declared[name], places[name])
-    declare(scope, declared, given, places, "the description", "-a {}=VALUE")
+        declaration = declared[name]
+        kind = declaration.get("type") if isinstance(declaration, Map) else None
+        if value == "" and type(value) is str and kind != "text":
+            continue  # a launch file cannot leave an argument out: as in xacro, name:= leaves it out
+        span = spans.get(name)
+        if span is None:  # the command line or Python: the place of the declaration
+            span = MadeSpan(*declared.key_spans[name])
+            span.via = (Related(f"given to this run: {name}={str(value)[:MAX_SHOWN]}", None),)
+        places[name] = Place(span, None)
+        given[name] = _given(value, kind, span)
+    declare(scope, declared, given, places, "the description", None)
 
 
-def _said_outside(name: str, value: Any, declared: Span) -> Span:
-    """Return the place of an argument that no file gives, the command line or Python: where it is declared."""
-    made = MadeSpan(*declared)
-    made.via = (Related(f"given to this run: {name}={str(value)[:MAX_SHOWN]}", None),)
-    return made
+def _given(value: Any, kind: Any, span: Span) -> Any:
+    """Return the value of an argument as in a tree; items of a list or table of Python have its place.
 
-
-def _type(declaration: Any) -> Any:
-    return declaration.get("type") if isinstance(declaration, Map) else None
-
-
-def _given(value: Any, declaration: Any, place: Place) -> Any:
-    """Return the value of an argument as the tree has it; what a list or a table of Python holds is at the same place.
-
-    A text is read as in YAML, but where a text is wanted "007" is one, and 0 and 1 are booleans where those are.
+    A text is read as in YAML, but "007" is a text if a text is requested, and 0 and 1 may be booleans.
     """
     if type(value) is str:
-        if _type(declaration) == "boolean" and value in ("0", "1"):
+        if kind == "boolean" and value in ("0", "1"):
             return value == "1"
-        return value if _type(declaration) == "text" else plain_scalar(value)
+        return value if kind == "text" else plain_scalar(value)
     if type(value) is list:
-        items = Seq(place.span)
+        items = Seq(span)
         for item in value:
-            items.put(_given(item, None, place), place.span)
+            items.put(_given(item, None, span), span)
         return items
     if type(value) is dict:
-        table = Map(place.span)
+        table = Map(span)
         for key, item in value.items():
-            table.put(key, _given(item, None, place), place.span, place.span)
+            table.put(key, _given(item, None, span), span, span)
         return table
     return value

@@ -1,65 +1,53 @@
-"""A foreign robot (URDF, xacro, SDF, MJCF), included as it is: prefixed, attached, joined like any file.
+"""Robots in other formats (URDF, xacro, SDF, MJCF) that a description includes: prefixed, attached, joined like a file.
 
-It is read when the arguments of the description are known, so that an include may have expressions, loops and
-conditions. What it holds is never evaluated: ``${...}`` in another one's file is that one's.
-
-``Robots`` takes the entries of ``include`` one by one; ``joint_above`` makes the joint that attaches a robot, and
-``check_include`` says what is wrong with an entry.
+They are read when the arguments of the description have values, so that an include may have expressions, loops and
+conditions. What their files contain is never evaluated.
 """
 
 from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.language.element_names import Reference, renamed
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
+from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.project import MESH_FILE, resolved
 from rosorin_compile.source.rule_registry import FILES, Rule
-from rosorin_compile.source.tree import Instance, Map, Place
+from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
 
+from ..element_names import with_files
 from ..expression.functions import FUNCTIONS, kind_of
 from ..schema import backend_of, sections
-from .files import Asked
-from .forms import hides_letters
-from .ledger import Failed
-from .nearby import ADDRESS, address, corrected, outside, package_missing
-from .parts import sourced
-from .prefixing import from_one_folder, moved, prefixed, relative_files, with_files_named
+from ..symbols import THINGS, SymbolTable
+from .declarations import hides_letters, place_of
+from .expansion import Failed
+from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
+from .joining import copy, sourced
+from .placing import Use, map_items, placed
 from .scope import Scope
 
 if TYPE_CHECKING:
+    from rosorin_compile.formats.compiled import RobotReader
+
     from .files import Reader
 
 RULES = (
-    Rule(
-        "include-mesh-path",
-        "An included robot names meshes as seen from its own file; the artifacts are elsewhere.",
-        "`meshes: FOLDER`, as seen from the artifacts, or `meshes: package://NAME`.",
-        FILES,
-    ),
-    Rule(
-        "trust-ignored",
-        "A warning: `trust` of an include has no effect, because trust comes from the person who runs the command.",
-        "Remove the key. If you trust the authors of the files, use `--trust` or set `ROSORIN_COMPILE_TRUST=1`.",
-        FILES,
-    ),
-    Rule(
-        "include-renamed",
-        "A note: in elements of an included robot that are kept as they are, names got its prefix.",
-        topic=FILES,
-    ),
+    Rule("include-mesh-path", "Artifacts do not find meshes of an included robot.", "Write `meshes: FOLDER`.", FILES),
+    Rule("trust-ignored", "A warning: `trust` of an include has no effect.", "Use the option `--trust`.", FILES),
+    Rule("include-renamed", "A note: names in kept elements of an included robot got its prefix.", topic=FILES),
     Rule(
         "include-settings",
-        "A warning: an included robot has settings of its simulation (a free base, a time step, a solver, ...) that an "
-        "output cannot take over, because the output or another include has others.",
-        "Decide in the output: `mjcf: {option: {timestep: 0.001}}`, `base: free`.",
+        "A warning: simulation settings of an included robot are lost.",
+        "Set them in the output.",
         FILES,
     ),
 )
@@ -67,8 +55,11 @@ RULES = (
 
 Tell = Callable[[Diagnostic], None]
 
-_OF_ATTACHMENT = ("xyz", "rpy", "joint", "publisher")
-# What the readers say to somebody at a command line, and what it is called here.
+_KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool}
+_KINDS |= dict.fromkeys(("prefix", "meshes", "parent", "joint"), str)
+_KEYS = ("xyz", "rpy", "publisher", "source", "for", "if")
+_PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name can begin with
+# What the readers suggest to somebody at a command line, and what it is called in an include.
 _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
     (re.compile(r"give it one: (\S+):=VALUE"), r"give it one: args: {\1: VALUE}"),
@@ -76,399 +67,367 @@ _WORDS = (
 )
 _FEW = 4
 _MJCF = "mjcf"
-_DEFAULT = ("integrator", "Euler")  # which an MJCF has that says nothing
+_DEFAULT = ("integrator", "Euler")  # of an MJCF without an option
+# Elements of URDF whose name has to be unique, by the element around: they get the prefix whatever it is.
+_UNIQUE = {
+    ("robot", "ros2_control"),
+    ("robot", "transmission"),
+    ("transmission", "actuator"),
+    ("ros2_control", "gpio"),
+    ("ros2_control", "sensor"),
+}
+# Elements whose name is a word of another program, and parts of the names of attributes that name no link or joint.
+_WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "property"}
+_NO_NAMES = ("topic", "service", "namespace", "remapping", "uri", "filename", "material")
+
+# An address, an absolute path, or one with the letter of a drive.
+_ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
+OF_MJCF = "mjcf_elements"  # a list of elements of XML
 
 
-class How(NamedTuple):
-    """How a foreign file is read."""
+class Included(NamedTuple):
+    """An evaluated include of a robot: its entry, scope and place, the file that contains it; ``via`` for its tree."""
 
-    lenient: bool
-
-
-class ForeignReader(Protocol):
-    """What reads robots in other formats; the pipeline has one."""
-
-    def endings(self) -> tuple[str, ...]:
-        """Return how the names of files end that a description may include and that are no descriptions."""
-
-    def read(
-        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], how: How, tell: Tell, by: Span
-    ) -> Foreign:
-        """Return the robot of a file; ``by`` is the place that names it."""
+    entry: Map
+    scope: Scope
+    place: Place
+    by: Path
+    via: Instance
 
 
-class Foreign(Protocol):
-    """What comes of reading a foreign robot: its tree, None for a broken one, what is to say, and what was read.
+class IncludedRobots:
+    """Reads the robots that a description includes; each file once for each set of arguments."""
 
-    ``takes_arguments`` says that its file was told arguments.
-    """
-
-    @property
-    def tree(self) -> Map | None: ...
-
-    @property
-    def diagnostics(self) -> list[Diagnostic]: ...
-
-    @property
-    def files(self) -> tuple[Path, ...]: ...
-
-    @property
-    def takes_arguments(self) -> bool: ...
-
-
-class Robots:
-    """Reads the foreign robots that a description includes; each file once, however often it is included."""
-
-    def __init__(
-        self,
-        reader: Reader,
-        robots: ForeignReader,
-        scope: Scope,
-        tell: Tell | None,
-        packages: Mapping[str, Path],
-    ) -> None:
-        self.reader = reader
-        self.robots = robots
-        self.scope = scope
-        self.tell = tell
-        self.packages = packages
-        self.known: dict[tuple[Any, ...], Map | None] = {}
+    def __init__(self, reader: Reader, robots: RobotReader, tell: Tell | None) -> None:
+        self.reader, self.robots, self.tell = reader, robots, tell
+        self.trees: dict[tuple[Any, ...], Map | None] = {}
         self.places: dict[tuple[Any, ...], Place] = {}
-        self.read: list[tuple[Map, Map, Instance]] = []
+        self.included: list[tuple[Included, Map]] = []
+        self.diagnostics: list[Diagnostic] = []
 
     def fragments(self) -> Iterator[Map | None]:
-        """Yield the sections that each include makes, in their order; None for one with mistakes, after telling."""
-        for include in self.reader.robots:
+        """Yield the sections of each included robot, in order; None for one with errors, after reporting."""
+        for item, place, by in self.reader.robots:
             try:
-                for scope, entry in self.scope.entries(include.item):
-                    yield self._fragment(scope.resolve(entry, include.place), scope, include)
+                for scope, body in self.reader.scope.entries(item):
+                    entry = scope.resolve(body, place)
+                    _check_include(entry, scope)
+                    via = Instance("included here", place.span, scope.via or place.via)
+                    yield self._fragment(Included(entry, scope, place, by, via))
             except Failed:
                 yield None
 
-    def _fragment(self, entry: Map, scope: Scope, include: Asked) -> Map:
+    def _fragment(self, include: Included) -> Map:
         """Return the sections of a robot, prefixed and attached. Raises Failed after reporting."""
-        check_include(entry, scope)
-        via = Instance("included here", include.place.span, scope.via or include.place.via)
-        tree = self._read(entry, scope, include, via)
-        self.read.append((entry, tree, via))
-        scope.count(_size(tree), *include.place)
+        entry = include.entry
+        tree = self._tree(include)
+        self.included.append((include, tree))
+        include.scope.count(_size(tree), *include.place)
         prefix = entry.get("prefix") or ""
-        made, changed = prefixed(tree, prefix, via)
+        made, changed = prefixed(tree, prefix, include.via)
         if changed:
             names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
             message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
-            self._say(Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"]), via.parent)
-        return self._attached(self._meshes(made, entry, via), entry, via, tree)
-
-    def settle(self, tree: Map) -> None:
-        """Give the MJCF outputs of a description the settings of the simulation of what it includes.
-
-        What an output has itself is kept; of two includes the first decides. What is lost is reported.
-        """
-        outputs = tree.get("outputs")
-        mine = [
-            name for name, one in (outputs or {}).items() if isinstance(one, Map) and backend_of(name, one) == _MJCF
-        ]
-        for entry, robot, via in self.read if mine else ():
-            settings = (robot.get("outputs") or {}).get(_MJCF) or {}
-            lost: list[str] = []
-            for name in mine:
-                output = tree["outputs"][name].copied()
-                for key, value in (settings.get("option") or {}).items():
-                    options = output["option"].copied() if isinstance(output.get("option"), Map) else Map(output.span)
-                    if (key, value) != _DEFAULT and options.get(key, value) != value:
-                        lost.append(f"{key} {value}")
-                    elif (key, value) != _DEFAULT:
-                        options.put(key, value, entry.span, entry.span)
-                        output.put("option", options, entry.span, entry.span)
-                if settings.get("contacts") and len(self.read) == 1 and not self._moves_more(tree, robot):
-                    output.setdefault_at("contacts", settings["contacts"], entry.span)
-                if settings.get("base") == "free" and entry.get("parent") is None:
-                    output.setdefault_at("base", "free", entry.span)
-                    if output["base"] != "free":
-                        lost.append("a free base")
-                    elif "root" in robot and len(self.read) == 1:
-                        tree.setdefault_at("root", robot["root"], entry.span)
-                outputs = tree["outputs"].copied()
-                outputs[name] = output
-                tree["outputs"] = outputs
-            if lost:
-                message = (
-                    f"settings of {Path(entry['file']).name} that the MJCF does not take over: {first_of(lost, _FEW)}"
-                )
-                help = "the output or another include has others: decide in the output"
-                diagnostic = Diagnostic("include-settings", WARNING, message, entry.value_spans["file"], (), help)
-                self._say(diagnostic, via.parent)
-
-    @staticmethod
-    def _moves_more(tree: Map, robot: Map) -> bool:
-        """Return True if a description has more joints that move than a robot that it includes."""
-        counts = [
-            sum(isinstance(one, Map) and one.get("type") != "fixed" for one in (some.get("joints") or {}).values())
-            for some in (tree, robot)
-        ]
-        return bool(counts[0] > counts[1])
-
-    def _meshes(self, made: Map, entry: Map, via: Instance) -> Map:
-        """Return a robot whose meshes are named as its artifacts find them; say where they do not."""
-        files = relative_files(made)
-        folder = entry.get("meshes")
-        if folder is not None:
-            if not files:
-                message = (
-                    f"{Path(entry['file']).name} names no mesh or texture by a relative path: nothing to put before"
-                )
-                span = entry.key_spans["meshes"]
-                self._say(Diagnostic("ignored-key", WARNING, message, span, (), "remove meshes"), via.parent)
-            return moved(made, folder)
-        base = Path(os.path.abspath(made.span.source.path)).parent
-        top, names = from_one_folder(base, {name: os.path.normpath(base / name) for name in files})
-        names = {old: new for old, new in names.items() if self._is_there(base, top, new)}
-        made = with_files_named(made, lambda name: names.get(name, name)) if names else made
-        files = [name for name in files if name not in names]
-        if files:
-            seen = f"seen from {Path(entry['file']).name}, but readers look from the artifacts"
-            message = f"files of meshes or textures are named as {seen}: {first_of(files, 1)}"
-            help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
-            span = entry.value_spans["file"]
-            self._say(Diagnostic("include-mesh-path", WARNING, message, span, (), help), via.parent)
-        return made
-
-    def _is_there(self, base: Path, top: Path, name: str) -> bool:
-        """Say whether a file is in a folder, and no other one is called so from a folder nearer to ``base``."""
-        above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
-        there = [folder for folder in above if files.is_file(folder / name)]
-        for folder in above:
-            here = folder / name if folder in there else None
-            self.reader.resolved.append(resolved(MESH_FILE, str(folder / name), "", here))
-        return there == [top]
-
-    def _read(self, entry: Map, scope: Scope, include: Asked, via: Instance) -> Map:
-        """Return the tree of a robot; what there is to say of its file is said once. Raises Failed."""
-        own = {name: include.by.parent / folder for name, folder in (entry.get("packages") or {}).items()}
-        packages = {**own, **self.packages}
-        path = self._file(entry, scope, include, packages)
-        texts = {name: self._text(entry["args"], name, scope) for name in entry.get("args") or ()}
-        how = How(bool(entry.get("lenient")))
-        if "trust" in entry:
-            self._warn_of_trust(entry, scope)
-        key = (str(path), tuple(texts.items()), tuple(packages.items()), how.lenient)
-        self._check_prefix(path, entry, texts, scope, include.place)
-        if key not in self.known:
-            self.known[key] = self._opened(path, texts, packages, how, entry, scope, include, via)
-        tree = self.known[key]
-        if tree is None:
-            raise Failed
-        return tree
-
-    def _opened(
-        self,
-        path: Path,
-        texts: dict[str, str],
-        packages: dict[str, Path],
-        how: How,
-        entry: Map,
-        scope: Scope,
-        include: Asked,
-        via: Instance,
-    ) -> Map | None:
-        """Return the tree of a file that is read for the first time; None for one that is wrong, after telling."""
-
-        def tell(diagnostic: Diagnostic) -> None:
-            self._say(diagnostic, via, ahead=True)
-
-        read = self.robots.read(path, texts, packages, how, tell, include.place.span)
-        self.reader.files += [file for file in read.files if file not in self.reader.files]
-        for diagnostic in read.diagnostics:
-            self._say(corrected(diagnostic, entry["file"], path), via)
-        if not texts or read.takes_arguments or read.tree is None:
-            return read.tree
-        place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
-        message = f"{path.name} has no arguments: only a xacro has them"
-        scope.report("unknown-argument", message, place, "remove args")
-        return None
-
-    def _check_prefix(self, path: Path, entry: Map, texts: dict[str, str], scope: Scope, place: Place) -> None:
-        """Report a file that is included again under the same names. Raises Failed after that."""
-        prefix = entry.get("prefix") or ""
-        key = (path, prefix, *texts.items())
-        if key in self.places:
-            related = [Related("first included here", self.places[key].span)]
-            how = f'with the prefix "{prefix}"' if prefix else "without a prefix"
-            help = "give each its own prefix: left_, right_"
-            message = f"{path.name} is included twice {how}: all of its names would stand twice"
-            scope.report("duplicate-name", message, place, help, related)
-            raise Failed
-        self.places[key] = place
-
-    def _file(self, entry: Map, scope: Scope, include: Asked, packages: dict[str, Path]) -> Path:
-        """Return the file that an include names: in the project of the description, or in a ROS package."""
-        package, name = address(entry["file"])
-        package = package or entry.get("package")
-        if package is None:
-            target = include.by.parent / name
-            if not self.reader.inside(target):
-                help = f"move it inside, or name the ROS package that it is in: {ADDRESS}NAME/FILE"
-                scope.report("include-outside", outside(name, include.by, self.reader.project), include.place, help)
-                raise Failed
-            return Path(shown(target))
-        key = "package" if entry.get("package") else "file"
-        folder = self.reader.package(package, packages, include.by)
-        if folder is None:
-            message, help = package_missing(package)
-            scope.report("package-missing", message, place_of(entry, key, scope), help)
-            raise Failed
-        inner = Path(os.path.normpath(name))
-        if inner.is_absolute() or inner.parts[:1] == (os.pardir,):
-            message = f'{name} is outside the folder of the package "{package}"'
-            scope.report("include-outside", message, place_of(entry, "file", scope), "name a file in the package")
-            raise Failed
-        return Path(shown(folder / inner))
-
-    def _text(self, values: Map, name: str, scope: Scope) -> str:
-        """Return an argument as a xacro takes it: text; a quantity in SI units."""
-        value = values[name]
-        if isinstance(value, bool):
-            return str(value).lower()
-        if isinstance(value, (str, int, float)):
-            return str(FUNCTIONS["str"](value))
-        message = f'the argument "{name}" of a xacro is text or a number, not {kind(value)}'
-        scope.report("bad-argument", message, place_of(values, name, scope))
-        raise Failed
-
-    def _attached(self, made: Map, entry: Map, via: Instance, tree: Map) -> Map:
-        """Return a robot with the joint that attaches its root, and a source for each of its entries."""
-        parent = entry.get("parent")
-        if parent is not None:
-            root = root_of(made)
-            joints = Map(made.span)
-            name = str(entry.get("joint") or free_name(root, made))
-            span = entry.value_spans["joint" if entry.get("joint") else "parent"]
-            joints.put(name, joint_above(root, entry, via.parent), span, span)
-            for other, joint in (made.get("joints") or {}).items():
-                if other == name:
-                    self._taken(name, via, made["joints"])
-                joints.put(other, joint, made["joints"].key_spans[other], made["joints"].value_spans[other])
-            made.put("joints", joints, made.span, made.span)
-        ignored = [key for key in _OF_ATTACHMENT if entry.get(key) is not None and parent is None]
-        if ignored:
-            message = f'an include has "{ignored[0]}", but what it includes is attached to nothing'
-            span = entry.key_spans[ignored[0]]
-            self._say(Diagnostic("ignored-key", WARNING, message, span, (), "write parent: FRAME"), via.parent)
+            note = Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"])
+            self._report(note, include.via.parent)
+        made = self._attached(self._with_meshes(made, include), include)
         owner = entry if entry.get("source") is not None else tree
         for section in (key for key, node in sections().items() if node.sourced):
             if isinstance(made.get(section), Map):
                 made[section] = sourced(made[section], owner)
         return made
 
-    def _taken(self, name: str, via: Instance, joints: Map) -> NoReturn:
-        message = f'joint "{name}" is defined twice'
-        clash = error("duplicate-name", message, joints.key_spans[name], "give the include another joint: NAME")
-        self._say(clash, via)
-        raise Failed
+    def _tree(self, include: Included) -> Map:
+        """Return the tree of a robot; its file is read once. Raises Failed after reporting."""
+        entry, scope, place, by, _ = include
+        packages, package = self.reader.packages_of(entry, by), entry.get("package")
+        try:
+            path = Path(shown(self.reader.target(entry["file"], package, by, packages)))
+        except IncludeError as problem:
+            key = "package" if package and problem.rule == "package-missing" else "file"
+            place = place_of(entry, key, scope) if package or entry["file"].startswith(ADDRESS) else place
+            raise scope.failed(problem.rule, problem.message, place, problem.help) from None
+        texts = {name: _argument(entry["args"], name, scope) for name in entry.get("args") or ()}
+        if "trust" in entry:
+            message = "trust of an include has no effect: trust comes from the person who runs the command"
+            help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
+            span = place_of(entry, "trust", scope).span
+            self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
+        prefix = entry.get("prefix") or ""
+        names = (path, prefix, *texts.items())
+        first = self.places.get(names)
+        self.places[names] = place
+        if first is not None:
+            how = f'with the prefix "{prefix}"' if prefix else "without a prefix"
+            message = f"{path.name} is included twice {how}: all of its names would stand twice"
+            related = [Related("first included here", first.span)]
+            raise scope.failed("duplicate-name", message, place, "give each its own prefix: left_, right_", related)
+        same = (str(path), tuple(texts.items()), tuple(packages.items()), bool(entry.get("lenient")))
+        if same not in self.trees:
+            self.trees[same] = self._read(path, texts, packages, include)
+        tree = self.trees[same]
+        if tree is None:
+            raise Failed
+        return tree
 
-    def _warn_of_trust(self, entry: Map, scope: Scope) -> None:
-        """Report that a description cannot grant trust."""
-        message = "trust of an include has no effect: trust comes from the person who runs the command"
-        span = place_of(entry, "trust", scope).span
-        help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
-        self.reader.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
+    def _read(self, path: Path, texts: dict[str, str], packages: dict[str, Path], include: Included) -> Map | None:
+        """Return the tree of a file; None after reporting its errors."""
+        entry, scope, _, _, via = include
+        tell = partial(self._report, via=via, ahead=True)
+        foreign = self.robots.read(path, texts, packages, bool(entry.get("lenient")), tell, via.span)
+        self.reader.files += [file for file in foreign.files if file not in self.reader.files]
+        for diagnostic in foreign.diagnostics:
+            self._report(with_nearest_file(diagnostic, entry["file"], path), via)
+        if texts and not foreign.takes_arguments and foreign.tree is not None:
+            place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
+            message = f"{path.name} has no arguments: only a xacro has them"
+            scope.report("unknown-argument", message, place, "remove args")
+            return None
+        return foreign.tree
 
-    def _say(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
-        """Say something of a foreign file, in the words of an include; ``ahead``: before anything is done."""
+    def _warn(self, rule: str, message: str, span: Span, help: str, include: Included) -> None:
+        self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
+
+    def _report(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
+        """Report something about an included file, in the words of an include; ``ahead``: before it is read."""
         message, help = diagnostic.message, diagnostic.help
-        for there, here in _WORDS:
-            message, help = there.sub(here, message), there.sub(here, help)
+        for pattern, replacement in _WORDS:
+            message, help = pattern.sub(replacement, message), pattern.sub(replacement, help)
         stack = tuple(via.stack()) if via else ()
-        # Where the file cannot be read, the diagnostic points at the include itself: that needs no note.
+        # If the file cannot be read, the diagnostic is already at the include itself.
         stack = stack[1:] if stack and diagnostic.span == stack[0].span else stack
-        told = replace(diagnostic, message=message, help=help, related=(*diagnostic.related, *stack))
+        reported = replace(diagnostic, message=message, help=help, related=(*diagnostic.related, *stack))
         if ahead and self.tell is not None:
-            self.tell(told)
+            self.tell(reported)
         elif diagnostic.numbers != TRUSTED:
-            self.reader.diagnostics.append(told)
+            self.diagnostics.append(reported)
+
+    def _with_meshes(self, made: Map, include: Included) -> Map:
+        """Return a robot with the mesh files named as its artifacts find them; warn where they do not."""
+        entry, names = include.entry, relative_files(made)
+        file, folder = Path(entry["file"]).name, entry.get("meshes")
+        if folder is not None:
+            if not names:
+                message = f"{file} names no mesh or texture by a relative path: nothing to put before"
+                self._warn("ignored-key", message, entry.key_spans["meshes"], "remove meshes", include)
+            return move_files(made, folder)
+        base = Path(os.path.abspath(made.span.source.path)).parent
+        places = {name: os.path.normpath(base / name) for name in names}
+        # The nearest folder, that of the robot or one above it, that contains all of them: artifacts find them there.
+        top = Path(os.path.commonpath([base, *places.values()]))
+        new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
+        new = {name: file for name, file in new.items() if self._is_only_in(top, base, file)}
+        made = map_files(made, lambda name: new.get(name, name)) if new else made
+        names = [name for name in names if name not in new]
+        if names:
+            seen = f"seen from {file}, but readers look from the artifacts"
+            message = f"files of meshes or textures are named as {seen}: {first_of(names, 1)}"
+            help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
+            self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
+        return made
+
+    def _is_only_in(self, top: Path, base: Path, name: str) -> bool:
+        """Return True if a file is in a folder, and no other file of that name in a folder nearer to ``base``."""
+        above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
+        existing = [folder for folder in above if files.is_file(folder / name)]
+        for folder in above:
+            path = folder / name if folder in existing else None
+            self.reader.resolved.append(resolved(MESH_FILE, str(folder / name), "", path))
+        return existing == [top]
+
+    def _attached(self, made: Map, include: Included) -> Map:
+        """Return a robot with the joint that attaches its root. Raises Failed after reporting a name that is taken."""
+        entry, via = include.entry, include.via
+        if entry.get("parent") is None:
+            ignored = [key for key in ("xyz", "rpy", "joint", "publisher") if entry.get(key) is not None]
+            if ignored:
+                message = f'an include has "{ignored[0]}", but what it includes is attached to nothing'
+                self._warn("ignored-key", message, entry.key_spans[ignored[0]], "write parent: FRAME", include)
+            return made
+        have = made.get("joints") or Map(made.span)
+        children = {joint["child"] for joint in have.values()}
+        root = next(str(link) for link in made["links"] if link not in children)
+        name = f"{root}_joint"
+        while name in have:
+            name = name.removesuffix("_joint") + "_mount_joint"
+        name = entry.get("joint") or name
+        if name in have:
+            message, help = f'joint "{name}" is defined twice', "give the include another joint: NAME"
+            self._report(error("duplicate-name", message, have.key_spans[name], help), via)
+            raise Failed
+        span = entry.value_spans["parent"]
+        joint = Map(span, via.parent)
+        joint.put("type", "fixed", span, span)
+        joint.put("child", root, span, span)
+        for key in ("parent", "xyz", "rpy", "publisher"):
+            if entry.get(key) is not None:
+                joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+        named = entry.value_spans["joint" if entry.get("joint") else "parent"]
+        joints = Map(made.span)
+        joints.put(name, joint, named, named)
+        for other, below in have.items():
+            joints.put(other, below, have.key_spans[other], have.value_spans[other])
+        made.put("joints", joints, made.span, made.span)
+        return made
+
+    def settle(self, tree: Map) -> None:
+        """Give the MJCF outputs of a description the settings of the simulation of the included robots.
+
+        What an output defines itself is kept; of two includes the first decides. What is lost is reported.
+        """
+        outputs = tree["outputs"] if isinstance(tree.get("outputs"), Map) else {}
+        names = [name for name, one in outputs.items() if isinstance(one, Map) and backend_of(name, one) == _MJCF]
+        for include, robot in self.included if names else ():
+            entry, span = include.entry, include.entry.span
+            settings = (robot.get("outputs") or {}).get(_MJCF) or {}
+            is_only = len(self.included) == 1
+            lost: list[str] = []
+            tree["outputs"] = outputs = copy(tree["outputs"])
+            for name in names:
+                output = outputs[name] = copy(outputs[name])
+                options = copy(output["option"]) if isinstance(output.get("option"), Map) else Map(output.span)
+                for key, value in (settings.get("option") or {}).items():
+                    if (key, value) != _DEFAULT:
+                        options.setdefault_at(key, value, span)
+                        lost += [] if options[key] == value else [f"{key} {value}"]
+                if options:
+                    output.put("option", options, span, span)
+                if settings.get("contacts") and is_only and _moving_joints(tree) <= _moving_joints(robot):
+                    output.setdefault_at("contacts", settings["contacts"], span)
+                if settings.get("base") == "free" and entry.get("parent") is None:
+                    output.setdefault_at("base", "free", span)
+                    if output["base"] != "free":
+                        lost.append("a free base")
+                    elif "root" in robot and is_only:
+                        tree.setdefault_at("root", robot["root"], span)
+            if lost:
+                file = Path(entry["file"]).name
+                message = f"settings of {file} that the MJCF does not take over: {first_of(lost, _FEW)}"
+                help = "the output or another include has others: decide in the output"
+                self._warn("include-settings", message, entry.value_spans["file"], help, include)
+
+
+def _moving_joints(tree: Map) -> int:
+    joints = (tree.get("joints") or {}).values()
+    return sum(isinstance(joint, Map) and joint.get("type") != "fixed" for joint in joints)
 
 
 def _size(node: Any) -> int:
-    """Return how many values a piece of a tree holds, itself included."""
     items = node.values() if isinstance(node, Map) else node if isinstance(node, list) else ()
     return 1 + sum(map(_size, items))
 
 
-def root_of(tree: Map) -> str:
-    """Return the root link of a robot: what is read as one has a single root."""
-    children = {joint["child"] for joint in (tree.get("joints") or {}).values()}
-    return next(str(name) for name in tree["links"] if name not in children)
-
-
-def free_name(root: str, tree: Map) -> str:
-    """Return a name for the joint above a root that no joint of the robot has."""
-    taken = tree.get("joints") or ()
-    name = f"{root}_joint"
-    while name in taken:
-        name = name.removesuffix("_joint") + "_mount_joint"
-    return name
-
-
-def joint_above(root: str, entry: Map, via: Instance | None) -> Map:
-    """Return the joint that attaches a root: what the include says of it, at its places."""
-    span = entry.value_spans["parent"]
-    made = Map(span, via)
-    made.put("type", "fixed", span, span)
-    made.put("child", root, span, span)
-    for key in ("parent", "xyz", "rpy", "publisher"):
-        if entry.get(key) is not None:
-            made.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
-    return made
-
-
-_OF_FILE = ("file", "package", "packages", "args", "lenient", "trust")
-KEYS = (*_OF_FILE, "prefix", "meshes", "parent", "xyz", "rpy", "joint", "publisher", "source", "for", "if")
-_TEXTS = ("file", "package", "prefix", "meshes", "parent", "joint")
-_PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name can begin with
-
-
-def check_include(entry: Map, scope: Scope) -> None:
-    """Report keys and kinds of values that an include cannot have. Raises Failed after that."""
-    wrong = 0
-    for key in entry:
-        if key not in KEYS:
-            place = Place(entry.key_spans[key], scope.via or entry.via)
-            scope.report("unknown-key", f'an include has no key "{key}"', place, did_you_mean(key, KEYS))
-            wrong += 1
-    kinds: list[tuple[str, type, str]] = [(key, str, "text") for key in _TEXTS]
-    kinds += [("args", Map, "a mapping"), ("packages", Map, "a mapping")]
-    kinds += [(key, bool, "true or false") for key in ("lenient", "trust")]
-    for key, wanted, word in kinds:
-        value = entry.get(key)
-        if not isinstance(value, wanted) and (value is not None or key == "file"):
-            message = f"{key} of an include is {word}, not {kind(value)}"
-            missing = f"an include needs {key}, the name of the robot's file"
-            scope.report("wrong-type", message if key in entry else missing, place_of(entry, key, scope))
-            wrong += 1
+def _check_include(entry: Map, scope: Scope) -> None:
+    """Report keys and values that an include of a robot cannot have. Raises Failed after that."""
+    good = check_include(entry, scope, _KINDS, _KEYS)
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
         help = "no markup, no quotes; spaces only within"
-        scope.report("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
-        wrong += 1
-    elif hides_letters("prefix", entry, scope):
-        wrong += 1
-    for name, folder in (entry.get("packages") or {}).items() if not wrong else ():
-        if not isinstance(folder, str):
-            place = place_of(entry["packages"], name, scope)
-            scope.report("wrong-type", f"a package is a folder: text, not {kind(folder)}", place)
-            wrong += 1
-    if wrong:
+        raise scope.failed("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
+    if hides_letters("prefix", entry, scope) or not good:
         raise Failed
 
 
-def place_of(entry: Map, key: str, scope: Scope) -> Place:
-    """Return where the value of a key stands; of one that is missing, where the whole stands."""
-    return Place(entry.value_spans.get(key, entry.span), scope.via or entry.via)
+def _argument(values: Map, name: str, scope: Scope) -> str:
+    """Return an argument as a xacro takes it: text; a quantity in SI units."""
+    value = values[name]
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (str, int, float)):
+        return str(FUNCTIONS["str"](value))
+    message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(value)}'
+    raise scope.failed("bad-argument", message, place_of(values, name, scope))
 
 
-def kind(value: Any) -> str:
-    """Return in words what kind of value this is."""
-    if isinstance(value, (Map, list)):
-        return "a mapping" if isinstance(value, Map) else "a list"
-    return "empty" if value is None else kind_of(value)
+def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
+    """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here.
+
+    Also return the names that were changed in elements for the URDF, each with how often.
+    """
+    fragment = Map(tree.span, via)
+    for key, value in tree.items():
+        if key not in sections() or not sections()[key].whole:
+            fragment.put(key, value, tree.key_spans[key], tree.value_spans[key])
+    names = SymbolTable(fragment).names()
+    things, materials = names.among(THINGS), fragment.get("materials") or ()
+    changed: Counter[str] = Counter()
+
+    def with_prefix(name: str) -> str:
+        changed[name] += 1
+        return prefix + name
+
+    def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) -> Iterator[Reference]:
+        tag, above = tags[-1], tags[-2] if len(tags) > 1 else "robot"
+        for attribute, value in attributes.items():
+            is_name = value in things and not (attribute == "name" and tag in _WORDS_OF_OTHERS)
+            if attribute == "name" and tag == "material":
+                is_name = value in materials
+            is_name |= attribute == "name" and (above, tag) in _UNIQUE
+            if value and is_name and not _is_no_name(attribute):
+                yield Reference(value, "", attribute, "")
+        if text in things and not _is_no_name(tag):
+            yield Reference(text, "", "", "")
+
+    def elements(text: str) -> str:
+        return Text(renamed(text, with_prefix, references)) if prefix else text
+
+    made = placed(fragment, Use(prefix), names, elements)
+    if prefix and isinstance(made.get("materials"), Map):
+        renamed_materials = Map(made["materials"].span, made["materials"].via)
+        for name, entry in made["materials"].items():
+            spans = made["materials"].key_spans[name], made["materials"].value_spans[name]
+            renamed_materials.put(prefix + name, entry, *spans)
+        made["materials"] = renamed_materials
+    if prefix and isinstance(made.get("accept"), Seq):
+        made["accept"] = _accepted(made["accept"], lambda name: prefix + name if name in things else name)
+    return made, changed
+
+
+def _is_no_name(word: str) -> bool:
+    """Return True for an element or attribute that never contains the name of a link or joint."""
+    return any(part in word.lower() for part in _NO_NAMES)
+
+
+def _accepted(entries: Seq, rename: Callable[[str], str]) -> Seq:
+    """Return the entries of ``accept`` with new names; a frame with a prefix is no longer one of the world."""
+    made = Seq(entries.span, entries.via)
+    for entry, span in zip(entries, entries.value_spans, strict=True):
+        if entry["rule"] != "owns-world-frame":
+            names = {"of": map_items(entry["of"], rename)} if "of" in entry else {}
+            made.put(entry.like(names), span)
+    return made
+
+
+def map_files(tree: Map, rename: Callable[[str], str]) -> Map:
+    """Return the tree of a robot in which each name of a mesh or texture file is what ``rename`` makes of it."""
+    made = tree.copied()
+    for key, value in tree.items():
+        if key != "outputs":  # those are files too, of another kind
+            made[key] = _mapped(value, rename, key)
+    return made
+
+
+def relative_files(tree: Map) -> list[str]:
+    """Return the relative names of mesh and texture files in the tree of a robot, each once."""
+    names: dict[str, str] = {}
+    map_files(tree, lambda name: names.setdefault(name, name))
+    return [name for name in names if not _ABSOLUTE.match(name)]
+
+
+def move_files(tree: Map, folder: str) -> Map:
+    """Return the tree of a robot with ``folder`` before the relative names of mesh and texture files."""
+    before = f"{folder.rstrip('/')}/"
+    return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else before + name)
+
+
+def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:
+    if isinstance(node, Map):
+        made = node.copied()
+        for name, value in node.items():
+            # In a section mjcf, they are names of textures.
+            is_file = key != "mjcf" and name in ("file", "texture") and isinstance(value, str)
+            made[name] = rename(value) if is_file else _mapped(value, rename, name)
+        return made
+    if isinstance(node, Seq):
+        return map_items(node, lambda item: _mapped(item, rename, key))
+    return with_files(node, rename) if key == OF_MJCF and isinstance(node, str) else node

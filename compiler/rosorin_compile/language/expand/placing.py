@@ -1,63 +1,97 @@
-"""Placing: what a part holds gets its prefix, is mirrored, and is attached to its frame.
+"""Placing: what a part contains gets its prefix, is mirrored, and is attached to its frame.
 
-A part speaks of its own links and joints by their short names, and of the frame that it is attached to as ``mount``.
-What of a value is a name, turns in a mirror or sits on the mount is said by the schema (``annotations``).
+A part refers to its own links and joints by their short names, and to the frame that it is attached to as ``mount``.
+The schema says which values are names, are mirrored or are attached (``annotations``). For a reflection S, a pose
+becomes R' = S R S and p' = S p.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
-from rosorin_compile.model import Pose, Transform
+from rosorin_compile.language.element_names import renamed
+from rosorin_compile.model import Pose
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.tree import Instance, Kept, Map, Seq
-from rosorin_compile.source.units import ANGLE, LENGTH
-from rosorin_compile.source.xml.mujoco import with_names
-from rosorin_compile.source.xml.references import renamed
+from rosorin_compile.source.units import ANGLE, LENGTH, Dimension, Quantity
 
 from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node
-from ..schema import holds_many, is_one_entry, keys_of_xml, sections
-from ..symbols import MOUNT, Names, SymbolTable
-from .forms import KEPT
-from .mirroring import AXES, MIRRORED, is_vector, listed, side
+from ..element_names import with_names
+from ..schema import holds_many, is_one_entry, sections
+from ..symbols import IN_MJCF, IN_PARAMETERS, IN_URDF, MOUNT, Names, SymbolTable
 
 Rename = Callable[[str], str]
 
 
-def placed(
-    fragment: Map,
-    prefix: str,
-    parent: str | None,
-    xyz: Any,
-    rpy: Any,
-    mirror: str | None,
-    kept: bool = True,
-    names: Names | None = None,
-) -> Map:
-    """Return a fragment with prefixed names, attached to ``parent`` at ``xyz`` and ``rpy`` (metres, radians).
+AXES = {"x": 0, "y": 1, "z": 2}
+# What the sides of a base become that is mirrored across x, y or z.
+_SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
 
-    ``mirror`` reflects what the fragment holds at the plane across x, y or z of the mount. Unless ``kept`` is false,
-    links and joints get their names in elements for the URDF, too. ``names`` are those of the fragment, where they are
-    known already.
+
+class Use(NamedTuple):
+    """How a fragment becomes part of a robot: its prefix, the frame it is attached to, with a pose, and a mirror.
+
+    ``xyz`` and ``rpy`` are in metres and radians; ``mirror`` reflects at the plane across x, y or z of the mount.
     """
-    axis = None if mirror is None else AXES[mirror]
-    placer = _Placer(names or SymbolTable(fragment).names(), prefix, parent, (xyz, rpy), axis, kept, fragment.via)
-    made = Map(fragment.span, fragment.via)
+
+    prefix: str
+    parent: str | None = None
+    xyz: Any = None
+    rpy: Any = None
+    mirror: str | None = None
+
+
+def placed(fragment: Map, use: Use, names: Names | None = None, elements: Rename | None = None) -> Map:
+    """Return a fragment with prefixed names, mirrored and attached.
+
+    ``names`` are those of the fragment, if they are known. ``elements`` renames in elements for the URDF; by default
+    links and joints get their names there.
+    """
+    placer = _Placer(names or SymbolTable(fragment).names(), use, elements)
+    made = fragment.copied()
     for section, value in fragment.items():
         node = sections().get(section)
-        changed = placer.section(section, node, value) if value and node is not None and node.in_parts else value
-        made.put(section, changed, fragment.key_spans[section], fragment.value_spans[section])
+        if value and node is not None and node.in_parts:
+            made[section] = placer.value(node, _tagged(section, value, fragment.via))
     return made
 
 
-def each(section: Any, change: Callable[[Any], Any]) -> Any:
-    """Return a mapping or a list with each entry changed."""
+def _tagged(section: str, value: Any, via: Instance | None) -> Any:
+    """Return a section whose entries know the part that made them, even those that the part has as written."""
+
+    def tag(entry: Any) -> Any:
+        own = getattr(entry, "via", None)
+        if via is None or (own is not None and own.made):
+            return entry
+        if isinstance(entry, str):
+            return Kept(entry, via)
+        if isinstance(entry, Seq):
+            entry = map_items(entry, lambda item: item)
+            entry.via = via
+            return entry
+        return entry.by(via) if isinstance(entry, Map) else entry
+
+    if holds_many(section) and isinstance(value, Map):
+        # Its tables and lists of entries, not its settings.
+        entries = {key: map_items(item, tag) for key, item in value.items() if _has_entries(section, key, item)}
+        return tag(value.like(entries))
+    return tag(value) if is_one_entry(section) else map_items(value, tag) if isinstance(value, (Map, Seq)) else value
+
+
+def _has_entries(section: str, key: str, value: Any) -> bool:
+    node = sections()[section].at(key)
+    return isinstance(value, Seq) or (isinstance(value, Map) and node is not None and node.keys is not None)
+
+
+def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
+    """Return a mapping or a list with each value changed."""
     if isinstance(section, Map):
         return _table(section, lambda name: name, change)
     made = Seq(section.span, section.via)
-    for entry, span in zip(section, section.value_spans, strict=True):
-        made.put(change(entry), span)
+    made.extend(map(change, section))
+    made.value_spans.extend(section.value_spans)
     return made
 
 
@@ -69,27 +103,8 @@ def _table(table: Map, rename: Rename, change: Callable[[Any], Any]) -> Map:
     return made
 
 
-def _made_by(entry: Any, via: Instance | None, before: Any) -> Any:
-    """Return an entry that knows the part that made it, even where the part took it over as it was written.
-
-    It was ``before`` what it is now; if that is another one, it is new.
-    """
-    if via is None or not isinstance(entry, Map) or (entry.via is not None and entry.via.made):
-        return entry
-    if entry is before:
-        return entry.by(via)
-    entry.via = via
-    return entry
-
-
-def _by(text: Any, via: Instance | None) -> Any:
-    """Return elements of XML that know the part that made them."""
-    known = text.via if isinstance(text, Kept) else None
-    return text if not isinstance(text, str) or (known is not None and known.made) else Kept(text, via)
-
-
-def changed_text(text: Any, change: Rename) -> Any:
-    """Return elements of XML after a change, which know still what made them."""
+def _renamed_text(text: Any, change: Rename) -> Any:
+    """Return elements of XML after a change, which still know the part that made them."""
     made = change(text) if isinstance(text, str) else text
     if made == text:
         return text
@@ -105,80 +120,22 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
         if key in entry:
             made[key] = value
         elif value is not None:
-            span = getattr(value, "span", entry.span)
-            made.put(key, value, span, span)
+            made.setdefault_at(key, value, getattr(value, "span", entry.span))
     return made
 
 
 class _Placer:
-    """Takes what stands at a place of a part, and returns it renamed, mirrored and attached, as the schema says."""
+    """Renames, mirrors and attaches the values of one part, as the schema says."""
 
-    def __init__(
-        self,
-        names: Names,
-        prefix: str,
-        parent: str | None,
-        mount: tuple[Any, Any],
-        mirror: int | None,
-        kept: bool,
-        via: Instance | None,
-    ) -> None:
-        self.names = names
-        self.prefix, self.parent, self.mount = prefix, parent, mount
-        self.mirror, self.kept, self.via = mirror, kept, via
+    def __init__(self, names: Names, use: Use, elements: Rename | None) -> None:
+        self.names, self.use, self.elements = names, use, elements
+        self.mirror = None if use.mirror is None else AXES[use.mirror]
         self.active = {kind for kind, some in names.of.items() if some} | {"link", GIVES}
         self.active |= {INSIDE} if names.inside else set()
-        self.active |= {MIRROR} if mirror is not None else set()
+        self.active |= {MIRROR} if self.mirror is not None else set()
 
-    def section(self, section: str, node: Node, value: Any) -> Any:
-        """Return a section of the part; its entries know the part that made them."""
-        if holds_many(section):
-            return _made_by(self._with_many(node, value), self.via, value)
-        if is_one_entry(section):
-            return _made_by(self.placed(node, value), self.via, value)
-        if section in keys_of_xml():
-            if section == KEPT and not self.kept:
-                return value
-            return each(self.placed(node, value), lambda text: _by(text, self.via))
-        return self._entries(node, value, self._entry_made)
-
-    def _entries(self, node: Node, value: Any, made: Callable[[Any, Any], Any]) -> Any:
-        """Return entries by name, or a list of them, each of which knows the part that made it."""
-
-        def entry(below: Node | None, one: Any) -> Any:
-            return made(one if below is None else self.placed(below, one), one)
-
-        if isinstance(value, Map):
-            return _table(value, lambda name: self._key(node, name), lambda one: entry(node.others, one))
-        return each(value, lambda one: entry(node.items, one)) if isinstance(value, Seq) else value
-
-    def _with_many(self, node: Node, entry: Any) -> Any:
-        """Return an entry that several parts add to: what each adds knows it."""
-        if not isinstance(entry, Map):
-            return entry
-        changes = {}
-        for key, value in entry.items():
-            below = node.at(key)
-            many = isinstance(value, Seq) or (isinstance(value, Map) and below is not None and below.keys is not None)
-            if below is not None and many:
-                changes[key] = self._entries(below, value, self._made)
-        return _with(entry, changes)
-
-    def _entry_made(self, entry: Any, before: Any) -> Any:
-        return _made_by(entry, self.via, before)
-
-    def _made(self, item: Any, before: Any) -> Any:
-        """Return an item of what others are joined to: it knows the part that made it."""
-        if isinstance(item, str):
-            return Kept(item, self.via)
-        if isinstance(item, Seq):
-            made = each(item, lambda one: one)
-            made.via = self.via
-            return made
-        return _made_by(item, self.via, before)
-
-    def placed(self, node: Node, value: Any) -> Any:
-        """Return what stands at a place of the schema."""
+    def value(self, node: Node, value: Any) -> Any:
+        """Return the value at a place of the schema."""
         if self.active.isdisjoint(node.of):
             return value
         if node.inside:
@@ -189,15 +146,14 @@ class _Placer:
             return self._mapping(node, value)
         if isinstance(value, Seq) and node.items is not None:
             items = node.items
-            return each(value, lambda one: self.placed(items, one))
+            return map_items(value, lambda item: self.value(items, item))
         return value
 
     def _text(self, node: Node, name: str) -> str:
-        """Return a text, which the schema may call a name."""
         if node.scope == WORLD:
             return self.rename(node.gives, name)
         if node.gives and not node.scope:
-            return self.prefix + name
+            return self.use.prefix + name
         return self.rename(node.names, name) if node.names and not node.scope else name
 
     def _key(self, node: Node, name: str) -> str:
@@ -213,71 +169,62 @@ class _Placer:
         for key, value in entry.items():
             below = node.at(key)
             if below is not None and not self.active.isdisjoint(below.of):
-                changes[key] = self.placed(below, value)
-                if below.attached and value == MOUNT and self.mount != (None, None):
+                changes[key] = self.value(below, value)
+                if below.attached and value == MOUNT and (self.use.xyz, self.use.rpy) != (None, None):
                     changes |= self._mounted(entry, changes, below.attached)
         changed = _with(entry, changes)
         if node.keys is None and "sides" not in node.mirror:
             return changed
-        return _table(changed, lambda name: self._key(node, name), lambda one: one)
+        return _table(changed, lambda name: self._key(node, name), lambda value: value)
 
     def rename(self, kind: str, name: str) -> str:
-        """Return what something of a kind is called outside of the part."""
+        """Return the name outside of the part of something of a kind."""
         if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.of.get("link", ()):
-            return name if self.parent is None else self.parent
-        return self.prefix + name if self.names.gives(kind, name) else name
+            return name if self.use.parent is None else self.use.parent
+        return self.use.prefix + name if self.names.gives(kind, name) else name
 
     def _mounted(self, entry: Map, changes: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
-        """Return the pose of an entry on the mount, and directions in it, seen from the frame of the part's use."""
+        """Return the pose of an entry on the mount, and directions in it, seen from the parent of the use."""
         own = {key: changes.get(key, entry.get(key)) for key in ("xyz", "rpy", *keys)}
-        xyz, rpy = self.mount
+        xyz, rpy = self.use.xyz, self.use.rpy
         directions = [key for key in keys if key not in ("xyz", "rpy") and own[key] is not None]
         if own["xyz"] is None and own["rpy"] is None and not directions:
             return {key: value for key, value in (("xyz", xyz), ("rpy", rpy)) if key in keys}
-        lengths, angles = (xyz, own["xyz"]), (rpy, own["rpy"])
-        vectors = [*((v, LENGTH) for v in lengths), *((v, ANGLE) for v in angles)]
-        if not all(is_vector(v, d) for v, d in vectors) or not all(is_vector(own[key]) for key in directions):
-            return {}  # what is wrong is still there to be reported
-        outer: Transform = Pose(_vector(xyz), _vector(rpy)).transform()
+        good = all(is_vector(value, LENGTH) for value in (xyz, own["xyz"]))
+        good &= all(is_vector(value, ANGLE) for value in (rpy, own["rpy"]))
+        if not good or not all(is_vector(own[key]) for key in directions):
+            return {}  # validation reports what is wrong
+        outer = Pose(_vector(xyz), _vector(rpy)).transform()
         pose = pose_of(outer.then(Pose(_vector(own["xyz"]), _vector(own["rpy"])).transform()))
         made = {"xyz": listed(pose.xyz, entry), "rpy": listed(pose.rpy, entry)}
         made |= {key: listed(outer.rotate(_vector(own[key])), own[key]) for key in directions}
         return {key: value for key, value in made.items() if key in keys}
 
     def _inside(self, how: str, value: Any) -> Any:
-        """Return a value that holds names in a form of its own, with the new ones."""
+        """Return a value of another language in which names are renamed."""
         if how == "parameters":
             return self._parameters(value)
         if how == "urdf":
-            names = self.names.in_urdf
-            return (
-                changed_text(value, lambda text: renamed(text, self._among(names.__contains__))) if self.kept else value
-            )
+            rename = self._among(self.names.among(IN_URDF).__contains__)
+            return _renamed_text(value, self.elements or (lambda text: renamed(text, rename)))
         if how in ("mjcf", "mjcf_body"):
-            names = self.names.in_mjcf
-
-            def is_known(name: str) -> bool:
-                return name in names or self.names.makes(name)
-
-            return changed_text(value, lambda text: with_names(text, how == "mjcf", self._among(is_known)))
+            names = self.names.among(IN_MJCF)
+            rename = self._among(lambda name: name in names or self.names.makes(name))
+            return _renamed_text(value, lambda text: with_names(text, how == "mjcf", rename))
         return value
 
-    def _among(self, ours: Callable[[str], bool]) -> Rename:
-        """Return what renames the names that are those of the part, and the mount."""
-
-        def rename(name: str) -> str:
-            return self.prefix + name if ours(name) else self.rename("link", name)
-
-        return rename
+    def _among(self, is_own: Callable[[str], bool]) -> Rename:
+        """Return a function that renames names of the part, and the mount."""
+        return lambda name: self.use.prefix + name if is_own(name) else self.rename("link", name)
 
     def _parameters(self, value: Any) -> Any:
-        """Return parameters of a controller in which joints, frames, sensors and controllers have the new names."""
-        rename = self._among(self.names.in_parameters.__contains__)
+        """Return parameters of a controller in which joints, frames, sensors and controllers are renamed."""
+        rename = self._among(self.names.among(IN_PARAMETERS).__contains__)
         if isinstance(value, str):
             name, slash, rest = value.partition("/")  # an interface: joint1/position
             return rename(name) + slash + rest
         if isinstance(value, Seq):
-            return each(value, self._parameters)
+            return map_items(value, self._parameters)
         if isinstance(value, Map):
             return _table(value, lambda key: ".".join(map(rename, key.split("."))), self._parameters)
         return value
@@ -286,3 +233,134 @@ class _Placer:
 def _vector(value: Any) -> tuple[float, float, float]:
     x, y, z = value if value is not None else (0.0, 0.0, 0.0)
     return (float(x), float(y), float(z))
+
+
+# Mirrors: each function takes a mapping and the index of the axis, and returns the values that change.
+
+
+def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[Map, int], dict[str, Any]]:
+    """Return a function that reflects the points and directions, and the rotations, under some keys."""
+
+    def changes(entry: Map, axis: int) -> dict[str, Any]:
+        found = {key: entry[key] for key in (*polar, *axial) if entry.get(key) is not None and is_vector(entry[key])}
+        return {key: listed(_reflected(values, axis, key in axial), values) for key, values in found.items()}
+
+    return changes
+
+
+def _axis(joint: Map, axis: int) -> dict[str, Any]:
+    # What has no type is no joint; its axis is one to turn about.
+    values = joint.get("axis")
+    kind = joint.get("type", "revolute" if values is not None else "")
+    if kind not in ("revolute", "continuous", "prismatic", "planar") or not is_vector(values):
+        return {}
+    values = listed((1, 0, 0), joint) if values is None else values
+    return {"axis": listed(_reflected(values, axis, kind != "prismatic"), values)}
+
+
+def _grid(grid: Map, axis: int) -> dict[str, Any]:
+    """Reverse the order of the cells of a height map along x or y.
+
+    Along z the heights change sign, which a rule reports: a map counts them up from z = 0.
+    """
+    heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
+    if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
+        return {}
+    if not isinstance(origin, Seq) or len(origin) != 2 or not all(map(is_number, (*origin, cell))):
+        return {}
+    if axis == AXES["z"]:
+        negative = [listed([_negative(v) if is_number(v) else v for v in row], row) for row in heights]
+        return {"heights": listed(negative, heights)}
+    count = len(heights) if axis == AXES["x"] else len(heights[0])
+    high = float(origin[axis]) + count * float(cell or 0)
+    changes: dict[str, Any] = {"origin": listed([-high if i == axis else v for i, v in enumerate(origin)], origin)}
+    for key in ("heights", "bottom"):
+        rows = grid.get(key)
+        if isinstance(rows, Seq) and all(isinstance(row, Seq) for row in rows):
+            lines = rows[::-1] if axis == AXES["x"] else [listed(row[::-1], row) for row in rows]
+            changes[key] = listed(lines, rows)
+    return changes
+
+
+def _inertia(moments: Map, axis: int) -> dict[str, Any]:
+    keys = [key for key in ("ixy", "ixz", "iyz") if "xyz"[axis] in key[1:]]
+    return {key: _negative(moments[key]) for key in keys if is_number(moments.get(key))}
+
+
+def _bounds(box: Map, axis: int) -> dict[str, Any]:
+    if not all(box.get(key) and is_vector(box[key]) for key in ("min", "max")):
+        return {}
+    low, high = list(box["min"]), list(box["max"])
+    low[axis], high[axis] = _negative(high[axis]), _negative(low[axis])
+    return {"min": listed(low, box["min"]), "max": listed(high, box["max"])}
+
+
+def _scale(mesh: Map, axis: int) -> dict[str, Any]:
+    values = mesh.get("scale") or listed((1, 1, 1), mesh)
+    return {"scale": listed(_reflected(values, axis, False), values)} if is_vector(values) else {}
+
+
+def _gear(actuator: Map, axis: int) -> dict[str, Any]:
+    """Reflect the gear of an actuator: of a ball a torque, of a site a force and a torque."""
+    gear = actuator.get("gear")
+    if not isinstance(gear, list) or len(gear) not in (3, 6) or not all(map(is_number, gear)):
+        return {}
+    return {"gear": listed([*_reflected(gear[:-3], axis, False), *_reflected(gear[-3:], axis, True)], gear)}
+
+
+# By the annotation ``x-mirror``, whose keys are ``annotations.MIRRORED_KEYS``.
+MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
+    "pose": _vectors(("xyz",), ("rpy",)),
+    "axis": _axis,
+    "direction": _vectors(("direction",)),
+    "dir": _vectors(("dir",)),
+    "at": _vectors(("at",)),
+    "grid": _grid,
+    "inertia": _inertia,
+    "bounds": _bounds,
+    "scale": _scale,
+    "gear": _gear,
+}
+
+
+def side(role: str, axis: int | None) -> str:
+    """Return the role of mirrored wheels: ``front_left`` across y is ``front_right``."""
+    swapped = _SIDES[axis] if axis is not None else {}
+    return "_".join(swapped.get(word, word) for word in role.split("_"))
+
+
+def is_number(value: Any, dimension: Dimension | None = None) -> bool:
+    """Return True for a number, of a dimension if one is requested; a bare number is of any."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    return dimension is None or not isinstance(value, Quantity) or value.dimension == dimension
+
+
+def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
+    """Return True for three finite numbers, of a dimension if one is requested, or None."""
+    if value is None:
+        return True
+    if not isinstance(value, list) or len(value) != 3:
+        return False
+    return all(is_number(v, dimension) and math.isfinite(v) for v in value)
+
+
+def listed(values: Iterable[Any], like: Any) -> Seq:
+    """Return a sequence of values with the places of another one, or the place of a mapping."""
+    made = Seq(like.span, like.via)
+    spans = getattr(like, "value_spans", None)
+    for index, value in enumerate(values):
+        made.put(value, spans[index] if isinstance(spans, list) and index < len(spans) else like.span)
+    return made
+
+
+def _reflected(values: Iterable[Any], axis: int, axial: bool) -> list[Any]:
+    """Return a reflected vector; that of a rotation (``axial``) changes its other components."""
+    return [_negative(v) if (i == axis) != axial else v for i, v in enumerate(values)]
+
+
+def _negative(value: float) -> float:
+    # A quantity stays one, and zero stays as it is.
+    if not value:
+        return value
+    return Quantity(-value, value.dimension, value.text) if isinstance(value, Quantity) else -value

@@ -11,14 +11,14 @@ from typing import Any, TypeVar
 
 from rosorin_compile.model import Edge, Inertial, Joint, Link, Publisher
 from rosorin_compile.model.servos import ServoGroup
-from rosorin_compile.source.diagnostics import Diagnostic, Related, error
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.source.tree import Map, Path, locate
 
+from ..expand.provenance import problem_at
 from ..expand.scope import Scope
-from ..expand.tracing import problem_at
 from ..suppressions import accepted, names_at
 
 T = TypeVar("T")
@@ -58,7 +58,7 @@ class Lowering:
         self._shared: dict[Hashable, Any] = {}
 
     def __call__(
-        self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = (), key: bool = False
+        self, rule: str, message: str, path: Path, help: Help = "", related: tuple[Related, ...] = (), key: bool = False
     ) -> None:
         """Report a problem at a path of the tree, or at the last key of the path."""
         diagnostic = problem_at(self.scope, self.tree, path, rule, message, help, related, key)

@@ -16,6 +16,7 @@ from rosorin_compile.model import Pose, Vector
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.link import NO_SOURCE, Source
 from rosorin_compile.model.simulation import Actuator, Attribute, Values
+from rosorin_compile.source.diagnostics import Help
 from rosorin_compile.source.tree import Path
 
 from ..schema import fragment_at
@@ -27,7 +28,7 @@ Convert = Callable[[Any], Any]
 class Problem(Protocol):
     """Reports a problem at a path of the tree, or at the last key of the path."""
 
-    def __call__(self, rule: str, message: str, path: Path, help: str = "", *, key: bool = False) -> None: ...
+    def __call__(self, rule: str, message: str, path: Path, help: Help = "", *, key: bool = False) -> None: ...
 
 
 def entries_of(tree: Mapping[str, Any], section: str) -> list[tuple[str, Any]]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.model.simulation import GENERAL, MOTOR, VELOCITY, Actuator, Attribute
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, Suggestion
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.elements import found_in
 
@@ -147,7 +147,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         path = ("outputs", output.name, "actuators", index)
         if name not in names:
             message = f'the robot has no actuator "{name}"'
-            yield case.problem("mjcf-actuators", message, path, did_you_mean(name, names))
+            yield case.problem("mjcf-actuators", message, path, Suggestion(name, names))
         elif name in seen:
             yield case.problem("mjcf-actuators", f'the actuator "{name}" is listed twice', path, "remove one")
         seen.add(name)

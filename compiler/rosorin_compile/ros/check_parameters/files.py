@@ -104,10 +104,9 @@ def read(source: Source) -> tuple[list[Section], list[Diagnostic]]:
     try:
         reader.document()
     except yaml.YAMLError as problem:
-        from rosorin_compile.source.load import LoadError
+        from rosorin_compile.source.yaml_mistakes import explained
 
-        told = LoadError.explained(source, problem).diagnostic
-        raise NoParameters(replace(told, rule="parameters-syntax")) from None
+        raise NoParameters(replace(explained(source, problem), rule="parameters-syntax")) from None
     return list(reader.sections.values()), reader.told
 
 

@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.ros.python_values import Unknown, constants, value
+from rosorin_compile.source.bounded import python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, error
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.markup import Document
+from rosorin_compile.source.xml.markup import parse
 
 RULES = (
     Rule(
@@ -94,7 +95,7 @@ class _Unreadable(Exception):
 def _python(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
 
     try:
-        tree = source.python()
+        tree = python_of(source.text)
     except (SyntaxError, ValueError) as problem:
         raise _Unreadable(f"not a Python file: {problem}") from None
     names = constants(tree)
@@ -157,7 +158,7 @@ def _xml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
     from rosorin_compile.source.xml.markup import MarkupError
 
     try:
-        root = Document.parse(source).root
+        root = parse(source).root
     except MarkupError as problem:
         raise _Unreadable(problem.diagnostic.message) from None
     found: list[Remap] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error, quoted
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import against_kind
@@ -144,5 +144,5 @@ def world_problem(node: Node, worlds: tuple[str, str]) -> Diagnostic | None:
     if not world.given or world.value is None or world.value in worlds:
         return None
     message = f'"world_frame" of {node.shown} is "{world.value}", neither its odom_frame nor its map_frame'
-    help = did_you_mean(str(world.value), worlds)
+    help = Suggestion(str(world.value), worlds)
     return error("parameters-wrong-value", f"{message}: it publishes nothing", world.span, help)

@@ -11,7 +11,7 @@ from typing import Any
 
 from rosorin_compile.model import Robot
 from rosorin_compile.ros.sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
-from rosorin_compile.source.diagnostics import WARNING, did_you_mean, listed, nearest, quoted
+from rosorin_compile.source.diagnostics import WARNING, Suggestion, listed, nearest, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import Finding
@@ -92,7 +92,7 @@ def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Fi
         there = {*frames, *_WORLD} if last == "odom_frame_id" else frames
         if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in there:
             message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
-            help = did_you_mean(value, there)
+            help = Suggestion(value, there)
             yield Finding("controller-name", message, key, help, unknown=value, known=there)
 
 
@@ -114,7 +114,7 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
             continue  # it stands behind a controller of the chain
         if one not in moving:
             what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
-            message, help = f'"{key}" of {name} names "{one}", {what}', did_you_mean(one, moving)
+            message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
             yield Finding("controller-name", message, key, help, unknown=one, known=moving)
 
 
@@ -174,8 +174,8 @@ def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) ->
     named = {one.name for block in robot.control for one in block.sensors}
     if isinstance(sensor, str) and sensor and sensor not in named:
         message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
-        help = did_you_mean(sensor, named) if named else f"in control: sensors: {{{sensor}: {{}}}}"
-        yield Finding("controller-interface", message, "sensor_name", help, WARNING)
+        suggestion = Suggestion(sensor, named, none=f"in control: sensors: {{{sensor}: {{}}}}")
+        yield Finding("controller-interface", message, "sensor_name", suggestion, WARNING)
 
 
 def _wanted(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[str], list[str]]]:

@@ -251,7 +251,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
     if found.known:
         from rosorin_compile.language.suggestions import name_meant
 
-        help = name_meant(case.tree, path, found.unknown, found.known)
+        help = partial(name_meant, case.tree, path, found.unknown, found.known)
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 
 

@@ -14,7 +14,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error, listed
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.derived import owned
@@ -102,8 +102,8 @@ def basics(robot: Robot, output: Output) -> tuple[Basics | None, list[Found]]:
     pose = output.options.get("pose")
     poses = {one.name: one.positions for one in robot.poses}
     if pose is not None and pose not in poses:
-        way_out = did_you_mean(pose, poses) or "the robot has no poses"
-        wrong.append(Found("nav2-pose", f'there is no pose "{pose}"', ("pose",), way_out))
+        suggestion = Suggestion(pose, poses, none="the robot has no poses")
+        wrong.append(Found("nav2-pose", f'there is no pose "{pose}"', ("pose",), suggestion))
     wrong += _sources(robot, output)
     if frames is None:
         return None, wrong
@@ -130,7 +130,7 @@ def _left_out(robot: Robot, base: str, pose: str, positions: Mapping[str, float]
 def _base(robot: Robot, base: str, frames: Frames) -> Iterator[Found]:
     path = ("base_frame",)
     if base not in robot.link:
-        yield Found("nav2-base", f'there is no frame "{base}" on the robot', path, did_you_mean(base, robot.frames))
+        yield Found("nav2-base", f'there is no frame "{base}" on the robot', path, Suggestion(base, robot.frames))
     elif robot.moves_between(base, frames.moved):
         message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
         yield Found("nav2-base", message, path, "name a frame that is fixed to it")
@@ -234,7 +234,7 @@ def _sources(robot: Robot, output: Output) -> Iterator[Found]:
     for name, source in (output.options.get("sources") or {}).items():
         sensor, path = sensors.get(source["sensor"]), ("sources", name, "sensor")
         if sensor is None:
-            way_out = did_you_mean(source["sensor"], sensors) or "the robot has no sensors"
+            way_out = Suggestion(source["sensor"], sensors, none="the robot has no sensors")
             yield Found("nav2-source", f'there is no sensor "{source["sensor"]}"', path, way_out)
         elif sensor.type not in _SEES:
             message = f'sensor "{sensor.name}" is {_article(sensor.type)}, which sees no obstacles for a costmap'

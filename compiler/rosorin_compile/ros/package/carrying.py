@@ -17,6 +17,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.launch_conditions import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.source.bounded import yaml_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error, first_of
 from rosorin_compile.source.files import read_bytes, resolve
 from rosorin_compile.source.project import Description, tool_folders
@@ -212,7 +213,7 @@ def _plain(written: str) -> str:
     if written[:1] not in ("'", '"'):
         return written
     try:
-        value = Source("", written).yaml()
+        value = yaml_of(written)
     except ValueError:  # it is shown shortened
         return written
     return value if isinstance(value, str) else written

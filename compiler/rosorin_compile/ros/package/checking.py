@@ -12,11 +12,11 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, digest, read_manifest
 from rosorin_compile.output.committed import Comparison
+from rosorin_compile.output.ros_packages import files_below, is_launch_file, package_of
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error, has_errors
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.ros_packages import files_below, is_launch_file, package_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import launch_files as static_check

@@ -11,10 +11,10 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import Robot
 from rosorin_compile.output import OutputError, PackageFolder, digest, open_package_folder
+from rosorin_compile.output.ros_packages import files_below
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
 from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.ros_packages import files_below
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import naming

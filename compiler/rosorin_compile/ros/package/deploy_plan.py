@@ -14,11 +14,11 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, digest, is_generated, kept_name
+from rosorin_compile.output.ros_packages import install_space, missing, package_of, share_folder, undeclared
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error
 from rosorin_compile.source.files import exists, is_file, read_bytes, read_text, resolve
-from rosorin_compile.source.ros_packages import install_space, missing, package_of, share_folder, undeclared
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError
+from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot
@@ -358,7 +358,7 @@ def told_before(target: Path, options: Options, sensors: Iterable[str]) -> Optio
     if STAMP not in text:
         return options
     try:
-        root = Document.parse(Source(str(manifest), text)).root
+        root = parse(Source(str(manifest), text)).root
     except MarkupError:
         return options
     elements = {child.tag: child for child in root.iter()}

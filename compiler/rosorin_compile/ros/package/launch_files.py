@@ -28,7 +28,7 @@ from rosorin_compile.ros.python_values import Unknown, constants, value
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.markup import Document
+from rosorin_compile.source.xml.markup import parse
 
 RULES = (
     Rule(
@@ -329,7 +329,7 @@ def _xml(name: str, text: str) -> Iterator[Call]:
     from rosorin_compile.source.xml.markup import MarkupError
 
     try:
-        root = Document.parse(Source(name, text)).root
+        root = parse(Source(name, text)).root
     except MarkupError as problem:
         raise Unreadable(f"not XML: {problem.diagnostic.message}") from None
     elements = list(root.iter())

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.bounded import yaml_of
 
 # What shows the messages of a sensor of a type: a class of rviz_default_plugins and the type of its messages.
 DISPLAYS: Mapping[str, str] = {
@@ -78,7 +78,7 @@ def topics_of(target: Path, sensors: set[str]) -> dict[str, str]:
     topics: dict[str, str] = {}
     for path in sorted(target.glob("rviz/*.rviz")):
         try:
-            view = Source(str(path), files.read_bytes(path).decode("utf-8", "replace")).yaml()
+            view = yaml_of(files.read_bytes(path).decode("utf-8", "replace"))
             for display in view["Visualization Manager"]["Displays"]:
                 topic = display.get("Topic", {}).get("Value")
                 if display.get("Name") in sensors and isinstance(topic, str) and topic:

@@ -11,7 +11,19 @@ from types import NoneType
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.distributions import title
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Related, Span, did_you_mean, listed, nearest
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    WARNING,
+    Diagnostic,
+    Help,
+    Related,
+    Span,
+    Suggestion,
+    diagnostic,
+    did_you_mean,
+    listed,
+    nearest,
+)
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .tables import Key, Kind, is_of_all_nodes
@@ -51,7 +63,7 @@ class Finding(NamedTuple):
     rule: str
     message: str
     key: str = ""
-    help: str = ""
+    help: Help = ""
     severity: str = ERROR
     at_key: bool = False
     unknown: str = ""
@@ -59,7 +71,7 @@ class Finding(NamedTuple):
 
     def at(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
         """Return it with its place."""
-        return Diagnostic(self.rule, self.severity, self.message, span, tuple(related), self.help)
+        return diagnostic(self.rule, self.severity, self.message, span, self.help, related)
 
 
 def against_kind(name: str, kind: Kind, values: Mapping[str, Any]) -> Iterator[Finding]:
@@ -131,7 +143,7 @@ def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Ite
     given = values.get(many)
     if isinstance(given, (list, tuple)) and one not in given:
         message = f'"{key}" of {name} is about "{one}", which is not in its {many}: nobody reads it'
-        yield Finding("parameters-unknown-key", message, key, did_you_mean(one, set(map(str, given))), at_key=True)
+        yield Finding("parameters-unknown-key", message, key, Suggestion(one, set(map(str, given))), at_key=True)
 
 
 def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:

@@ -13,7 +13,17 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error, listed, quoted, swaps
+from rosorin_compile.source.diagnostics import (
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Suggestion,
+    did_you_mean,
+    error,
+    listed,
+    quoted,
+    swaps,
+)
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.topics import drivers, is_of_nobody
@@ -157,7 +167,7 @@ def _sensor(robot: Robot, name: str, one: Mapping[str, Any]) -> Iterator[Found]:
         return
     sensor = next((sensor for sensor in robot.sensors if sensor.name == named), None)
     message = f'there is no sensor "{named}"' if sensor is None else f'sensor "{named}" is no IMU: it is {sensor.type}'
-    way_out = did_you_mean(named, known) or "the robot has no IMU"
+    way_out = Suggestion(named, known, none="the robot has no IMU")
     yield Found("filter-input", message, ("inputs", name, "sensor"), way_out)
 
 

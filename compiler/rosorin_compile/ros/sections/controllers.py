@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from rosorin_compile.language.lower.records import Problem, entries_of, record_of
@@ -66,7 +67,7 @@ def controller_names(case: Case) -> Iterator[Diagnostic]:
             if name and name not in known:
                 path: Path = ("controllers", one.name, key)
                 message = f'the controller "{one.name}" names the {word} "{name}", which there is not'
-                help = name_meant(case.tree, path, name, known) if known else f"the robot has no {word}"
+                help = partial(name_meant, case.tree, path, name, known) if known else f"the robot has no {word}"
                 yield case.problem("controller-name", message, path, help)
 
 

@@ -16,8 +16,6 @@ from rosorin_compile.formats.urdf.reading import (
     LENGTHS,
     PLAIN,
     Reading,
-    correction,
-    named,
     number_of,
     numbers,
 )
@@ -26,6 +24,7 @@ from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.source.diagnostics import Span, has_errors, nearest, quoted
 from rosorin_compile.source.tree import Map, Text
+from rosorin_compile.source.xml.describing import correction, named
 from rosorin_compile.source.xml.markup import Element
 
 from .matrix import ordered

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
 
@@ -74,17 +73,6 @@ def _value(text: str) -> str | float:
         return text if "_" in text else float(text) + 0.0
     except ValueError:
         return " ".join(text.split())
-
-
-def fragments(texts: Sequence[str]) -> Counter[str]:
-    """Count the elements of texts, each in one spelling; text that is not XML counts as its words."""
-    counts: Counter[str] = Counter()
-    for text in texts:
-        try:
-            counts.update(map(canonical, tree_of(f"<all>{text}</all>")))
-        except ValueError:
-            counts[" ".join(text.split())] += 1
-    return counts
 
 
 _NAMES = ("name", "class", "link", "joint", "body", "site")

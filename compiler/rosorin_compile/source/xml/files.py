@@ -6,10 +6,9 @@ import codecs
 import re
 from pathlib import Path
 
-from .. import files
 from ..diagnostics import Source, Span, error
 from ..files import shown
-from ..project import stdin_of
+from ..load import read_input
 from ..rule_registry import READING, Rule
 from ..wording import masked
 from .markup import Document, MarkupError
@@ -21,7 +20,6 @@ RULES = (
 
 
 MAX_BYTES = 100_000_000
-_NO_FILE = "check the name and the permissions"
 
 # https://www.w3.org/TR/xml/#sec-guessing; the longer marks first, then UTF-16 without a mark.
 _MARKS = (
@@ -46,21 +44,10 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
     """Return the text of a file; ``asked`` is the place that names it. Raises MarkupError with a clear message."""
     name = shown(path)
 
-    def refuse(rule: str, message: str, help: str = _NO_FILE) -> MarkupError:
+    def refuse(rule: str, message: str, help: str) -> MarkupError:
         return MarkupError(error(rule, message, asked, help))
 
-    data = stdin_of(path)
-    try:
-        if data is None and files.is_folder(path):
-            raise refuse("file-unreadable", f"{name} is a folder, not a file", "name the file of the robot in it")
-        if data is None and files.is_special(path):
-            raise refuse("file-unreadable", f"{name} is not a regular file")
-        if (path.stat().st_size if data is None else len(data)) > MAX_BYTES:
-            raise refuse("file-too-large", f"{name} is larger than {MAX_BYTES:,} bytes")
-        data = files.read_bytes(path) if data is None else data
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or str(problem)
-        raise refuse("file-unreadable", f"cannot read {name}: {reason}") from None
+    data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
         raise refuse("file-empty", f"{name} is empty", "is this the right file?")
     encoding, skip = _encoding(data, name)

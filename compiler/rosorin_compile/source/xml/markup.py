@@ -12,22 +12,12 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 from xml.parsers import expat
 
-from ..diagnostics import Diagnostic, Related, Source, Span, error
+from ..diagnostics import Diagnostic, Related, Source, SourceError, Span, error
 from ..rule_registry import READING, Rule
 
 RULES = (
-    Rule(
-        "xml-syntax",
-        "This is not XML.",
-        "Correct it as the message says; `--lenient` takes what readers of URDF pass over.",
-        READING,
-    ),
-    Rule(
-        "xml-doctype",
-        "The file has a document type, which can declare entities that grow without end or name other files.",
-        "Remove the `<!DOCTYPE ...>`.",
-        READING,
-    ),
+    Rule("xml-syntax", "This is not XML.", "Correct it; `--lenient` takes what readers of URDF ignore.", READING),
+    Rule("xml-doctype", "A document type can declare entities that grow without end.", "Remove it.", READING),
     Rule("xml-too-deep", "Elements are nested deeper than in any robot.", "Name the right file.", READING),
     Rule("xml-too-large", "There are more elements than in any robot.", "Name the right file.", READING),
 )
@@ -44,12 +34,7 @@ _ATTRIBUTE = re.compile(r"""\s+([^\s=]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _WORD = re.compile(r"[^ \t\r\n]+")
 
 
-class MarkupError(Exception):
-    """A text that is no XML, or XML that is not safe to read; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+MarkupError = SourceError  # a text that is not XML, or XML that is not safe to read
 
 
 class Word(NamedTuple):
@@ -170,11 +155,6 @@ class Document:
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
         self.origin: Callable[[int, int], Span] | None = None
-
-    @classmethod
-    def parse(cls, source: Source) -> Document:
-        """Return a text as XML. Raises MarkupError, which names the place."""
-        return parse(source)
 
     def span(self, start: int, length: int = 1) -> Span:
         """Return the place of the characters from an offset on; it ends with the line at the latest."""
@@ -304,6 +284,7 @@ RULE = "xml-syntax"
 
 _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "<": "tag"}
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
+_ENTITY = r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?"
 _ERRORS = expat.errors
 # What expat reports: the text at its place, if the place is that text alone, and the message with it, and the help.
 _REPORTS = {
@@ -334,7 +315,7 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
     elif is_unclosed and text.startswith("<", at):
         sign = next(sign for sign in _ENDS if text.startswith(sign, at))
         message, help, length, related = f"this {_ENDS[sign]} is not closed", "close it", len(sign), []
-    elif is_unclosed and open_element:
+    elif (is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS) and open_element:
         at = max(0, len(text.rstrip()) - 1)
         message, help = f"the file ends, but <{tag}> is not closed", f"add </{tag}>"
     elif is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any, TypeVar
 
 from rosorin_compile.language.lower.records import Problem, entries_of, plain, record_of
@@ -124,7 +125,7 @@ def control_names(case: Case) -> Iterator[Diagnostic]:
         if block.pose and block.pose not in poses:
             path: Path = ("control", block.name, "pose")
             message = f'{called} starts in pose "{block.pose}", which there is not'
-            help = name_meant(case.tree, path, block.pose, poses) or "the description has no poses"
+            help = partial(name_meant, case.tree, path, block.pose, poses) if poses else "the description has no poses"
             yield case.problem("control-pose", message, path, help)
         for one in block.transmissions:
             path = ("control", block.name, "transmissions", one.name)

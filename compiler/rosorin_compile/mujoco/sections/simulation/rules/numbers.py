@@ -7,7 +7,7 @@ from typing import Any
 
 from rosorin_compile.model.simulation import SHARED_LAYER
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, did_you_mean
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, counted, did_you_mean
 from rosorin_compile.source.rule_registry import Check, Heading, rule
 from rosorin_compile.source.tree import Path, at
 
@@ -144,7 +144,7 @@ def layers(case: Case) -> Iterator[Diagnostic]:
         if name not in listed:
             message = f'there is no layer "{name}" of contacts'
             yield case.problem(
-                "contact-layer", message, path, did_you_mean(name, set(listed), "add it to contact_layers")
+                "contact-layer", message, path, Suggestion(name, set(listed), "add it to contact_layers")
             )
     if not listed and len({*named, SHARED_LAYER}) > MOST_LAYERS:
         message = f"shapes name {len({*named, SHARED_LAYER})} layers of contacts: MuJoCo has bits for {MOST_LAYERS}"

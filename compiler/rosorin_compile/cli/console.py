@@ -16,10 +16,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from .diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic
-from .messages import gathered
-from .progress import Progress
-from .wording import and_more, counted, inert, printable
+from rosorin_compile.source import report
+from rosorin_compile.source.diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic
+from rosorin_compile.source.messages import gathered, worded
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.wording import and_more, counted, inert, printable
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
@@ -175,6 +176,8 @@ class Console:
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
         """Print diagnostics, or collect them; for people notes may only be counted, unless ``listed``."""
         self.severities.update(one.severity for one in diagnostics)
+        if self.keeps or not self.for_people:
+            diagnostics = worded(diagnostics)
         if self.quiet:
             stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
             diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
@@ -189,10 +192,8 @@ class Console:
             diagnostics = [one for one in diagnostics if one.severity != NOTE or one.rule in _LISTED]
         if not diagnostics:
             return
-        from . import report
-
         diagnostics = gathered(diagnostics, [WARNING, NOTE])
-        text = report.text(diagnostics[:MAX_SHOWN], colour())
+        text = report.text(worded(diagnostics[:MAX_SHOWN]), colour())
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
         if colour():
@@ -249,9 +250,9 @@ def print_document(form: str, consoles: Iterable[Console], collected: Sequence[D
 
         sys.stdout.write(document([section for console in consoles for section in console.sections]))
         return
-    from . import report
+    from .report_formats import FORMATS
 
-    sys.stdout.write(report.FORMATS[form](collected))
+    sys.stdout.write(FORMATS[form](collected))
 
 
 def colour() -> bool:

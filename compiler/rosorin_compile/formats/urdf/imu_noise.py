@@ -6,8 +6,9 @@ Up to 1.4 of SDF ``<imu>`` has ``<noise>`` with ``<rate>`` and ``<accel>``, and 
 
 from __future__ import annotations
 
-from ..diagnostics import Source
-from .escaping import escape
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.xml.escaping import escape
+from rosorin_compile.source.xml.markup import MarkupError, parse
 
 _OF_NOISE = ("mean", "stddev", "bias_mean", "bias_stddev")
 _MEASURED = {"rate": "angular_velocity", "accel": "linear_acceleration"}
@@ -17,8 +18,6 @@ def with_noise(text: str) -> str:
     """Return a sensor with the noise of an IMU at each axis."""
     if "<imu" not in text or "<noise" not in text:
         return text
-    from .markup import MarkupError, parse  # few robots have such elements
-
     try:
         root = parse(Source("", text)).root
     except MarkupError:  # more than one element: the rules found them well formed
@@ -35,8 +34,8 @@ def with_noise(text: str) -> str:
                 numbers = [
                     f"<{one.tag}>{escape(one.text)}</{one.tag}>" for one in child.children if one.tag in _OF_NOISE
                 ]
-                inner = f'<noise type="{escape(kind)}">{"".join(numbers)}</noise>'
-                lines += [f"<{what}>", *(f"  <{axis}>{inner}</{axis}>" for axis in "xyz"), f"</{what}>"]
+                noisy = f'<noise type="{escape(kind)}">{"".join(numbers)}</noise>'
+                lines += [f"<{what}>", *(f"  <{axis}>{noisy}</{axis}>" for axis in "xyz"), f"</{what}>"]
         before = text[: noise.start]
         indent = before.rpartition("\n")[2]
         is_alone = "\n" in before and not indent.strip()

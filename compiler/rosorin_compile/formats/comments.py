@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import Document, Element, Remark
 
-from ..imported import BEFORE, BESIDE, END, INSIDE, Comment
+from .imported import BEFORE, BESIDE, END, INSIDE, Comment
 
 _SHAPES = ("visual", "collision")
 

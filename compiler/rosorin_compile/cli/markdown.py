@@ -13,10 +13,11 @@ from functools import lru_cache
 from html import escape
 from typing import NamedTuple
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span
-from .messages import gathered
-from .report import from_workspace
-from .wording import counted, listed, plural, printable
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span
+from rosorin_compile.source.messages import gathered
+from rosorin_compile.source.wording import counted, listed, plural, printable
+
+from .report_formats import from_workspace
 
 MAX_BYTES = 60_000  # of UTF-8; leaves room for words around the document
 HEAD = "## Robots: "  # the beginning of each document

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from .files import exists, is_file, is_folder, read_text, resolve
+from rosorin_compile.source.files import exists, is_file, is_folder, read_text, resolve
 
 MAX_FILES = 50_000
 BUILT = ("build", "install", "log")  # colcon puts a file COLCON_IGNORE into each

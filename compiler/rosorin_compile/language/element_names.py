@@ -1,0 +1,232 @@
+"""Names in elements of XML: of links and joints in a URDF or an SRDF, and of everything in MJCF.
+
+Elements of MJCF are in a body of MuJoCo (``top`` is false), or are a section of the file, such as ``<tendon>``; their
+tags begin there.
+"""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import lru_cache
+from typing import NamedTuple
+
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.xml.elements import Found, found_in
+from rosorin_compile.source.xml.markup import TEXT, MarkupError, Remark, parse
+
+LINK, JOINT, EITHER, FRAME = "link", "joint", "link or joint", "frame"
+
+# Elements whose <link name> and <joint name> are links and joints of the robot: those of an SRDF and of ros2_control.
+REFERRING = (
+    *("chain", "disable_collisions", "disable_collision", "disable_default_collisions", "enable_collisions"),
+    *("end_effector", "group", "group_state", "passive_joint", "ros2_control", "transmission"),
+)
+# Attributes that name a link or a joint, whatever the element.
+_ATTRIBUTES = dict.fromkeys(("link", "link1", "link2", "base_link", "tip_link", "parent_link", "child_link"), LINK)
+_ATTRIBUTES |= dict.fromkeys(("joint", "joint1", "joint2"), JOINT)
+# The text of an element of a plug-in that says so is a name, if it is nearly one of the robot.
+_TEXTS = (
+    (r"(.*_)?joint|joint_?[nN]ame|.+Joint", JOINT),
+    (r"(.*_)?link|(link|body)_?[nN]ame|.+Link", LINK),
+    (r"(.*_)?frame(_id|_name)?|frame(Id|Name)|.+Frame(Id|Name)?", FRAME),
+)
+
+
+class Reference(NamedTuple):
+    """A name in the value of an attribute, or in the text of an element if ``attribute`` is empty.
+
+    ``where`` is the place in words. Without ``sure`` the text may be something else than a name.
+    """
+
+    name: str
+    kind: str
+    attribute: str
+    where: str
+    sure: bool = True
+
+
+def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) -> Iterator[Reference]:
+    """Yield the names in one element, given the ``tags`` that lead to it, its own last, its attributes and text."""
+    tag, top = tags[-1], tags[0]
+    for kind, attribute in _named(tags, attributes):
+        name = attributes.get(attribute, "").strip()
+        if _is_name(name):
+            inside = f" in <{top}>" if len(tags) > 1 else ""
+            yield Reference(name, kind, attribute, f"the {attribute} of <{tag}>{inside}", top != "mujoco")
+    if tag == "param" and attributes.get("name") == "mimic" and top == "ros2_control":
+        if _is_name(text):
+            yield Reference(text, JOINT, "", 'the param "mimic" in <ros2_control>')
+        return
+    kind = _kind_of_text(tag) if text else ""
+    if kind and _is_name(text):
+        yield Reference(text, kind, "", f"the text of <{tag}> in <{top}>", sure=False)
+
+
+Finder = Callable[[tuple[str, ...], Mapping[str, str], str], Iterator[Reference]]
+
+
+def named_in(text: str) -> Iterator[Reference]:
+    """Yield the names in some elements; none of what is no XML."""
+    for element in found_in(text):
+        yield from references(element.tags, element.attributes, element.text)
+
+
+def _named(tags: tuple[str, ...], attributes: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield the kind and the attribute of each name of a link or a joint."""
+    if tags == ("gazebo",):
+        yield EITHER, "reference"
+    if tags[0] in REFERRING and tags[-1] in ("link", "joint", "passive_joint"):
+        yield LINK if tags[-1] == "link" else JOINT, "name"
+    yield from ((_ATTRIBUTES[attribute], attribute) for attribute in attributes if attribute in _ATTRIBUTES)
+
+
+@lru_cache(maxsize=2_000)
+def _kind_of_text(tag: str) -> str:
+    return next((kind for form, kind in _TEXTS if re.fullmatch(form, tag)), "")
+
+
+def _is_name(text: str) -> bool:
+    """Return True if a text can be the name of a link or joint: one word, no number or flag, no xacro expression."""
+    if not re.fullmatch(r"[\w./-]+", text) or text.lower() in ("true", "false"):
+        return False
+    try:
+        float(text)
+    except ValueError:
+        return True
+    return False
+
+
+def renamed(text: str, rename: Callable[[str], str], references: Finder = references) -> str:
+    """Return elements in which each name that ``references`` yields is replaced by ``rename`` of it."""
+    before, after = "<robot>", "</robot>"
+    try:
+        document = parse(Source("", f"{before}{text}{after}"))
+    except MarkupError:  # the rules report it
+        return text
+    made = document.source.text
+    places: set[tuple[int, str, str]] = set()
+    tags_of: dict[int, tuple[str, ...]] = {id(document.root): ()}
+    for element in [*document.root.iter()][1:]:
+        tags = tags_of[id(element)] = (*tags_of[id(element.parent)], element.tag)
+        plain = {name: one.value for name, one in element.attributes.items() if one.raw == one.value}
+        only = element.content[0] if len(element.content) == 1 else None
+        inner = only if isinstance(only, Remark) and only.kind == TEXT else None
+        for found in references(tags, plain, inner.text.strip() if inner else ""):
+            name = rename(found.name)
+            start = element.attributes[found.attribute].start if found.attribute else inner.start if inner else -1
+            if name != found.name and start >= 0:
+                form = re.compile(rf"(?<![^\s\"'>]){re.escape(found.name)}(?![^\s\"'<])")
+                if there := form.search(made, start):
+                    places.add((there.start(), found.name, name))
+    for start, old, new in sorted(places, reverse=True):
+        made = made[:start] + new + made[start + len(old) :]
+    return made[len(before) : -len(after)]
+
+
+# --- MJCF ---
+
+BODY, SITE, GEOM, CAMERA, LIGHT = "body", "site", "geom", "camera", "light"
+TENDON, ACTUATOR, SENSOR, EQUALITY, KEY = "tendon", "actuator", "sensor", "equality", "key"
+CLASS, MATERIAL, TEXTURE, MESH, HEIGHTS = "class", "material", "texture", "mesh", "hfield"
+
+SECTIONS = (
+    *("actuator", "asset", "contact", "custom", "default", "deformable", "equality", "extension", "keyframe"),
+    *("option", "sensor", "size", "statistic", "tendon", "visual", "worldbody"),
+)
+"""The sections of a file that elements may be; ``<compiler>`` would apply to the whole file."""
+
+# Attributes that name something, whatever the element; with several names in some.
+_OF_MJCF: Mapping[str, str] = {
+    **dict.fromkeys(("joint", "joint1", "joint2", "jointinparent"), JOINT),
+    **dict.fromkeys(("body", "body1", "body2", "target", "subtree1", "subtree2", "node"), BODY),
+    **dict.fromkeys(("site", "site1", "site2", "sidesite", "refsite", "slidersite", "cranksite"), SITE),
+    **dict.fromkeys(("geom", "geom1", "geom2"), GEOM),
+    **dict.fromkeys(("tendon", "tendon1", "tendon2"), TENDON),
+    **dict.fromkeys(("class", "childclass"), CLASS),
+    **{kind: kind for kind in (CAMERA, ACTUATOR, MATERIAL, TEXTURE, MESH, HEIGHTS, "flex", "instance")},
+}
+# Sections of numbers, some of which are called as what elsewhere names something: <scale camera="0.1">.
+_OF_SETTINGS = ("option", "size", "statistic", "visual")
+_OF_MANY = ("flex", "flexcomp")  # elements whose attributes name several things, space between
+_KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", "text": "text", "tuple": "tuple"}
+# What the elements of a section are, where it is not said by their tag.
+_OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "tendon": TENDON}
+
+
+def kind_of(found: Found, top: bool) -> str:
+    """Return the kind of the name of an element; empty for an element without a name."""
+    tag, *around = reversed(found.tags)
+    if tag == "default":
+        return CLASS
+    if found.tags[0] == "default" and top:  # the elements of a class have no names
+        return ""
+    if not top or found.tags[0] == "worldbody":
+        return {"flexcomp": "flex", "freejoint": JOINT}.get(tag, tag)
+    if len(around) == 1:
+        return _OF_SECTION.get(around[0], tag)
+    return tag if tag == "instance" else ""
+
+
+def given(found: Found, top: bool) -> Iterator[Reference]:
+    """Yield the name that an element defines; with a file and no name it is that of the file, as in MuJoCo."""
+    kind = kind_of(found, top)
+    attribute = "class" if kind == CLASS else "name"
+    name = found.attributes.get(attribute, "").strip()
+    if kind and name:
+        yield Reference(name, kind, attribute, f"the {attribute} of <{found.tags[-1]}>")
+    elif kind in (MESH, HEIGHTS, TEXTURE) and found.attributes.get("file"):
+        stem = posixpath.splitext(posixpath.basename(found.attributes["file"]))[0]
+        yield Reference(stem, kind, "", f"the file of <{found.tags[-1]}>")
+
+
+def used(found: Found, top: bool) -> Iterator[Reference]:
+    """Yield the names in an element that refer to others."""
+    tag, attributes = found.tags[-1], found.attributes
+    if top and found.tags[0] in _OF_SETTINGS:
+        return
+    inside = f" in <{found.tags[0]}>" if len(found.tags) > 1 else ""
+    for attribute, value in attributes.items():
+        kind = _kind_of_name(attribute, attributes)
+        if not kind or (attribute == "class" and kind_of(found, top) == CLASS) or tag in ("attach", "config"):
+            continue
+        for name in value.split() if tag in _OF_MANY else [value.strip()]:
+            if name:
+                yield Reference(name, kind, attribute, f"the {attribute} of <{tag}>{inside}")
+
+
+def _kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
+    if attribute in ("objname", "refname"):
+        kind = attributes.get(f"{attribute[:3]}type", "")
+        return _KINDS.get(kind, kind)
+    return _OF_MJCF.get(attribute, "")
+
+
+_FILE = re.compile(r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')""")
+
+
+def files_in(text: str) -> list[str]:
+    """Return the files that some elements name: meshes, textures, height fields, skins."""
+    return [quoted[1:-1] for _, quoted in _FILE.findall(text) if quoted[1:-1].strip()]
+
+
+def with_files(text: str, rename: Callable[[str], str]) -> str:
+    """Return elements in which each file is replaced by ``rename`` of it."""
+
+    def one(found: re.Match[str]) -> str:
+        name, quote = found[2][1:-1], found[2][0]
+        return f"{found[1]}{quote}{rename(name) if name.strip() else name}{quote}"
+
+    return _FILE.sub(one, text)
+
+
+def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:
+    """Return elements in which each name, defined or used, is replaced by ``rename`` of it."""
+
+    def all_names(tags: tuple[str, ...], attributes: Mapping[str, str], _: str) -> Iterator[Reference]:
+        found = Found(tags, dict(attributes), "", 0)
+        yield from (one for one in given(found, top) if one.attribute)
+        yield from used(found, top)
+
+    return renamed(text, rename, all_names)

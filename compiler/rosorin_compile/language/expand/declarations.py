@@ -1,0 +1,413 @@
+"""Declarations: parameters (``args``, ``params``) with their checks, and the keys of parts, sensor types and ``use``.
+
+A parameter is a mapping with ``type``, ``default``, ``one_of``, ``min``, ``max`` and ``help``, all optional; anything
+that is no mapping is its default. The sections of a description are validated by the schema after the expansion, which
+does not see what is around them in parts: those keys and kinds are checked here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from rosorin_compile.source.diagnostics import Related, did_you_mean, error, nearest
+from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
+from rosorin_compile.source.tree import Map, Place, Seq
+from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, Dimension, Quantity, describe, in_si
+from rosorin_compile.source.wording import in_words, quoted, unseen
+
+from ..annotations import ENTRIES, ITEMS
+from ..expression import CHOICES, pieces
+from ..expression.functions import kind_of
+from ..schema import merged, of_parts, of_types, resolve, schema
+from ..suggestions import flag_meant, number_meant, text_meant_by, text_tails, word_meant
+from .expansion import Failed
+from .placing import AXES, is_number
+from .scope import Scope, key_place, value_place
+
+RULES = (
+    Rule("unknown-argument", "An argument is given that does not exist.", "Correct or declare it.", ARGUMENTS),
+    Rule(
+        "missing-argument",
+        "An argument without a default is not given.",
+        "Write `-a NAME=VALUE`, or `with`.",
+        ARGUMENTS,
+    ),
+    Rule("bad-argument", "An argument has a value that its declaration excludes.", "Correct the value.", ARGUMENTS),
+)
+
+KEYS = ("type", "default", "one_of", "help")
+TYPES: dict[str, tuple[type, ...]] = {
+    "any": (object,),
+    "text": (str,),
+    "boolean": (bool,),
+    "integer": (int,),
+    "number": (int, float),
+    "list": (list,),
+    "table": (dict,),
+}
+# A unit of each dimension that has one, to suggest what a text may mean.
+_SI = {"length": ["m"], "mass": ["kg"], "time": ["s"], "angle": ["rad"], "force": ["N"], "torque": ["N*m"]}
+_SI |= {"inertia": ["kg*m^2"], "speed": ["m/s"], "angular_speed": ["rad/s"], "frequency": ["Hz"], "density": ["kg/m^3"]}
+
+
+_KINDS = {Map: "a mapping", Seq: "a list", str: "text", bool: "true or false", float: "a number"}
+_PARAMETER_KINDS = {"type": str, "min": float, "max": float}
+_FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
+_PART_KEYS = ("help", "params", "let", "use")
+_SENSOR_TYPE_KEYS = ("help", "params", "let")
+_USE_KINDS = {"part": str, "with": Map, "prefix": str, "parent": str, "content": Map}
+_USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
+
+
+class Parameter(NamedTuple):
+    """A declared parameter; ``place`` is that of its default, or of its name. ``has_default``, ``sound``: no errors."""
+
+    name: str
+    place: Place
+    type: str = ""
+    has_default: bool = False
+    default: Any = None
+    one_of: Any = None
+    low: Any = None
+    high: Any = None
+    help: str = ""
+    sound: bool = True
+
+    def accepts(self, value: Any) -> bool:
+        """Return True if a value is of the requested kind: that of the type, or of the default.
+
+        False for a list or a table: no kind is requested for what is in it.
+        """
+        if isinstance(value, (list, dict)):
+            return False
+        if self.type not in ("", "any"):
+            return _fits(value, self.type)
+        written = self.has_default and not (isinstance(self.default, str) and "$" in self.default)
+        return written and kind_of(value) == kind_of(self.default)
+
+
+def declare(
+    scope: Scope, declared: Any, given: Mapping[str, Any], places: Mapping[str, Place], owner: str, user: Place | None
+) -> None:
+    """Bind every declared parameter in a scope: to the given value, else to its default, evaluated in that scope.
+
+    ``places`` has the place of each given value; ``owner`` is what has the parameters, and ``user`` the place that
+    should give the arguments, None for the command line. Values of the wrong type, unknown names and missing values
+    are reported; a name without a value stays broken, so that nothing that uses it is reported too.
+    """
+    known = scope.declared = _parameters(scope, declared)
+    suggested: set[str | None] = set()
+    for name in given:
+        if name not in known:
+            close = nearest(name, known)
+            suggested.add(close)
+            near = [Related("the suggestion is defined here", known[close].place.span)] if close else []
+            help = did_you_mean(name, known) or "it has none"
+            scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help, near)
+    missing = [one for name, one in known.items() if name not in given and not one.has_default]
+    scope.broken.update(one.name for one in missing)
+    # The default, or the argument, may be there under a misspelt key, which is reported.
+    missing = [one for one in missing if one.sound and one.name not in suggested]
+    for together in [missing] if user and missing else [[one] for one in missing]:
+        _report_missing(scope, together, owner, user)
+    for name, parameter in known.items():
+        if name in given:
+            scope.bind(name, given[name], places[name])
+        elif not parameter.has_default:
+            continue
+        elif scope.expansion.is_constant(parameter.default):
+            scope.bind(name, parameter.default, parameter.place)
+            scope.local[name] = parameter.place
+        else:
+            scope.define(name, parameter.default, parameter.place)
+        _check(scope, parameter, places.get(name, parameter.place), owner)
+
+
+def given_places(given: Map, declared: Any) -> dict[str, Place]:
+    """Return the place of each argument of a ``with``: its value, or its key if there is no such argument."""
+    known = declared if isinstance(declared, Map) else ()
+    return {key: value_place(given, key) if key in known else key_place(given, key) for key in given}
+
+
+def _report_missing(scope: Scope, missing: list[Parameter], owner: str, user: Place | None) -> None:
+    way = "with: {{{}: VALUE}}" if user else "-a {}=VALUE"
+    names = [parameter.name for parameter in missing]
+    if len(missing) == 1:
+        explained = f"; {missing[0].help}" if missing[0].help else ""
+        what, help = f'argument "{names[0]}"', f"give it: {way.format(names[0])}{explained}"
+    else:
+        what, help = f"arguments {quoted(names)}", f"give them: {way.format(': VALUE, '.join(names))}"
+    place = user or missing[0].place
+    stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
+    related = [Related("declared here", missing[0].place.span)] if user else []
+    message = f"{owner} needs the {what}"
+    scope.expansion.diagnostics.append(error("missing-argument", message, place.span, help, [*related, *stack]))
+
+
+def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
+    """Return the declared parameters by name, read once for each declaration."""
+    known: dict[str, Parameter] = scope.expansion.parameters.setdefault(id(declared), {})
+    if not known and isinstance(declared, Map):
+        known.update((name, _parameter(scope, name, entry, declared)) for name, entry in declared.items())
+    return known
+
+
+def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
+    place = key_place(declared, name)
+    if entry is None:
+        return Parameter(name, place)
+    if not isinstance(entry, Map):
+        return Parameter(name, value_place(declared, name), has_default=True, default=entry)
+    good = check_entry(f'argument "{name}"', entry, scope, (*KEYS, "min", "max"), _PARAMETER_KINDS, "arg")
+    kind = entry.get("type", "")
+    if isinstance(kind, str) and kind and kind not in TYPES and kind not in DIMENSIONS:
+        help = word_meant(kind, [*TYPES, *DIMENSIONS], "arg type")
+        scope.report("wrong-value", f'argument "{name}" type cannot be "{kind}"', value_place(entry, "type"), help)
+        kind = ""
+    place = value_place(entry, "default") if "default" in entry else place
+    has_default, default, explained = "default" in entry, entry.get("default"), str(entry.get("help") or "")
+    low, high = (bound if is_number(bound) else None for bound in (entry.get("min"), entry.get("max")))
+    kind = kind if isinstance(kind, str) else ""
+    return Parameter(name, place, kind, has_default, default, entry.get("one_of"), low, high, explained, good)
+
+
+def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None:
+    """Check the value of a parameter: its type, its allowed values, its bounds."""
+    name, wanted, low, high = parameter.name, parameter.type, parameter.low, parameter.high
+    if not wanted and parameter.one_of is None and low is None and high is None:
+        return
+    try:
+        value = scope.lookup(name)
+        allowed = scope.resolve(parameter.one_of, place)
+    except Failed:
+        return
+    if value is None and parameter.has_default:  # an optional argument, passed on as a key that is left out
+        return
+    near: list[Related] = []
+    limited = isinstance(allowed, list)
+    explained = f"; {parameter.help}" if parameter.help else ""
+    if wanted and not _fits(value, wanted):
+        shown = f'the text "{value}"' if isinstance(value, str) else kind_of(value)
+        message = f'"{name}" of {owner} is {_article(wanted)}, not {shown}'
+        help = parameter.help or _suggestion(value, wanted)
+    elif limited and value not in allowed:
+        shown = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
+        message = f'{shown} is not a value of the argument "{name}"'
+        help = f"allowed: {', '.join(map(str, allowed))}{explained}"
+        meant = nearest(value, [one for one in allowed if isinstance(one, str)]) if isinstance(value, str) else None
+        if meant and isinstance(allowed, Seq):
+            help = f'did you mean "{meant}"? ({help})'
+            near = [Related("the suggestion is defined here", allowed.value_spans[allowed.index(meant)])]
+    elif is_number(value) and not ((low is None or value >= low) and (high is None or value <= high)):
+        range_ = f"from {_shown(low)} to {_shown(high)}" if low is not None and high is not None else ""
+        range_ = range_ or (f"at least {_shown(low)}" if high is None else f"at most {_shown(high)}")
+        message, help = f'"{name}" of {owner} is {range_}, not {_shown(value)}', parameter.help
+    else:
+        scope.values[name] = _of_type(value, wanted)
+        if limited:
+            scope.values[name + CHOICES] = allowed
+        return
+    scope.broken.add(name)
+    scope.values.pop(name, None)
+    scope.report("bad-argument", message, place, help, near, of_kinds=not limited)
+
+
+def _fits(value: Any, wanted: str) -> bool:
+    if wanted in TYPES:
+        if isinstance(value, bool) and wanted in ("integer", "number"):
+            return False
+        if isinstance(value, Quantity) and wanted == "number":
+            return value.dimension == NUMBER
+        return isinstance(value, TYPES[wanted])
+    return is_number(value) and (not isinstance(value, Quantity) or value.dimension == DIMENSIONS.get(wanted))
+
+
+def _of_type(value: Any, wanted: str) -> Any:
+    """Return a value of a type: a bare number as a quantity in SI units, a plain one as a float."""
+    if wanted in DIMENSIONS and not isinstance(value, Quantity):
+        return in_si(value, DIMENSIONS[wanted])
+    return float(value) if wanted == "number" and isinstance(value, Quantity) else value
+
+
+def _suggestion(value: Any, wanted: str) -> str:
+    """Return what to write for a value of another type than its parameter has."""
+    if wanted == "boolean":
+        return flag_meant(value) or "write true or false"
+    if isinstance(value, str) and (wanted in DIMENSIONS or wanted in ("number", "integer")):
+        return number_meant(value, _SI.get(wanted, ()))
+    return ""
+
+
+def _article(wanted: str) -> str:
+    if wanted in ("text", "any"):
+        return wanted
+    return f"{'an' if wanted[0] in 'aeiou' else 'a'} {wanted.replace('_', ' ')}"
+
+
+def _shown(value: Any) -> str:
+    """Return a number as it was written."""
+    return getattr(value, "text", "") or f"{value:g}"
+
+
+def check_file(file: str, tree: Map, scope: Scope) -> None:
+    """Check a file of parts. Raises Failed after reporting."""
+    if not check_entry(file, tree, scope, _FILE_KEYS, dict.fromkeys(("let", "parts", "sensor_types"), Map)):
+        raise Failed
+
+
+def check_part(name: str, parts: Map, scope: Scope) -> bool:
+    """Check a part; return True if it has no errors."""
+    owner, body = f'part "{name}"', parts[name]
+    if not isinstance(body, Map):
+        scope.report("wrong-type", f"{owner} is a mapping, not {_kind(body)}", place_of(parts, name, scope))
+        return False
+    kinds = dict.fromkeys(("params", "let", "use"), Map)
+    good = check_entry(owner, body, scope, (*_PART_KEYS, *of_parts()), kinds, "part")
+    good &= check_controls(f"{owner} ", body, (*merged(ENTRIES, in_parts=True), "use"), scope)
+    return check_sections(owner, body, scope, evaluated=False) and good
+
+
+def check_sensor_type(name: str, body: Map, scope: Scope) -> None:
+    """Check a type of sensors. Raises Failed after reporting."""
+    kinds, keys = dict.fromkeys(("params", "let"), Map), (*_SENSOR_TYPE_KEYS, *of_types())
+    if not check_entry(f'sensor type "{name}"', body, scope, keys, kinds, "sensor_type"):
+        raise Failed
+
+
+def check_use(name: str, entry: Map, scope: Scope) -> None:
+    """Check a ``use``. Raises Failed after reporting."""
+    owner = f'use "{name}"'
+    good = check_entry(owner, entry, scope, _USE_KEYS, _USE_KINDS, "use")
+    good &= not hides_letters("prefix", entry, scope)
+    good &= _check_vector(owner, entry, "xyz", LENGTH, scope) & _check_vector(owner, entry, "rpy", ANGLE, scope)
+    content, mirror = entry.get("content"), entry.get("mirror")
+    if isinstance(content, Map):
+        good &= check_entry(f"content of {owner}", content, scope, of_parts(), {})
+        good &= check_sections(f"content of {owner}", content, scope)
+    if mirror is not None and not (isinstance(mirror, str) and mirror in AXES):
+        shown = f'"{mirror}"' if isinstance(mirror, str) else kind_of(mirror)
+        help = "one of x, y, z: the axis that is reversed"
+        raise scope.failed("wrong-value", f"mirror cannot be {shown}", value_place(entry, "mirror"), help)
+    if not good:
+        raise Failed
+
+
+def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
+    """Report an invisible letter in a text that all names of a part or of a robot begin with; return True for one."""
+    value = entry.get(key)
+    letter = unseen(value) if isinstance(value, str) else ""
+    if letter:
+        message = f'{key} "{value}" has a letter that nobody sees: {in_words(letter)}'
+        scope.report("invisible-letter", message, place_of(entry, key, scope), "type it anew, without it")
+    return bool(letter)
+
+
+def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
+    """Report a loop or a condition beside the entries of a section; return True if there is none.
+
+    An entry may be named like a control: its value tells them apart.
+    """
+    good = True
+    for section in sections:
+        entries = tree.get(section)
+        for control, what in (("for", "loop"), ("if", "condition")):
+            if isinstance(entries, Map) and control in entries and _is_control(section, control, entries[control]):
+                place = Place(entries.key_spans[control], scope.via or entries.via)
+                help = f"move it into the entry: NAME: {{{control}: ..., ...}}"
+                message = f'"{control}" stands beside the entries of {owner}{section}: a {what} stands in its entry'
+                scope.report("wrong-type", message, place, help)
+                good = False
+    return good
+
+
+def check_content(name: str, entry: Any, scope: Scope) -> None:
+    """Report loops and conditions beside the entries of the content of a ``use``. Raises Failed after that.
+
+    To be called before the use is evaluated, which would take a section of the content for an entry with a loop.
+    """
+    content = entry.get("content") if isinstance(entry, Map) else None
+    owner = f'content of use "{name}" '
+    if isinstance(content, Map) and not check_controls(owner, content, merged(ENTRIES, in_parts=True), scope):
+        raise Failed
+
+
+def _is_control(section: str, control: str, value: Any) -> bool:
+    if control == "if":
+        return isinstance(value, (str, bool))
+    if not isinstance(value, Map) or not value:
+        return False
+    entry: Any = {} if section == "use" else resolve(schema()["properties"][section]["additionalProperties"])
+    legal = _USE_KEYS if section == "use" else entry.get("properties", ())
+    # A file with a source has given it to all its entries.
+    return not any(key in legal for key in value if key != "source")
+
+
+def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) -> bool:
+    """Report sections of the wrong kind; return True if there is none. Before evaluation, expressions are allowed."""
+    lists = merged(ITEMS, in_parts=True)
+    kinds = {key: Seq if key in lists else Map for key in of_parts()}
+    if not evaluated:
+        kinds = {key: kind for key, kind in kinds.items() if not _is_expression(tree.get(key))}
+    return check_entry(owner, tree, scope, None, kinds)
+
+
+def check_entry(
+    owner: str, tree: Map, scope: Scope, keys: Sequence[str] | None, kinds: Mapping[str, type], word: str = ""
+) -> bool:
+    """Report unknown ``keys``, and values of another kind than ``kinds`` has; return True if there are none.
+
+    ``word`` is the kind of the entry, for suggestions.
+    """
+    unknown = [key for key in tree if keys is not None and key not in keys]
+    tails = text_tails(tree, unknown) if unknown else ()
+    for key in (key for key in unknown if key not in tails):
+        help = text_meant_by(key, tree) or word_meant(key, keys or (), word)
+        if word == "use" and help.startswith("known"):
+            help = f"an argument of the part stands in with: {{{key}: ...}}; {help}"
+        place = Place(tree.key_spans[key], scope.via or tree.via)
+        scope.report("unknown-key", f'{owner} has no key "{key}"', place, help)
+    given = [(key, kind) for key, kind in kinds.items() if tree.get(key) is not None]
+    wrong = [key for key, kind in given if not isinstance(tree[key], (int, float) if kind is float else kind)]
+    for key in wrong:
+        message = f"{owner} {key} is {_KINDS[kinds[key]]}, not {_kind(tree[key])}"
+        scope.report("wrong-type", message, place_of(tree, key, scope))
+    return not unknown and not wrong
+
+
+def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
+    value = tree.get(key)
+    if value is None:
+        return True
+    where, place = f"{owner} {key}", place_of(tree, key, scope)
+    if not isinstance(value, list) or len(value) != 3:
+        scope.report("wrong-type", f"{where} is a list of three numbers, not {_kind(value)}", place)
+        return False
+    wrong = [v for v in value if not is_number(v, dimension)]
+    if wrong and isinstance(wrong[0], Quantity):
+        number = wrong[0].text or float(wrong[0])
+        message = f"{where} is {describe(dimension)}, but {number} is {_kind(wrong[0])}"
+        scope.report("wrong-unit", message, place, "correct the unit; a bare number is in SI units")
+    elif wrong:
+        scope.report("wrong-type", f"{where} is a list of three numbers, not of {_kind(wrong[0])}", place)
+    elif not all(map(math.isfinite, value)):
+        scope.report("not-finite", f"{where} is not finite", place, "write numbers, or leave the key out")
+    else:
+        return True
+    return False
+
+
+def _is_expression(value: Any) -> bool:
+    return isinstance(value, str) and any(piece.is_expression for piece in pieces(value))
+
+
+def place_of(entry: Map, key: str, scope: Scope) -> Place:
+    """Return where the value of a key is written; of a missing key, the place of the entry."""
+    return Place(entry.value_spans.get(key, entry.span), scope.via or entry.via)
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, (Map, Seq)):
+        return "a mapping" if isinstance(value, Map) else f"a list of {len(value)}"
+    return "empty" if value is None else kind_of(value)

@@ -1,0 +1,159 @@
+"""Joining: the sections of several files and parts become those of one tree."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rosorin_compile.source.diagnostics import Related
+from rosorin_compile.source.tree import Map, Place, Seq
+
+from ..annotations import ENTRIES, ITEMS
+from ..schema import holds_many, is_one_entry, keys_of, merged
+from ..suggestions import word_meant
+from ..validate import validate
+from .provenance import argument_behind
+from .scope import Scope
+
+OF_PARTS = ("parts", "sensor_types", "use")  # joined by name, although the schema of results has no such sections
+
+
+def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
+    """Add the sections of a fragment to a tree; report what cannot be added, and return True if there is nothing.
+
+    ``parts``: the fragment comes from a part, whose entries know what made them.
+    """
+    good = True
+    for section, value in more.items():
+        have = tree.get(section)
+        if have is None:
+            if value is not None or not parts:
+                tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
+        elif isinstance(have, Seq) and isinstance(value, Seq) and section in merged(ITEMS):
+            _extend(have, value)
+        elif isinstance(have, Map) and isinstance(value, Map) and _is_joined(section):
+            add = _join_within if holds_many(section) else _join_entries
+            good &= add(section, have, value, scope)
+        elif value is not None:
+            _report_section(section, tree, more, scope)
+            good = False
+            continue
+        if parts and isinstance(tree.get(section), (Map, Seq)) and (have is not None or not is_one_entry(section)):
+            tree[section].via = tree.via  # it holds the entries of others too: each entry knows what made it
+    return good
+
+
+def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> None:
+    """Report a section that two fragments have and that cannot be joined, and errors in its shape."""
+    if not _is_joined(section):
+        _report("duplicate-key", f'"{section}" is said twice', "remove one", section, tree, more, scope)
+        for fragment in (tree, more) if scope.expansion.parts else ():
+            alone = Map(fragment.span, fragment.via)
+            alone.put("robot", "robot", fragment.span, fragment.span)
+            alone.put(section, fragment[section], fragment.key_spans[section], fragment.value_spans[section])
+            scope.expansion.diagnostics += validate(alone, {})
+    elif isinstance(tree[section], Seq if section in merged(ITEMS) else Map):  # else validation reports it
+        message = f"{section} is {'a list' if section in merged(ITEMS) else 'a mapping'} in every file"
+        _report("wrong-type", message, "write it so in both", section, tree, more, scope)
+
+
+def _report_name(section: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
+    message = f'{section.rstrip("s")} "{name}" is defined twice'
+    help = "rename or remove one, or give the part another prefix"
+    return _report("duplicate-name", message, help, name, first, second, scope)
+
+
+def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
+    """Report a name of two mappings, at the argument that it comes from if it has one."""
+    place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
+    earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
+    related = [Related("first defined here", earlier.span), *earlier.stack()]
+    scope.report_origin(rule, message, place, help, related, argument_behind(scope.expansion.root, place))
+    return False
+
+
+def _is_joined(section: str) -> bool:
+    return section in merged(ENTRIES, ITEMS) or holds_many(section) or section in OF_PARTS
+
+
+def _extend(have: Seq, more: Seq) -> None:
+    have.extend(more)
+    have.value_spans.extend(more.value_spans)
+
+
+def _join_entries(section: str, have: Map, more: Map, scope: Scope) -> bool:
+    good = True
+    for name, entry in more.items():
+        if name in have:
+            good = _report_name(section, name, have, more, scope)
+        else:
+            have.put(name, entry, more.key_spans[name], more.value_spans[name])
+    return good
+
+
+def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
+    """Add the tables and lists of one entry to those of another; report what both define differently."""
+    good = True
+    for key, value in more.items():
+        mine = have.get(key)
+        if mine is None:
+            have.put(key, copy(value), more.key_spans[key], more.value_spans[key])
+        elif key not in keys_of(section):
+            message, help = f'{section} has no key "{key}"', word_meant(key, keys_of(section))
+            good = _report("unknown-key", message, help, key, have, more, scope)
+        elif isinstance(mine, Seq) and isinstance(value, Seq):
+            have[key] = joined = copy(mine)
+            _extend(joined, value)
+        elif _is_table_of_entries(mine) and _is_table_of_entries(value):
+            have[key] = joined = copy(mine)
+            for name, entry in value.items():
+                if name not in joined:
+                    joined.put(name, entry, value.key_spans[name], value.value_spans[name])
+                elif not _is_same(name, joined, value):
+                    good = _report_name(key, name, joined, value, scope)
+        elif not _is_same(key, have, more):
+            good = _report_name(section, key, have, more, scope)
+    return good
+
+
+def _is_table_of_entries(value: Any) -> bool:
+    return isinstance(value, Map) and all(isinstance(item, (Map, Seq)) for item in value.values())
+
+
+def _is_same(key: str, have: Map, more: Map) -> bool:
+    """Return True if two uses of one part define a key equally, about something outside of the part."""
+    return bool(have[key] == more[key]) and have.value_spans[key] == more.value_spans[key]
+
+
+def copy(value: Any) -> Any:
+    """Return a mapping or a list of the same entries, which may grow."""
+    if isinstance(value, Map):
+        return value.copied()
+    if isinstance(value, Seq):
+        made = Seq(value.span, value.via)
+        _extend(made, value)
+        return made
+    return value
+
+
+def with_source(tree: Map, owner: Map) -> Map:
+    """Return sections in which every entry has a source: its own, or that of ``owner``, a use."""
+    made = tree.copied()
+    for section, entries in tree.items():
+        if isinstance(entries, Map) and not holds_many(section):
+            made[section] = _sourced(entries, owner) if is_one_entry(section) else sourced(entries, owner)
+    return made
+
+
+def sourced(section: Map, owner: Map) -> Map:
+    """Return a section in which every entry has a source: its own, or that of ``owner``, a file or a use."""
+    made = section.copied()
+    for name, entry in section.items():
+        made[name] = _sourced(entry, owner) if isinstance(entry, Map) else entry
+    return made
+
+
+def _sourced(entry: Map, owner: Map) -> Map:
+    made = entry.copied()
+    if "source" not in entry:
+        made.put("source", owner["source"], owner.key_spans["source"], owner.value_spans["source"])
+    return made

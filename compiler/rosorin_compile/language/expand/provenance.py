@@ -1,0 +1,233 @@
+"""Provenance: from a value in the evaluated tree back to the text that a person wrote.
+
+``mass: ${m}`` is in a part, but the number was written under ``with`` or ``let``. An error in what a part was given, or
+in what it calculates from that, is reported where it was given; only if an argument has the kind that its parameter
+asks for, a wrong kind is an error of the part. All of this is computed only when there is something to report.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from types import NoneType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Span, error
+from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, at, exists, has, locate, maker, written
+
+from ..expression import names_in, pieces
+from ..symbols import MOUNT
+
+if TYPE_CHECKING:
+    from .scope import Scope
+
+# A name alone, or an entry of a table or a list: ${m}, ${wheel.mass}, ${sizes[0]}.
+_LONE_NAME = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
+_STEP = re.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
+_MOUNT = f"={MOUNT}"  # the frame that a part is attached to, among names
+_OF_USE = ("name", "mirrored", "prefix")  # names that the use of a part defines without an argument
+MAX_STEPS = 20  # names that stand alone
+MAX_DEPTH = 100  # nested expressions
+
+USED = "used here"
+# Rules about the kind of a value, whatever the value.
+OF_KINDS = ("wrong-unit", "wrong-type")
+# Rules about a name: if it is a key, it may be an argument too.
+_OF_NAMES = ("bad-name", "unknown-link", "unknown-joint", "unknown-name", "unknown-frame-id", "unknown-servo")
+
+
+class Origin(NamedTuple):
+    """Where a value was written, and the other values that it was calculated from."""
+
+    span: Span
+    others: tuple[Span, ...] = ()
+
+    def related(self, used: Span) -> tuple[Related, ...]:
+        """Return the second places: where the value is used, and the other values."""
+        return (Related(USED, used), *(Related("it depends on this, too", span) for span in self.others))
+
+
+def argument_of(scope: Scope, names: Iterable[str], of_kinds: bool = False) -> Origin | None:
+    """Return the arguments that an expression of some names depends on, seen from a scope; None if there are none.
+
+    None also at the end of a chain of names so long that Python's stack has no room left: then the error is reported at
+    its own place. Raising here would evaluate the rest of the chain again for each of its names.
+    """
+    try:
+        return _first(_Search(scope.expansion.root, of_kinds).arguments(scope, names))
+    except RecursionError:
+        return None
+
+
+def argument_at(scope: Scope, span: Span, of_kinds: bool = False) -> Origin | None:
+    """Return the arguments that the text at a place depends on, seen from a scope; None if there are none."""
+    return argument_of(scope, _names_at(span), of_kinds)
+
+
+def argument_behind(root: Scope, place: Place) -> Origin | None:
+    """Return the arguments that the value or the key at a place depends on; None if there are none."""
+    return argument_at(scope_of(root, place.via), place.span)
+
+
+def mistake_place(
+    root: Scope | None, tree: Map, path: Path, rule: str, key: bool = False, within: bool = False
+) -> tuple[Place, tuple[Related, ...]]:
+    """Return where an error at a path is reported, and the second places: where the value is used.
+
+    ``root`` is the scope of the description, if there is one; ``key`` and ``within`` as in ``tree.written``.
+    """
+    place, use = written(tree, path, key, within)
+    origin = None
+    if root is not None and key and rule in _OF_NAMES:
+        origin = argument_behind(root, place)
+    elif root is not None and not key and not within and not isinstance(at(tree, path), (Map, Seq, NoneType)):
+        scope = scope_of(root, maker(tree, path) if len(path) > 1 else place.via)
+        origin = _Search(root, rule in OF_KINDS).origin(scope, place.span)
+    if origin is None:
+        return place, (Related(USED, use),) if use else ()
+    return Place(origin.span, place.via), origin.related(use or place.span)
+
+
+def problem_at(
+    root: Scope | None,
+    tree: Map,
+    path: Sequence[str | int],
+    rule: str,
+    message: str,
+    help: str = "",
+    related: Iterable[Related] = (),
+    key: bool = False,
+) -> Diagnostic:
+    """Return an error at a path of the tree, or of its longest prefix that exists; with ``key`` at the last key."""
+    path = tuple(path)
+    if exists(tree, path) and (rule in _OF_NAMES or not key):
+        place, uses = mistake_place(root, tree, path, rule, key)
+    else:
+        place, uses = locate(tree, path, key=key), ()
+    return error(rule, message, place.span, help, (*related, *uses, *place.stack()))
+
+
+def scope_of(root: Scope, via: Instance | None) -> Scope:
+    """Return the scope in which a value was evaluated that came by ``via``."""
+    scopes: dict[int, Scope] = root.expansion.scopes
+    while via is not None and id(via) not in scopes:
+        via = via.parent
+    return root if via is None else scopes[id(via)]
+
+
+class _Definition(NamedTuple):
+    """Where the value of a name was written, and the scope that evaluated its expression.
+
+    ``argument``: it was given from outside. ``keeps_kind``: an error of kinds is not its fault, but that of the
+    expression that uses it: it has the requested kind, or none was requested.
+    """
+
+    span: Span
+    scope: Scope
+    value: Any
+    argument: bool
+    keeps_kind: bool
+
+
+class _Search:
+    """Follows values of one expansion, for one error."""
+
+    def __init__(self, root: Scope, of_kinds: bool) -> None:
+        self.root = root
+        self.of_kinds = of_kinds
+        self.visited: set[Span] = set()
+
+    def origin(self, scope: Scope, span: Span) -> Origin | None:
+        """Return where the value at a place, which a scope evaluated, was written; None if it was written there."""
+        place, inside = self.written(scope, span, MAX_STEPS)
+        outside = _first(self.arguments(inside, _names_at(place)))
+        return outside or (None if place == span else Origin(place))
+
+    def written(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
+        """Follow names that stand alone, to the last place where a person may have written a value."""
+        name, keys = _lone_name(span) if steps else ("", "")
+        definition = self.definition(scope, name, keys) if name else None
+        # A default of a part of another file is no value of the description.
+        if definition is None or self.is_foreign(definition.scope) or (self.of_kinds and definition.keeps_kind):
+            return span, scope
+        return self.written(definition.scope, definition.span, steps - 1)
+
+    def arguments(self, scope: Scope, names: Iterable[str], depth: int = 0) -> Iterator[tuple[Span, Any]]:
+        """Yield the places and the values of the outermost arguments that some names depend on."""
+        for name in names if depth < MAX_DEPTH else ():
+            found = self.definition(scope, name)
+            if found is None or (self.of_kinds and found.argument and found.keeps_kind) or found.span in self.visited:
+                continue
+            self.visited.add(found.span)
+            outer = list(self.arguments(found.scope, _names_at(found.span), depth + 1))
+            if not outer and found.argument and not self.is_foreign(found.scope):
+                outer = [(self.written(found.scope, found.span, MAX_STEPS)[0], found.value)]
+            yield from outer
+
+    def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
+        """Return where the value of a name, or of an entry of it, comes from; None if nobody wrote it."""
+        owner: Scope | None = scope
+        while owner is not None and name not in owner.places and (name != _MOUNT or owner.mount is None):
+            owner = owner.parent
+        if owner is None:
+            return None
+        if owner.mount is not None and name == _MOUNT:
+            return _Definition(owner.mount.span, self.outside(owner), None, True, False)
+        local = owner.local.get(name)
+        if name in _OF_USE and name not in owner.declared and local is None:
+            return None
+        place = local or owner.places[name]
+        value: Any = owner.values.get(name)
+        argument = local is None and name in owner.declared
+        keeps_kind = owner.declared[name].accepts(value) if argument else not is_like_a_number(value)
+        for key, index in _STEP.findall(keys):
+            step: Any = key or int(index)
+            if not has(value, step):
+                return None
+            place = Place(value.value_spans[step], value.via)
+            value = value[step]
+        return _Definition(place.span, owner if local else self.outside(owner), value, argument, keeps_kind)
+
+    def outside(self, scope: Scope) -> Scope:
+        """Return the scope in which the arguments of a part, or the values of a loop, were evaluated."""
+        return scope_of(self.root, scope.via.parent) if scope.via else self.root
+
+    def is_foreign(self, scope: Scope) -> bool:
+        """Return True if a scope belongs to a file of parts: of the library or of another package."""
+        while scope.parent is not None:
+            scope = scope.parent
+        return scope is not self.root
+
+
+def _first(arguments: Iterable[tuple[Span, Any]]) -> Origin | None:
+    """Return one of several arguments, with the others: the first that is not above zero, else the first."""
+    values = dict(arguments)
+    spans = sorted(values, key=lambda span: isinstance(values[span], (int, float)) and values[span] > 0)
+    return Origin(spans[0], tuple(spans[1:])) if spans else None
+
+
+def is_like_a_number(value: Any) -> bool:
+    """Return True for a text that begins like a number: 15 rda/s."""
+    return isinstance(value, str) and bool(re.match(r"[-+~]?\.?\d", value))
+
+
+def text_at(span: Span) -> str:
+    """Return the scalar that is written at a place, up to the end of its first line."""
+    return span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length].strip("\"'")
+
+
+def _lone_name(span: Span) -> tuple[str, str]:
+    """Return the name that is all that is written at a place, and the keys behind it; else two empty texts."""
+    text = text_at(span)
+    found = pieces(text)
+    match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
+    return (match[1], match[2]) if match else (_MOUNT if text == MOUNT else "", "")
+
+
+def _names_at(span: Span) -> list[str]:
+    """Return the names in the expressions of the scalar that is written at a place."""
+    text = text_at(span)
+    if text == MOUNT:
+        return [_MOUNT]
+    found = pieces(text) if not text.startswith(("{", "[")) else ()
+    return [name for piece in found if piece.is_expression and not piece.unclosed for name in names_in(piece.text)]

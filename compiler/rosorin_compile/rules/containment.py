@@ -23,7 +23,8 @@ _TURNS = [math.pi / 4 * step for step in range(8)]
 def contained_links(case: Case) -> Iterator[Diagnostic]:
     """A warning: a link is entirely inside one shape of another link, with joints at zero; meshes are not examined."""
     robot = case.robot
-    if not robot.is_tree:
+    has_axes = all(any(joint.axis) for joint in robot.joints if joint.moves or joint.type == "planar")
+    if not (robot.is_tree and robot.mimics_resolve and has_axes):  # else no positions can be computed
         return
     places = robot.poses_in_root({})
     ends = {link.name: points for link in robot.links if (points := _points(link, places[link.name]))}

@@ -178,7 +178,7 @@ def test_a_file_of_arguments_that_is_none_is_called_what_it_is(home: Path, capsy
     (home / "folder").mkdir()
     for name, kind in (
         ("pipe", '"pipe" is not a regular file of arguments: a pipe can be read once only; write it to a file first'),
-        ("/dev/null", '"/dev/null" is no regular file of arguments'),
+        ("/dev/null", '"/dev/null" is not a regular file of arguments'),
         ("folder", '"folder" is a folder, not a file of arguments'),
         ("nothing.yaml", 'there is no file "nothing.yaml" of arguments'),
     ):

@@ -242,12 +242,13 @@ def test_an_error_that_ends_a_run_is_one_sentence(
 
 @pytest.mark.parametrize(("problem", "code"), [(KeyboardInterrupt(), 130), (BrokenPipeError(), 1)])
 def test_an_interrupt_and_a_closed_pipe_are_silent(
-    problem: BaseException, code: int, monkeypatch: pytest.MonkeyPatch, capsys: Shown
+    problem: BaseException, code: int, monkeypatch: pytest.MonkeyPatch, capfd: Shown
 ) -> None:
     monkeypatch.setattr("rosorin_compile.cli.main._invoke", Mock(side_effect=problem))
-    monkeypatch.setattr("rosorin_compile.cli.main._close_stdout", Mock())
-    assert main(["frames"]) == code
-    assert capsys.readouterr() == ("", "")
+    with monkeypatch.context() as patched:
+        patched.setattr("os.dup2", Mock())
+        assert main(["frames"]) == code
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_removed_folder_is_no_traceback(tmp_path: Path) -> None:

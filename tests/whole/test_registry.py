@@ -11,7 +11,7 @@ from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 def test_rule_says_where_a_link_leads(capsys):
     assert main(["rule", "expression", "limit-swapped"]) == 0
     printed = capsys.readouterr().out
-    assert "what is allowed (docs/language.md#expressions)" in printed
+    assert "expressions (docs/language.md#expressions)" in printed
     assert "import --lenient writes that entry." in printed
 
 

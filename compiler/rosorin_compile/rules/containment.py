@@ -16,6 +16,7 @@ from .case import Case
 
 ENVELOPE = 4  # links in one shape: it is a box that keeps things away from a hand
 _SIDES = [side for side in product((-1, 0, 1), repeat=3) if any(side)]
+_CLEARANCE = 1e-9  # m; equal shapes in one place are not inside each other
 _TURNS = [math.pi / 4 * step for step in range(8)]
 
 
@@ -106,11 +107,11 @@ def holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
     for x, y, z in (back.apply(step.apply(point)) for point in points):
         if isinstance(geometry, Box):
             pairs = zip(geometry.lower, (x, y, z), geometry.upper, strict=True)
-            inside = all(low < value < high for low, value, high in pairs)
+            inside = all(low + _CLEARANCE < value < high - _CLEARANCE for low, value, high in pairs)
         elif isinstance(geometry, Sphere):
-            inside = math.hypot(x, y, z) < geometry.radius
+            inside = math.hypot(x, y, z) < geometry.radius - _CLEARANCE
         elif isinstance(geometry, (Cylinder, Capsule)):
-            inside = math.hypot(x, y) < geometry.radius and abs(z) < geometry.length / 2
+            inside = max(math.hypot(x, y) - geometry.radius, abs(z) - geometry.length / 2) < -_CLEARANCE
         else:
             inside = False
         if not inside:

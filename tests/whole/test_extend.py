@@ -296,7 +296,7 @@ WRITTEN = {
         (END, f"    return b'', []\n{END}"),
         "write gives a text and diagnostics, and this text is of",
     ),
-    "write tells text": ((END, f"    return '', ['oh']\n{END}"), "what there is to say is a Diagnostic, not 'oh'"),
+    "write tells text": ((END, f"    return '', ['oh']\n{END}"), "a Diagnostic is expected, not 'oh'"),
     "read raises": ((CONTENTS, f"{CONTENTS}    return {{}}[0]\n"), "fails: KeyError: 0"),
     "read refuses": ((CONTENTS, f"{CONTENTS}    raise ValueError('damaged')\n"), "fails: ValueError: damaged"),
     "read gives a list": ((CONTENTS, f"{CONTENTS}    return [1]\n"), "view and read return a dataclass"),
@@ -305,7 +305,7 @@ WRITTEN = {
 # Fields of the record.
 RECORDS = {
     "check=lambda case, output: 1 / 0": "fails: ZeroDivisionError",
-    "check=lambda case, output: ['oh']": "what there is to say is a Diagnostic, not 'oh'",
+    "check=lambda case, output: ['oh']": "a Diagnostic is expected, not 'oh'",
     "options={'digits': {'type': 'nmber'}}": "cannot be loaded: ",
     "options=['digits']": "options of its format is \"['digits']\"",
     "endings='.toy'": "endings of its format is '.toy'",
@@ -330,7 +330,7 @@ READINGS = {
     "return [3]": "a reader gives a description, not list",
     "return {1: 2}": "the description has a key that is no text: 1",
     "return {'links': {'a': object()}}": 'link "a" is of the type object, which no description holds',
-    "return {'links': {}}, ['oh']": "what there is to say is a Diagnostic, not 'oh'",
+    "return {'links': {}}, ['oh']": "a Diagnostic is expected, not 'oh'",
     "a = {}; a['links'] = a; return a": "nested deeper than",
 }
 

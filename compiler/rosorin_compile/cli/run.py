@@ -38,6 +38,7 @@ from rosorin_compile.source.wording import counted, listed
 from .answer import FINE, PROBLEMS, answer_of, give_result
 
 if TYPE_CHECKING:
+    from rosorin_compile.rules.case import Case
     from rosorin_compile.viewer.changed import Pictures
 
     from .command import Options
@@ -125,6 +126,14 @@ class Run:
             raise RequestError(problem.diagnostic.message) from None
         arguments, packages = reading.arguments, reading.packages
         return {"arguments": arguments, "packages": packages, "trust": reading.trust, "warn": self.console.ahead}
+
+    def understood(self, description: Description) -> Case | None:
+        """Return a robot in any format with its positions in files, for plug-ins; print its errors if it has any."""
+        found = self.request(description).understand()
+        if found.case is None:
+            self.console.show([one for one in found.diagnostics if one.severity == ERROR])
+            self.no_robot(description)
+        return found.case
 
     def no_robot(self, description: Description) -> int:
         """Print that a robot has errors, after its errors; return the exit code."""

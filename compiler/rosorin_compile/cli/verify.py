@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import errno
 import re
 import sys
 from pathlib import Path
@@ -59,8 +59,7 @@ def run(options: Options) -> int:
 
     run = Run.of(options)
     source, description = _requested(run.words)
-    # A source that cannot be accessed is reported when it is read.
-    if source != "-" and not os.path.lexists(source) and os.access(Path(source).parent, os.X_OK):
+    if source != "-" and not _may_exist(source):
         raise RequestError(f"there is no {source}; name {_SOURCES}")
     result = api.verify(
         run.request(description),
@@ -92,6 +91,17 @@ def _requested(words: list[str]) -> tuple[str, Description]:
         what = "a second robot" if robot else "a robot"
         raise RequestError(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
     return source, find_robot(robot, f"rosorin-compile verify ROBOT {source}")
+
+
+def _may_exist(source: str) -> bool:
+    """Return True if a source exists or cannot be accessed; reading it then reports the reason."""
+    try:
+        Path(source).stat()
+    except OSError as problem:
+        return problem.errno not in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)
+    except ValueError:  # a NUL in the name
+        return False
+    return True
 
 
 def _is_robot(source: str) -> bool:

@@ -257,11 +257,10 @@ _APART = frozenset(
 
 def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
     for pose in poses:
-        if pose == JointPose("home", {}):  # the first key of every MJCF of ours
-            continue
-        entry = found.setdefault(("pose", pose.name), {})
-        entry.update(pose.positions)
+        entry: dict[str, Any] = dict(pose.positions)
         _flatten({"base": pose.base, "controls": pose.controls, "mjcf": pose.mjcf}, "", entry)
+        if entry or pose.name != "home":  # every MJCF of ours has the key home
+            found["pose", pose.name] = entry
 
 
 def _link(link: Link, found: Leaves) -> None:

@@ -11,7 +11,7 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
 from rosorin_compile.model.kinematics import NoWay
 from rosorin_compile.output.committed import compare
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, and_more, counted, did_you_mean, first_of
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Suggestion, and_more, counted, did_you_mean, first_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
@@ -83,8 +83,8 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
         return
     unknown = [name for name in states.ranges if name not in robot.joint]
     for name in unknown if len(unknown) <= _FEW else ():
-        help = did_you_mean(name, recording.description.joint_names)
-        yield problem("joint-state-unknown", _STATES, f'{_STATES} names "{name}", a joint that is not described', help)
+        message = f'{_STATES} names "{name}", a joint that is not described'
+        yield problem("joint-state-unknown", _STATES, message, Suggestion(name, recording.description.joint_names))
     if len(unknown) > _FEW:
         shown = first_of([f'"{name}"' for name in unknown], _SHOWN)
         message = f"{_STATES} names {len(unknown)} joints that are not described: {shown}"
@@ -189,7 +189,7 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
     for frame in (answer.source, answer.target):
         if frame not in known:
             message = f'tf2_echo was asked for "{frame}", a frame that is not described'
-            return problem("frame-unknown", name, message, did_you_mean(frame, known))
+            return problem("frame-unknown", name, message, Suggestion(frame, known))
     try:
         way = robot.kinematics.graph.way(answer.source, answer.target)
     except NoWay as no_way:

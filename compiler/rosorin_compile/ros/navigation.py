@@ -13,7 +13,7 @@ from rosorin_compile.model import Output, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import holds, modes_in
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, did_you_mean, listed, quoted
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, Suggestion, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, exists
 
@@ -97,8 +97,9 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
     asked = output.options.get("odom_frame")
     pairs = [pair for pair in every if asked in (None, pair[0])]
     if not pairs:
-        help = did_you_mean(str(asked), {parent for parent, _ in every})
-        return None, [Found("navigation-frames", f'"{asked}" is not the frame of an odometry', ("odom_frame",), help)]
+        parents = Suggestion(str(asked), {parent for parent, _ in every})
+        message = f'"{asked}" is not the frame of an odometry'
+        return None, [Found("navigation-frames", message, ("odom_frame",), parents)]
     below = {lead.child for lead in leads}
     pairs = [pair for pair in pairs if pair[0] in below] or pairs
     if len(pairs) > 1:
@@ -123,7 +124,7 @@ def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list
     maps = list(dict.fromkeys(lead.parent for lead in leads if lead.child == odom))
     if asked is not None and asked not in maps:
         message = f'no edge leads from "{asked}" to "{odom}"'
-        return "", [Found("navigation-frames", message, ("map_frame",), did_you_mean(asked, maps))]
+        return "", [Found("navigation-frames", message, ("map_frame",), Suggestion(asked, maps))]
     if asked is None and len(maps) > 1:
         message = f'edges lead to "{odom}" from {quoted(maps)}'
         return "", [Found("navigation-frames", message, (), "say which is the map: map_frame: NAME", key=True)]

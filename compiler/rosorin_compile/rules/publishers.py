@@ -12,7 +12,7 @@ from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.language.requested_outputs import is_listed
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Publisher, Robot
 from rosorin_compile.model.joint import UNPUBLISHED
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, UnknownName, did_you_mean
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, UnknownName, did_you_mean
 from rosorin_compile.source.rule_registry import FRAMES, JOINTS, Check, rule
 from rosorin_compile.source.tree import Path, Seq, Text, at, exists
 from rosorin_compile.source.wording import first_of, listed, quoted
@@ -65,7 +65,7 @@ def _invalid(case: Case, index: int, edge: Edge, problem: ExpressionError) -> Di
     """Return the diagnostic of a condition that cannot be evaluated, at the column of the mistake."""
     name, column = problem.unknown, problem.column
     if name and not name.endswith("()"):
-        help = did_you_mean(name, case.robot.modes, f'add "{name}" to modes')
+        help = Suggestion(name, case.robot.modes, f'add "{name}" to modes')
         found = case.problem("unknown-mode", f'there is no mode "{name}"', case.edge(index, "when"), help)
     else:
         name, reason = " ", problem.message.removeprefix("not an expression: ")

@@ -153,7 +153,7 @@ class _Names:
                 solids = [(self.case.link(link.name, purpose, i), one) for i, shape in shapes for one in shape.solids()]
                 for index, (path, solid) in enumerate(solids, start=1):
                     found[f"{link.name}_{purpose}_{index}"] = [path]
-                    if solid.name and solid.name not in before:
+                    if solid.name and solid.name not in before and path not in found.get(solid.name, ()):
                         found.setdefault(solid.name, []).append(path)
         return found
 

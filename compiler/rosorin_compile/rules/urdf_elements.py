@@ -17,7 +17,16 @@ from rosorin_compile.language.element_names import EITHER, FRAME, JOINT, LINK, R
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import (
+    WARNING,
+    Diagnostic,
+    Help,
+    Related,
+    Source,
+    Suggestion,
+    did_you_mean,
+    nearest,
+)
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Map, Path, locate, prefix_at
@@ -148,7 +157,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     for use in of_material:
         if use.found.name not in materials:
             message = f'there is no material "{use.found.name}", {use.found.where}'
-            help = did_you_mean(use.found.name, case.robot.material, "define it under materials")
+            help = Suggestion(use.found.name, case.robot.material, "define it under materials")
             yield _placed(case, message, use, help)
 
 
@@ -182,7 +191,7 @@ def _once(case: Case, message: str, uses: list[_Mention], help: str) -> Iterator
     yield from (other for other in others if other.span == first.span)
 
 
-def _placed(case: Case, message: str, use: _Mention, help: str) -> Diagnostic:
+def _placed(case: Case, message: str, use: _Mention, help: Help) -> Diagnostic:
     return at_name(case.problem("unknown-reference", message, use.path, help), use.found.name, use.line)
 
 
@@ -345,6 +354,6 @@ def _unknown_keys(case: Case, path: Path, elements: Any, parent: str) -> Iterato
         if name in known:
             yield from _unknown_keys(case, (*path, name), value, name)
         else:
-            help = did_you_mean(name, sorted(known)) or "correct it, or remove it"
+            help = Suggestion(name, sorted(known), none="correct it, or remove it")
             message = f"SDF has no <{name}> in <{parent}>"
             yield case.problem("misplaced-element", message, (*path, name), help, severity=WARNING, key=True)

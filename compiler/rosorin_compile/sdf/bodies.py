@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from rosorin_compile.model import Transform
-from rosorin_compile.source.diagnostics import Span, did_you_mean
+from rosorin_compile.source.diagnostics import Span, Suggestion
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.describing import named, place
 from rosorin_compile.source.xml.markup import Element
@@ -109,7 +109,7 @@ class Bodies:
             return ""
         span, message = element.attributes["type"].span, f'{named(element)} is of type "{kind}", which'
         if kind not in _NOT_CARRIED:
-            help = did_you_mean(kind, (*SINGLE, *PAIRS, *_NOT_CARRIED))
+            help = Suggestion(kind, (*SINGLE, *PAIRS, *_NOT_CARRIED))
             reading.error("joint-type", f"{message} SDF does not have", span, help)
             return ""
         why, instead = _NOT_CARRIED[kind]

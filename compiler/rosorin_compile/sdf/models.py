@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Transform
-from rosorin_compile.source.diagnostics import Related, Span, counted, did_you_mean, quoted
+from rosorin_compile.source.diagnostics import Related, Span, Suggestion, counted, quoted
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.xml.describing import kept, named
 from rosorin_compile.source.xml.markup import Attribute, Element
@@ -246,7 +246,7 @@ class Models:
         """Return the node that a name refers to, or None after an error."""
         node = self.canonical(scope) if name == OWN else self.find(scope, name)
         if node is None:
-            help = did_you_mean(name, [*scope.nodes]) or "the model has nothing with a name"
+            help = Suggestion(name, [*scope.nodes], none="the model has nothing with a name")
             self.reading.error("sdf-name-unknown", f'{what} is "{name}", which is not there', span, help)
         return node
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.model import Transform, Vector
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, counted, did_you_mean, first_of, listed
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, counted, first_of, listed
 from rosorin_compile.source.xml.describing import named, place, words
 from rosorin_compile.source.xml.markup import Element
 
@@ -285,7 +285,7 @@ class Joints:
         if leader is None or leader.kind != JOINT:
             message = f'{named(element)} follows "{attribute.value}", which is no joint'
             joints = [one.name for one in node.scope.nodes.values() if one.kind == JOINT]
-            help = did_you_mean(attribute.value, joints) or "name a joint"
+            help = Suggestion(attribute.value, joints, none="name a joint")
             if reading.lenient("mimic-unknown", message, attribute.span, help, "leaves the mimic out"):
                 reading.cannot_carry(named(element), element.span)
             return

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Box, HeightMap, Joint, Limit, Link, Output, Pose, Robot, Shape, Vector
@@ -16,7 +16,7 @@ from rosorin_compile.model.link import Source
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.bounded import json_of
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, did_you_mean, error
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from ..format import Format, Opened
@@ -116,7 +116,7 @@ def _requested(robot: Robot, output: Output | None) -> Iterable[str]:
 
 def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> Iterator[Diagnostic]:
     """Yield an error for each name in the options that the robot does not have."""
-    requested: list[tuple[str, Iterable[str], Iterable[str]]] = [
+    requested: list[tuple[str, Iterable[str], Collection[str]]] = [
         ("joint", options.get("joints", ()), robot.joint),
         ("link", options.get("rename", {}), robot.link),
         ("servo group", [options["servos"]] if "servos" in options else [], {group.name for group in robot.servos}),
@@ -125,7 +125,7 @@ def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> Iterator[Diagnos
         for name in names:
             if name not in known:
                 message = f'there is no {kind} "{name}"'
-                yield error("robot-model-unknown-name", message, None, did_you_mean(name, known))
+                yield error("robot-model-unknown-name", message, None, Suggestion(name, known))
 
 
 def _joint(joint: Joint, rename: Mapping[str, str]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.rules.check import acceptable
 from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Related, Span, error
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
@@ -72,7 +72,7 @@ class Reading:
         self._left_out: dict[tuple[str, str], list[LeftOut]] = {}
         self._sizes: dict[str, list[_Size]] = {ANGLES: [], LENGTHS: []}
 
-    def error(self, rule: str, message: str, span: Span, help: str = "", related: Iterable[Related] = ()) -> None:
+    def error(self, rule: str, message: str, span: Span, help: Help = "", related: Iterable[Related] = ()) -> None:
         """Report that the file is broken."""
         self.diagnostics.append(error(rule, message, span, help, related))
 
@@ -80,10 +80,10 @@ class Reading:
         """Report something that the description has in another form."""
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span))
 
-    def lenient(self, rule: str, message: str, span: Span, help: str, instead: str) -> bool:
+    def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
         """Report a mistake that --lenient reads as ``instead`` describes; return True if it is read."""
         if not self.options.lenient:
-            self.error(rule, message, span, f"{help}; --lenient {instead}")
+            self.error(rule, message, span, f"{help if isinstance(help, str) else help()}; --lenient {instead}")
             return False
         if rule not in acceptable():  # otherwise the accepted rule reports it
             self.note(rule, f"{message}; --lenient {instead}", span)
@@ -94,7 +94,7 @@ class Reading:
 
         With --lenient, a warning that the element is left out replaces them.
         """
-        reported = self.diagnostics[before:]
+        reported = [one.worded() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:
             self.diagnostics[before:] = [one for one in reported if one not in wrong]

@@ -20,7 +20,7 @@ from rosorin_compile.source.diagnostics import (
     MadeSpan,
     Related,
     Span,
-    did_you_mean,
+    Suggestion,
     error,
     has_errors,
     swaps,
@@ -206,7 +206,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     spans: Mapping[str, Span] = arguments.value_spans if isinstance(arguments, Map) else {}
     for name, value in arguments.items():
         if name not in declared:
-            message, help = f'the description has no argument "{name}"', did_you_mean(name, declared) or "it has none"
+            message, help = f'the description has no argument "{name}"', Suggestion(name, declared, none="it has none")
             span = arguments.key_spans.get(name) if isinstance(arguments, Map) else None
             scope.expansion.diagnostics.append(error("unknown-argument", message, span, help))
             continue

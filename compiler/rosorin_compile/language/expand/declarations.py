@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Related, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import Related, Suggestion, error, nearest
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, Dimension, Quantity, describe, in_si
@@ -104,7 +104,7 @@ def declare(
             close = nearest(name, known)
             suggested.add(close)
             near = [Related("the suggestion is defined here", known[close].place.span)] if close else []
-            help = did_you_mean(name, known) or "it has none"
+            help = Suggestion(name, known, none="it has none")
             scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help, near)
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from rosorin_compile.source.diagnostics import Related
@@ -25,6 +26,8 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
     good = True
     for section, value in more.items():
         have = tree.get(section)
+        if parts and holds_many(section) and isinstance(value, Map):
+            good &= _report_unknown_keys(section, value, more, scope)
         if have is None:
             if value is not None or not parts:
                 tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
@@ -34,16 +37,26 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
             add = _join_within if holds_many(section) else _join_entries
             good &= add(section, have, value, scope)
         elif value is not None:
-            _report_section(section, tree, more, scope)
-            good = False
+            good &= _report_section(section, tree, more, scope)
             continue
         if parts and isinstance(tree.get(section), (Map, Seq)) and (have is not None or not is_one_entry(section)):
             tree[section].via = tree.via  # it holds the entries of others too: each entry knows what made it
     return good
 
 
-def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> None:
-    """Report a section that two fragments have and that cannot be joined, and errors in its shape."""
+def _report_unknown_keys(section: str, table: Map, fragment: Map, scope: Scope) -> bool:
+    """Report keys that an entry of a part cannot have, for each use of the part; return True if there are none."""
+    unknown = [key for key in table if key not in keys_of(section)]
+    for key in unknown:
+        place = Place(table.key_spans[key], fragment.via or table.via)
+        help = partial(word_meant, key, keys_of(section))
+        message = f'{section} has no key "{key}"'
+        scope.report_origin("unknown-key", message, place, help, (), argument_behind(scope.expansion.root, place))
+    return not unknown
+
+
+def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> bool:
+    """Report a section of two fragments that cannot be joined; return True if validation reports it instead."""
     if not _is_joined(section):
         _report("duplicate-key", f'"{section}" is said twice', "remove one", section, tree, more, scope)
         for fragment in (tree, more) if scope.expansion.parts else ():
@@ -51,9 +64,11 @@ def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> None:
             alone.put("robot", "robot", fragment.span, fragment.span)
             alone.put(section, fragment[section], fragment.key_spans[section], fragment.value_spans[section])
             scope.expansion.diagnostics += validate(alone, {})
-    elif isinstance(tree[section], Seq if section in merged(ITEMS) else Map):  # else validation reports it
+        return False
+    if isinstance(tree[section], Seq if section in merged(ITEMS) else Map):
         message = f"{section} is {'a list' if section in merged(ITEMS) else 'a mapping'} in every file"
-        _report("wrong-type", message, "write it so in both", section, tree, more, scope)
+        return _report("wrong-type", message, "write it so in both", section, tree, more, scope)
+    return True
 
 
 def _report_name(section: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
@@ -98,8 +113,7 @@ def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
         if mine is None:
             have.put(key, copy(value), more.key_spans[key], more.value_spans[key])
         elif key not in keys_of(section):
-            message, help = f'{section} has no key "{key}"', word_meant(key, keys_of(section))
-            good = _report("unknown-key", message, help, key, have, more, scope)
+            continue  # validation reports it
         elif isinstance(mine, Seq) and isinstance(value, Seq):
             have[key] = joined = copy(mine)
             _extend(joined, value)

@@ -12,7 +12,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, NoReturn
 
-from rosorin_compile.source.diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import MAX_LISTED, Help, Related, Span, did_you_mean, error, nearest
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
@@ -210,7 +210,7 @@ class Scope:
         rule: str,
         message: str,
         place: Place,
-        help: str = "",
+        help: Help = "",
         related: Sequence[Related] = (),
         of_kinds: bool | None = None,
     ) -> None:
@@ -228,7 +228,7 @@ class Scope:
         return Failed()
 
     def report_origin(
-        self, rule: str, message: str, place: Place, help: str, related: Iterable[Related], origin: Origin | None
+        self, rule: str, message: str, place: Place, help: Help, related: Iterable[Related], origin: Origin | None
     ) -> None:
         """Add an error at the origin of a value, if it has one; of all errors of expressions there only the first."""
         stack = tuple(self.via.stack()) if self.via else place.stack()

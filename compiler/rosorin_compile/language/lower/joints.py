@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Publisher
 from rosorin_compile.model.joint import AXLELESS, ROBOT_STATE_PUBLISHER, UNPUBLISHED, SafetyController
-from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.diagnostics import Help, Suggestion
 from rosorin_compile.source.tree import Path
 
 from .lowering import Lowering
@@ -74,7 +74,7 @@ def node(lowering: Lowering, name: str, path: Path) -> Publisher:
     """Return a node by the name that a description gives it; report an unknown name."""
     if name in lowering.nodes:
         return lowering.nodes[name]
-    help = did_you_mean(name, [*lowering.nodes, ROBOT_STATE_PUBLISHER])
+    help: Help = Suggestion(name, [*lowering.nodes, ROBOT_STATE_PUBLISHER])
     if name == STATIC_TRANSFORM_PUBLISHER:
         help = f"write {{{name}: NODE_NAME}}: each is a node of its own"
     lowering("unknown-publisher", f'there is no publisher "{name}"', path, help)

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator
 from rosorin_compile.model import Joint, Output
 from rosorin_compile.ros.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, did_you_mean, first_of, quoted
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, Suggestion, counted, first_of, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 
@@ -115,7 +115,7 @@ def _no_urdf(case: Case, output: Output) -> Diagnostic:
     said = case.robot.moveit
     if said is not None and said.urdf:
         message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
-        help = did_you_mean(said.urdf, urdfs, "name an output that is a URDF")
+        help: Help = Suggestion(said.urdf, urdfs, "name an output that is a URDF")
         return case.problem("moveit-urdf", message, (_TOP, "urdf"), help)
     message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
     help = "add one: urdf: {file: NAME.urdf}"
@@ -325,6 +325,6 @@ def _unknown_in_pairs(case: Case, within: Path) -> Iterator[Diagnostic]:
         for side, name in enumerate(pair["links"]):
             if name not in case.robot.link:
                 path: Path = (*within, index, "links", side)
-                help = did_you_mean(name, case.robot.link, "rosorin-compile collisions computes the matrix anew")
+                help = Suggestion(name, case.robot.link, "rosorin-compile collisions computes the matrix anew")
                 message = f'there is no link "{name}", one of two links of the collision matrix'
                 yield case.problem("unknown-link", message, path, help)

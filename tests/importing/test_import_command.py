@@ -197,11 +197,11 @@ def altered(old: str, new: str) -> Callable[..., Any]:
     [
         ("upper: 2.5,", "upper: 2.6,", "description: elbow limit upper 2.5 -> 2.6 rad (+5.7 deg)"),
         ("mass: 2.5,", "mass: 2.6,", "description: base_link mass 2.5 -> 2.6 kg (+100.0 g)"),
-        ("radius: .1,", "radius: .11,", "links base_link collision 1 geometry radius 0.1 -> 0.11"),
+        ("radius: .1,", "radius: .11,", "base_link collision: cylinder radius 0.1 -> 0.11 m (+10.0 mm)"),
         ("  tool0: {}\n", "  tool0: {}\n  more: {}\n", ""),
-        ("Gazebo/Orange", "Gazebo/Blue", "urdf_elements 2 "),
-        ("${meshes}/upper", "${meshes}/lower", "links upper_arm visual 1 geometry file "),
-        ("material: orange", "rgba: [1, 1, 1, 1]", "links base_link visual 1"),
+        ("Gazebo/Orange", "Gazebo/Blue", "robot element material Gazebo/Orange -> Gazebo/Blue"),
+        ("${meshes}/upper", "${meshes}/lower", "upper_arm.dae -> package://little_arm/meshes/visual/lower_arm.dae"),
+        ("material: orange", "rgba: [1, 1, 1, 1]", "base_link visual colour none -> 1 1 1 1"),
     ],
 )
 def test_a_description_of_another_robot_is_not_written(

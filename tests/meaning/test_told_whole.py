@@ -48,6 +48,7 @@ NOT_TOLD = {
     "sensors.*.joint": "told as the name of the joint",
     "edges.*.joint": "which joint takes turns is told where its publishers are",
     "edges.*.publisher.kind": "follows from the list of publishers",
+    "joints.*.publisher.kind": "follows from the list of publishers",
     "edges.*.publisher.about": "told of the publisher",
     "edges.*.publisher.package": "told of the publisher",
     "joints.*.publisher.about": "told of the publisher",

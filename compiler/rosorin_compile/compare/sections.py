@@ -215,11 +215,14 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
     for thing in [*found]:
         kind, name = thing
         entry = found[thing]
-        of = {quantity: _topic((kind, name), quantity, robot) for quantity in entry or {"": None}}
+        is_name_only = not entry  # such as a contact layer
+        of = {quantity: _topic((kind, name), quantity, robot) for quantity in entry or ("",)}
         for quantity, topic in of.items():
             if topic in topics or (topic in _ELSEWHERE and kind != "height map"):
                 entry.pop(quantity, None)
-        if not entry and (kind not in _ALWAYS or (kind == "frame" and all(one in topics for one in of.values()))):
+        if entry or (is_name_only and of[""] not in topics):
+            continue
+        if kind not in _ALWAYS or (kind == "frame" and all(one in topics for one in of.values())):
             del found[thing]
 
 

@@ -11,8 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Set
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.formats.gazebo_sensors import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
-from rosorin_compile.formats.urdf.imu_noise import with_noise
+from rosorin_compile.formats.gazebo_sensors import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH, with_noise
 from rosorin_compile.model import Pose
 from rosorin_compile.source.xml.elements import canonical, tree_of
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from rosorin_compile.model.simulation import GazeboSensor, SdfElement
+from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.numbers import NumberFormat
 from rosorin_compile.source.xml.escaping import escape
+from rosorin_compile.source.xml.markup import MarkupError, parse
 
 from .templating import attributes
 
@@ -84,3 +86,41 @@ def _word(value: float | str | bool, number: NumberFormat) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return number(value) if isinstance(value, float) else str(value)
+
+
+_OF_NOISE = ("mean", "stddev", "bias_mean", "bias_stddev")
+_MEASURED = {"rate": "angular_velocity", "accel": "linear_acceleration"}
+
+
+def with_noise(text: str) -> str:
+    """Move the noise of an IMU to each axis, for the text of a ``<sensor>`` from Gazebo classic.
+
+    Up to version 1.4 of SDF ``<imu>`` has one ``<noise>`` with ``<rate>`` and ``<accel>``, which readers of later
+    versions ignore (``gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf``).
+    """
+    if "<imu" not in text or "<noise" not in text:
+        return text
+    try:
+        root = parse(Source("", text)).root
+    except MarkupError:  # more than one element: the rules found them well formed
+        return text
+    pairs = [(noise, imu) for imu in root.iter() if imu.tag == "imu" for noise in imu.children if noise.tag == "noise"]
+    for noise, imu in reversed(pairs):
+        if not any(child.tag in _MEASURED for child in noise.children):
+            continue
+        kind = next((child.text for child in noise.children if child.tag == "type"), noise.get("type")) or "gaussian"
+        lines: list[str] = []
+        for child in noise.children:
+            what = _MEASURED.get(child.tag, "")
+            if what and all(sibling.tag != what for sibling in imu.children):
+                numbers = [
+                    f"<{one.tag}>{escape(one.text)}</{one.tag}>" for one in child.children if one.tag in _OF_NOISE
+                ]
+                noisy = f'<noise type="{escape(kind)}">{"".join(numbers)}</noise>'
+                lines += [f"<{what}>", *(f"  <{axis}>{noisy}</{axis}>" for axis in "xyz"), f"</{what}>"]
+        before = text[: noise.start]
+        indent = before.rpartition("\n")[2]
+        is_alone = "\n" in before and not indent.strip()
+        made = f"\n{indent}".join(lines) if is_alone else "".join(map(str.strip, lines))
+        text = f"{before}{made}{text[noise.end :]}"
+    return text

@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple
 
-from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
+from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
-from rosorin_compile.formats.urdf.imu_noise import with_noise
 from rosorin_compile.model import (
     Box,
     Capsule,

@@ -43,7 +43,7 @@ RULES = (
     Rule(
         "urdf-cannot-say",
         "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the "
-        "URDF, and whose mass stands still in it.",
+        "URDF, and whose mass does not move in it.",
         'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.',
         FORMATS,
     ),
@@ -304,7 +304,7 @@ class Content:
             still += [name] if heavy and self.robot.moves_between(name, carrier) else []
         if still:
             message = (
-                f"the mass of {'link' if len(still) == 1 else 'links'} {quoted(still, 3)} stands still in the URDF,"
+                f"the mass of {'link' if len(still) == 1 else 'links'} {quoted(still, 3)} does not move in the URDF,"
             )
             message += " where the joints at zero put it: robot_state_publisher does not publish what moves it"
             help = '"frames: bodies" has these joints, for simulators'

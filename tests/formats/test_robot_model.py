@@ -197,7 +197,7 @@ def test_a_mimic_is_said() -> None:
     follower = replace(TESTER, joints=tuple(joints))
     assert said(follower) == [
         "robot-model-cannot-say: robot_model has no word for mimic: "
-        "joint rail_joint stands there as if it moved by itself"
+        "joint rail_joint is written as if it moved by itself"
     ]
     assert said(follower, {"joints": ["shoulder"]}) == []
 

@@ -100,7 +100,7 @@ def test_a_mesh_that_is_nowhere_is_an_error_with_its_line(capsys: pytest.Capture
     said = capsys.readouterr().err
     message = "mesh missing.stl is not there, neither as seen from the artifacts nor beside the description"
     assert f"descriptions/r/robot.yaml:4:31: error[mesh-not-found]: {message}\n" in said
-    assert "put the file beside the description, or correct the name, or take mjcf out of outputs" in said
+    assert "put the file next to the description, or correct the name, or take mjcf out of outputs" in said
     assert not Path("outputs").exists()
 
 
@@ -356,7 +356,7 @@ def test_two_files_of_one_name_are_an_error(capsys: pytest.CaptureFixture[str]) 
     said = capsys.readouterr().err
     where = "descriptions/r/right/wheel.stl here, descriptions/r/left/wheel.stl elsewhere"
     assert (
-        "descriptions/r/right/part.yaml:1:40: error[mesh-ambiguous]: mesh wheel.stl would be two files beside r.xml:"
+        "descriptions/r/right/part.yaml:1:40: error[mesh-ambiguous]: mesh wheel.stl would be two files next to r.xml:"
         f" {where}\n"
     ) in said
     assert "give one of the two files another name" in said

@@ -87,7 +87,7 @@ _TEXT_REFERENCES = {
     ".ply": rb"^comment TextureFile[ \t]+(.*\S)[ \t]*\r?$",
     ".obj": rb"^[ \t]*mtllib[ \t]+(.*\S)[ \t]*\r?$",
 }
-_PUT = "put the file beside the description, or correct the name"
+_PUT = "put the file next to the description, or correct the name"
 
 
 class NamedFile(NamedTuple):
@@ -366,7 +366,7 @@ class _Search:
             if _differ(file, other):
                 span = next(span for span in one.spans if Path(span.source.path).parent == folder)
                 made = ", ".join(output.file for output in self.opening or self.naming)
-                what = f"would be two files beside {made}" if self.opening else f"is two files, and one name in {made}"
+                what = f"would be two files next to {made}" if self.opening else f"is two files, and one name in {made}"
                 message = f"{one.kind} {one.name} {what}: {shown(other)} here, {shown(file)} elsewhere"
                 self._ambiguous(message, span, one)
                 return

@@ -115,7 +115,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
     if format is None:
         raise MarkupError(_wrong_root(document))
     if stdin_of(path) is not None and format is not FORMATS.published():
-        message = f"this is {format.listed}, which is read with the files beside it, and not from standard input"
+        message = f"this is {format.listed}, which is read with the files next to it, and not from standard input"
         expanded = f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
         help = f"name the file{expanded if format.takes_arguments else ''}"
         raise MarkupError(error("wrong-format", message, document.root.span, help))

@@ -3,7 +3,7 @@
 The words for a key are next to it in the schema (``x-also``), the ways out for words that are not keys next to its keys
 (``x-instead``). ``schemas/synonyms.json`` has the others: ``keys`` by the kind of entry in ``$defs`` of the schema
 (``top``: the description), ``values`` by the kind of value, the help for ``others``, and spellings of ``units``. A
-meaning without spaces is the word to write, with spaces the way out. Words are compared in small letters, without ``_``
+meaning without spaces is the word to write, with spaces the fix. Words are compared in small letters, without ``_``
 and the like.
 """
 
@@ -32,13 +32,13 @@ def _by_word(meanings: Mapping[str, str]) -> dict[str, str]:
 
 @cache
 def keys_of_kinds() -> Mapping[str, Mapping[str, str]]:
-    """Return what each word is called, or the way out for it, by the kind of the entry that it is a key of."""
+    """Return what each word is called, or the fix for it, by the kind of the entry that it is a key of."""
     return {kind: _by_word(meanings) for kind, meanings in _data()["keys"].items()}
 
 
 @cache
 def values_of_kinds() -> Mapping[str, Mapping[str, str]]:
-    """Return what each word is called, or the way out for it, by the kind of the value."""
+    """Return what each word is called, or the fix for it, by the kind of the value."""
     return {kind: _by_word(meanings) for kind, meanings in _data()["values"].items()}
 
 
@@ -55,7 +55,7 @@ def of_other_keys(kind: str) -> str:
 
 @cache
 def words_for(kind: str) -> Mapping[str, str]:
-    """Return what each word is called in an entry of a kind, or the way out for it, with the words of the schema."""
+    """Return what each word is called in an entry of a kind, or the fix for it, with the words of the schema."""
     sections = schema()["properties"]
     if kind in ("top", "part"):
         known = sections if kind == "top" else {section: sections[section] for section in of_parts()}
@@ -68,7 +68,7 @@ def words_for(kind: str) -> Mapping[str, str]:
 
 
 def _instead(kind: str) -> dict[str, str]:
-    """Return the way out for each word that is not a key of an entry, by the schema."""
+    """Return the fix for each word that is not a key of an entry, by the schema."""
     said = schema()["$defs"].get(kind, {}).get("x-instead", {})
     if isinstance(said, str):  # as for another kind
         return _instead(said)

@@ -58,8 +58,8 @@ def check_names(root: Map, scope: Scope) -> None:
         for name, place in places.items():
             letter = unseen(name)
             if letter:
-                message = f'{kind} "{name}" has a letter that nobody sees: {in_words(letter)}'
-                scope.report("invisible-letter", message, place, "type the name anew, without it")
+                message = f'{kind} "{name}" has an invisible letter: {in_words(letter)}'
+                scope.report("invisible-letter", message, place, "type the name again, without this letter")
                 continue
             similar = first.setdefault(look(name, ignore_case), name)
             if similar != name:

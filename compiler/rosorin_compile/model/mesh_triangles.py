@@ -36,7 +36,7 @@ RULES = (
         "mesh-unreadable",
         "A mesh cannot be read: it is not there, broken, or of a format that `extract` does not know. A warning where "
         "a robot names it.",
-        "Export it anew; [which meshes](meshes.md#supported-mesh-formats).",
+        "Export it again; [which meshes](meshes.md#supported-mesh-formats).",
         MESHES,
         asked="physics",
     ),
@@ -293,7 +293,7 @@ class _Resolver:
     def __getitem__(self, name: str) -> bytes:
         file = files.resolve(self.folder / name)
         if not file.is_relative_to(files.resolve(self.folder)) or not files.is_file(file):
-            raise FileNotFoundError(f'the file "{name}" is not beside it')
+            raise FileNotFoundError(f'the file "{name}" is not next to it')
         if file.suffix.lower() != ".mtl":
             return files.read_bytes(file)
         blocks = re.split(rb"(?mi)^(?=[ \t]*newmtl\b)", files.read_bytes(file, _MAX_MATERIALS))

@@ -87,7 +87,7 @@ def _millimetres(numbers: Iterable[float]) -> str:
 
 
 def _mjcf_of(robot: Robot, output: Output) -> Output | tuple[str, str]:
-    """Return the output of MJCF that is in a scene, or what is wrong and the way out."""
+    """Return the output of MJCF that is in a scene, or what is wrong and the fix."""
     known = {one.name: one for one in robot.outputs if one.backend == MJCF}
     name = output.options.get("of")
     if name is None and not known:

@@ -154,7 +154,7 @@ class Case:
         return mistake_place(self.scope, self.tree, path, "", key)[0].span
 
     def suggest(self, path: Path, word: str, known: Iterable[str], otherwise: str, more: Sequence[str] = ()) -> str:
-        """Return 'did you mean "x"?' for an unknown name at a path, else the way out and the known names.
+        """Return 'did you mean "x"?' for an unknown name at a path, else the fix and the known names.
 
         In a part its own names go first, as it calls them, and ``more``.
         """

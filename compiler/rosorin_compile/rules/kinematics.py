@@ -135,7 +135,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 
 
 def _own_frame(case: Case, path: Path) -> str:
-    """Return the way out for a sensor that makes a frame, at a path, of an existing link."""
+    """Return the fix for a sensor that makes a frame, at a path, of an existing link."""
     sensor, key = str(path[1]), "optical" if "optical" in path else "link"
     taken = {*case.robot.link, *case.robot.joint}
     free = next(name for index in count(1) if (name := f"{sensor}_{key}{index if index > 1 else ''}") not in taken)

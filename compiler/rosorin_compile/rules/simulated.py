@@ -235,7 +235,7 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
 
 # --- elements of MJCF ---
 
-# Elements for which a description has words, wherever they are, and the way out.
+# Elements for which a description has words, wherever they are, and the fix.
 _IN_WORDS = {
     "body": "make it a link, with a joint of type fixed where it does not move",
     "joint": "write it under joints of the description",
@@ -261,7 +261,7 @@ def placed(case: Case) -> Iterator[Diagnostic]:
 
 
 def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
-    """Return the problem of where an element is, and the way out; a body of MuJoCo alone would be in no other file."""
+    """Return the problem of where an element is, and the fix; a body of MuJoCo alone would be in no other file."""
     tag, first = found.tags[-1], found.tags[0]
     is_other = top and (first == "default" or (tag == "joint" and first in ("tendon", "equality")))
     if tag in _IN_WORDS and not is_other:

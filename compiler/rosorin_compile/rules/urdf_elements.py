@@ -314,7 +314,7 @@ def _holder(path: Path) -> str:
 
 
 def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, str] | None:
-    """Return the problem of an element in these parents, and the way out; None if it is read."""
+    """Return the problem of an element in these parents, and the fix; None if it is read."""
     *above, parent, tag = tags
     outer = set(tags[:-1])
     if not outer.isdisjoint(_FREE) or ":" in "".join(tags[1:]):

@@ -78,7 +78,7 @@ class Joints:
             if names:
                 whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'joint')} have"
                 which = f" ({first_of(names, 3)})" if len(names) > 1 else ""
-                message = f"{whose} no {word} limit in the SDF{which}: {value} stands in where readers ask for one"
+                message = f"{whose} no {word} limit in the SDF{which}: {value} is written as a stand-in"
                 help = "put in what the robot really has"
                 self.reading.diagnostics.append(Diagnostic("import-stand-in", NOTE, message, places[0][1], (), help))
 

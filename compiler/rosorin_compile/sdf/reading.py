@@ -188,7 +188,7 @@ class SdfReading(Reading):
         if files:
             what = f"{uri} lies outside the folder of the robot, and is not read"
             return None, what, "move it there, or allow its folder: --package NAME=FOLDER"
-        return None, "", f"put it beside the file, or say where it is: --package {name}=FOLDER"
+        return None, "", f"put it next to the file, or say where it is: --package {name}=FOLDER"
 
 
 def _with_unit(one: Placed, unit: str) -> Placed:

@@ -143,7 +143,7 @@ def here() -> list[Description]:
 
 
 def without_first_file(project: Path) -> list[tuple[str, str]]:
-    """Return why folders of ``descriptions/`` are not descriptions, each with the way out. Raises OSError.
+    """Return why folders of ``descriptions/`` are not descriptions, each with the fix. Raises OSError.
 
     A folder that a file of another one names has files that several descriptions share.
     """

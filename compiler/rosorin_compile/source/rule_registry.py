@@ -90,7 +90,7 @@ class Rule:
 
     @property
     def hint(self) -> str:
-        """The way out as the help of a diagnostic: plain text that begins with a small letter."""
+        """The fix as the help of a diagnostic: plain text that begins with a small letter."""
         text = self.help.replace("`", "").removesuffix(".")
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 

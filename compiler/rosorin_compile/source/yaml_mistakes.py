@@ -27,7 +27,7 @@ class _Place(NamedTuple):
     column: int
 
 
-# What libyaml reports, the mistake, the way out, and whether it is where a context began. Tried in this order, after
+# What libyaml reports, the mistake, the fix, and whether it is where a context began. Tried in this order, after
 # the mistakes that need a look at the lines. {letter} is the character where the parser stopped.
 _REPORTS = (
     ("cannot start any token", 'no text begins with "{letter}"', _QUOTE, False),

@@ -122,7 +122,7 @@ BROKEN = {
     "outside.gltf": (
         json.dumps({"asset": {"version": "2.0"}, "buffers": [{"uri": "../secret.bin", "byteLength": 3}]}).encode(),
         "mesh-unreadable",
-        '{} is not a mesh that can be read as GLTF: the file "../secret.bin" is not beside it',
+        '{} is not a mesh that can be read as GLTF: the file "../secret.bin" is not next to it',
     ),
 }
 

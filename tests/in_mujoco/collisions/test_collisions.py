@@ -119,7 +119,7 @@ def test_a_matrix_is_of_one_robot(capsys: Shown) -> None:
         assert main(["all", "reach"]) == 0
         said = capsys.readouterr().err
         assert "warning[collisions-stale]: the collision matrix was computed of other shapes" in said
-        assert "rosorin-compile collisions computes it anew" in said
+        assert "rosorin-compile collisions computes it again" in said
         assert "disable_collisions" not in Path("outputs/reach/reach.srdf").read_text("utf-8")
     joint = "base_lidar: {type: fixed, parent: base, child: lidar, xyz: [0.1, 0, 0.2]}"
     for text in (

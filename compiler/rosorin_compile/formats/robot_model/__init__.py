@@ -74,7 +74,7 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
             continue
         joints.append(joint)
         if joint.mimic is not None:
-            message = f"robot_model has no word for mimic: joint {joint.name} stands there as if it moved by itself"
+            message = f"robot_model has no word for mimic: joint {joint.name} is written as if it moved by itself"
             diagnostics.append(_cannot_say(message, "leave the joint out with joints: [...], or let its reader know"))
     links = dict.fromkeys([*(joint.child for joint in joints), *(joint.parent for joint in joints)]) or [robot.root]
     renamed: dict[str, str] = {}

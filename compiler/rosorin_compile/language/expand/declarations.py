@@ -299,8 +299,8 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
     value = entry.get(key)
     letter = unseen(value) if isinstance(value, str) else ""
     if letter:
-        message = f'{key} "{value}" has a letter that nobody sees: {in_words(letter)}'
-        scope.report("invisible-letter", message, place_of(entry, key, scope), "type it anew, without it")
+        message = f'{key} "{value}" has an invisible letter: {in_words(letter)}'
+        scope.report("invisible-letter", message, place_of(entry, key, scope), "type it again, without this letter")
     return bool(letter)
 
 
@@ -316,7 +316,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
             if isinstance(entries, Map) and control in entries and _is_control(section, control, entries[control]):
                 place = Place(entries.key_spans[control], scope.via or entries.via)
                 help = f"move it into the entry: NAME: {{{control}: ..., ...}}"
-                message = f'"{control}" stands beside the entries of {owner}{section}: a {what} stands in its entry'
+                message = f'"{control}" is next to the entries of {owner}{section}: write a {what} inside its entry'
                 scope.report("wrong-type", message, place, help)
                 good = False
     return good

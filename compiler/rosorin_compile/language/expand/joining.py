@@ -58,7 +58,7 @@ def _report_unknown_keys(section: str, table: Map, fragment: Map, scope: Scope) 
 def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> bool:
     """Report a section of two fragments that cannot be joined; return True if validation reports it instead."""
     if not _is_joined(section):
-        _report("duplicate-key", f'"{section}" is said twice', "remove one", section, tree, more, scope)
+        _report("duplicate-key", f'"{section}" is defined twice', "remove one", section, tree, more, scope)
         for fragment in (tree, more) if scope.expansion.parts else ():
             alone = Map(fragment.span, fragment.via)
             alone.put("robot", "robot", fragment.span, fragment.span)

@@ -303,7 +303,7 @@ class Scope:
             if name in made:
                 related = [Related("first defined here", made.key_spans[name])]
                 help = "use the loop's value in the name" if isinstance(item, Map) and "for" in item else ""
-                message = f'the key "{name}" stands twice in one mapping'
+                message = f'the key "{name}" is repeated in one mapping'
                 raise self.failed("duplicate-key", message, Place(key_span, via), help, related)
             entry = scope.resolve(entry, Place(span, via))
             if "$" in key and isinstance(entry, Map) and scope is not self:

@@ -71,7 +71,7 @@ def masked(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
 
 # Syntax of other languages, and the help for it.
 _FOREIGN: tuple[tuple[str, str], ...] = (
-    (r"[\u00a0\u2007\u202f]", "type the space anew: it is none of the keyboard"),
+    (r"[\u00a0\u2007\u202f]", "replace it by a space of the keyboard"),
     (r"&&", 'write "and"'),
     (r"\|\|", 'write "or"'),
     (r"\?.*:", "write A if CONDITION else B"),

@@ -42,7 +42,7 @@ _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
     ast.NotIn: lambda a, b: a not in b,
 }
 _OTHER_OPERATORS: dict[type[ast.operator], str] = {
-    ast.BitXor: "a power is written **; ^ stands in units alone, such as 2 kg*m^2",
+    ast.BitXor: "write ** for a power; ^ is only for units, such as 2 kg*m^2",
     ast.BitAnd: 'write "and"',
     ast.BitOr: 'write "or"',
 }

@@ -284,7 +284,7 @@ def _put_limit(reading: Reading, index: int, entry: Map, drive: Drive) -> None:
 
 
 def report_stand_ins(reading: Reading) -> None:
-    """Report which limits the file does not have and the URDF gets all the same."""
+    """Report the limits that the file does not have and that the URDF needs."""
     ends = [entry for key in ("lower", "upper") for entry in reading.stand_ins.get(key, ())]
     for word, entries in (("range", ends), *((key, reading.stand_ins.get(key, [])) for key in ("effort", "velocity"))):
         if not entries:
@@ -293,8 +293,8 @@ def report_stand_ins(reading: Reading) -> None:
         values = list(dict.fromkeys(f"{value:g}" for _, value, _ in entries))
         whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'joint')} have"
         which = f" ({first_of(names, 3)})" if len(names) > 1 else ""
-        stand = "stands" if len(values) == 1 else "stand"
-        message = f"{whose} no {word} limit in the MJCF{which}: {listed(values)} {stand} in where readers ask for one"
+        written = "is written as a stand-in" if len(values) == 1 else "are written as stand-ins"
+        message = f"{whose} no {word} limit in the MJCF{which}: {listed(values)} {written}"
         reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
 
 

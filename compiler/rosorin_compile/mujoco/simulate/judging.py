@@ -226,7 +226,7 @@ class Judge:
             yield self._found("drive-not-followed", message, ("drive",), help)
 
     def _cause(self, driven: Driven, home: PoseTrial) -> tuple[str, str]:
-        """Return why a robot does not follow its commands, as far as that was measured, and the way out."""
+        """Return why a robot does not follow its commands, as far as that was measured, and the fix."""
         robot, drive = self.case.robot, self.case.robot.drive
         names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ())) if drive else ()
         wheels = set().union(*(robot.below(robot.joint[name].child) for name in names))

@@ -29,7 +29,7 @@ RULES = (
     ),
     Rule(
         "parameters-twice",
-        "A warning: a parameter stands twice for one node; the last one counts.",
+        "A warning: a parameter is repeated for one node; the last one counts.",
         "Remove one.",
         Heading.PARAMETERS,
     ),
@@ -168,7 +168,7 @@ class _Reader:
                 if named is None:
                     raise self.fail(f"{PARAMETERS_KEY} stands at the top: no node is named", key)
                 if of_node:
-                    what = f"{PARAMETERS_KEY} stands twice for one node, which ROS 2 refuses"
+                    what = f"{PARAMETERS_KEY} is repeated for one node, which ROS 2 refuses"
                     raise self.fail(what, key, "make it one")
                 self.named(above, named)
                 self.parameters(self.sections.setdefault(above, Section(above, named)), "", depth + 1)
@@ -228,7 +228,7 @@ class _Reader:
         self.count += 1
         before = section.parameters.get(name)
         if before is not None:
-            message = f'"{name}" stands twice for {section.name}; the last one counts'
+            message = f'"{name}" is repeated for {section.name}; the last one counts'
             related = (Related("first set here", before.key),)
             self.told.append(Diagnostic("parameters-twice", "warning", message, made.key, related, "remove one"))
         if made.value == []:

@@ -300,7 +300,7 @@ def _other_child(case: Case, claim: Claim, every: Sequence[Declared]) -> Iterato
 
 
 def _prefixed(claim: Claim) -> str:
-    """Return the way out for a controller that writes its namespace before its frames."""
+    """Return the fix for a controller that writes its namespace before its frames."""
     own = prefix(claim.node)
     if not own:
         return ""

@@ -179,7 +179,7 @@ _SHOWN = 4
 
 
 def _to_give(robot: Robot, one: Filled, needed: list[str]) -> str:
-    """Return the way out where a controller lacks parameters: what is to be written, or why nobody knows it."""
+    """Return the fix where a controller lacks parameters: what is to be written, or why nobody knows it."""
     if one.known.why_not:
         return f"{one.known.why_not}; give it in params"
     blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]

@@ -72,7 +72,7 @@ def settle(
     addresses: dict[str, str] = {}
     files: dict[str, Path] = {}
     packages: set[str] = set()
-    missing: dict[tuple[str, str], list[str]] = {}  # names by what is to say of them, and the way out
+    missing: dict[tuple[str, str], list[str]] = {}  # names by what is to say of them, and the fix
     is_sdf = place.endswith(".sdf")
     for name in named(urdf, is_sdf):
         match = _PACKAGE.fullmatch(name)

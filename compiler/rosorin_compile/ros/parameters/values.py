@@ -74,7 +74,7 @@ def value_text(value: Any) -> str:
 
 
 def as_type(value: Any, kind: str) -> str:
-    """Return the way out for a value of the wrong type."""
+    """Return the fix for a value of the wrong type."""
     meant = converted(value, kind)
     if fits(meant, kind):
         return f"write {written(meant)}"

@@ -74,7 +74,7 @@ RULES = (
         "collisions-stale",
         "A warning: the collision matrix was computed of other shapes, joints, limits or numbers. Its pairs are left "
         "out of the SRDF, because one of them may collide now.",
-        "`rosorin-compile collisions` computes it anew.",
+        "`rosorin-compile collisions` computes it again.",
         Heading.OUTPUTS,
     ),
     Rule(
@@ -312,7 +312,7 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
             "the collision matrix was computed of other shapes, joints, limits or numbers:"
             f" the SRDF is without its {counted(len(matrix.pairs), 'pair')}"
         )
-        help = "rosorin-compile collisions computes it anew"
+        help = "rosorin-compile collisions computes it again"
         path = (_TOP, "collision_matrix", "of")
         yield case.problem("collisions-stale", message, path, help, severity=WARNING)
     elif matrix is not None:  # of a stale one nothing is written
@@ -325,6 +325,6 @@ def _unknown_in_pairs(case: Case, within: Path) -> Iterator[Diagnostic]:
         for side, name in enumerate(pair["links"]):
             if name not in case.robot.link:
                 path: Path = (*within, index, "links", side)
-                help = Suggestion(name, case.robot.link, "rosorin-compile collisions computes the matrix anew")
+                help = Suggestion(name, case.robot.link, "rosorin-compile collisions computes the matrix again")
                 message = f'there is no link "{name}", one of two links of the collision matrix'
                 yield case.problem("unknown-link", message, path, help)

@@ -157,7 +157,7 @@ def _of_meshes(names: Sequence[str]) -> Iterator[Diagnostic]:
     """Yield a warning about mesh files that changed; the rule about all else is in ``checks``."""
     if names:
         message = f"the collision matrix was computed of another {first_of(names, 3)}: the SRDF is without its pairs"
-        help = "rosorin-compile collisions computes it anew"
+        help = "rosorin-compile collisions computes it again"
         yield Diagnostic("collisions-stale", WARNING, message, help=help)
 
 

@@ -92,7 +92,7 @@ def targets(case: Case) -> Iterator[Diagnostic]:
 
 
 def _target(actuator: Actuator, turning: Mapping[str, str]) -> tuple[str, str] | None:
-    """Return what is wrong with what an actuator acts on, and the way out."""
+    """Return what is wrong with what an actuator acts on, and the fix."""
     given, words = set(actuator.targets), {word: key for key, word in TARGETS.items()}
     if not given:
         return "acts on nothing", "name one: joint: NAME, tendon: NAME, site: NAME or body: NAME"

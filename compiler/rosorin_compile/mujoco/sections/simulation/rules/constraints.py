@@ -45,7 +45,7 @@ _MORE = {
 
 
 def _constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
-    """Return what is wrong with a constraint, the way out, and the key that is about it."""
+    """Return what is wrong with a constraint, the fix, and the key that is about it."""
     kind = str(entry["type"])
     legal = (*_ENDS[kind], *_MORE[kind], "type", "active", "solref", "solimp", "source")
     extra = next((key for key in entry if key not in legal), "")

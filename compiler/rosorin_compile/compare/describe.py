@@ -67,7 +67,7 @@ def unit_of(joint: Joint | None, quantity: str) -> str:
 
 
 def about(address: Address) -> str:
-    """Return what a sentence about a leaf begins with."""
+    """Return the subject of a sentence about a leaf."""
     kind, name, quantity = address
     if kind == "frame" and quantity in ("publisher", "topic"):
         return f"{name}: {'published by' if quantity == 'publisher' else quantity}"

@@ -64,7 +64,7 @@ class Item:
 
 
 class Report(NamedTuple):
-    """What a comparison collects: differences, notes on what means the same, and what cannot be compared."""
+    """The result of a comparison: differences, notes, and leaves that cannot be compared."""
 
     items: list[Item]
     notes: list[str]

@@ -47,7 +47,7 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> dict[tuple[Any, ...], str]:
-    """Return links by what they are recognised by; what two of them share is left out."""
+    """Return links by their identifying features, without features that two links share."""
     found: dict[tuple[Any, ...], str] = {}
     shared = set()
     for link, value in _all_signs(side, links, sign):

@@ -1,4 +1,4 @@
-"""Compare what two robots have besides frames, masses and shapes, leaf by leaf: values of joints, and every section.
+"""Compare two robots leaf by leaf, except frames, masses and shapes: values of joints, and every section.
 
 What one of two formats has no word for is a topic that is not compared; how much of it there is, is a line.
 """
@@ -92,7 +92,7 @@ def compare_sections(
 
 
 def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
-    """Return the leaves of a robot, with what two formats say in different ways in one way."""
+    """Return the leaves of a robot in a form that does not depend on the formats of the two sides."""
     if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has one damping of joint and drive
         robot = replace(robot, joints=tuple(map(_with_braking, robot.joints)))
     if sides[0].format is not sides[1].format:
@@ -211,7 +211,7 @@ def _counts(found: Leaves, robot: Robot) -> Counter[str]:
 
 
 def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None:
-    """Take out what is not compared, and what is compared elsewhere: masses, shapes and elements for URDF."""
+    """Remove leaves that are not compared here: unsupported topics, masses, shapes and elements for URDF."""
     for thing in [*found]:
         kind, name = thing
         entry = found[thing]
@@ -227,7 +227,7 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
 
 
 def _only_shared(old: Leaves, new: Leaves, robots: tuple[Robot, Robot], flipped: Mapping[str, bool]) -> None:
-    """Take out what is compared elsewhere, and of links and joints what only one robot has."""
+    """Remove leaves that are compared elsewhere, and links and joints that only one robot has."""
     placed = {*robots[0].joint_to, *robots[1].joint_to}
     for thing in {**old, **new}:
         kind, name = thing
@@ -246,7 +246,7 @@ def _reduce(
     robots: tuple[Robot, Robot],
     flipped: Mapping[str, bool],
 ) -> None:
-    """Take out of the entries of a thing what is compared elsewhere, and what is no difference."""
+    """Remove leaves of one entry that are compared elsewhere or are equal in meaning."""
     kind, name = thing
     keys = {*entries[0], *entries[1]}
     gone: set[str] = set()

@@ -80,7 +80,7 @@ def far(distance: float, angle: float, verbs: bool = False) -> str:
 
 
 def with_remark(text: str, remark: str) -> str:
-    """Return a sentence with a remark in parentheses, behind one that is there."""
+    """Append a remark in parentheses to a sentence, after an existing remark."""
     if not remark:
         return text
     return f"{text[:-1]}; {remark})" if text.endswith(")") else f"{text} ({remark})"

@@ -351,7 +351,7 @@ def _entries(kind: str, entries: Iterable[Any], found: Leaves) -> None:
 
 
 def _elements(texts: Iterable[str], entry: dict[str, Any], word: str = "element") -> None:
-    """Add what elements of XML say, each value by its place."""
+    """Add the values of XML elements, each by its place."""
     for place, value in values_of(f"<all>{''.join(texts)}</all>") if texts else ():
         entry[f"{word} {place}"] = value
 

@@ -1,4 +1,4 @@
-"""Compare what elements of a URDF beside links and joints say, in any spelling.
+"""Compare the elements of a URDF other than links and joints by meaning, not by spelling.
 
 White space, comments, the order of what has other names, spare zeros and what SDF takes by default mean nothing.
 Within a plug-in, whose words are its own, texts and their order stay as they are. What Gazebo is told of a link or a

@@ -22,7 +22,7 @@ _PUBLISHED = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 def model_differences(
     one: Robot, other: Robot, tolerance: float = NOISE, *, carried_by_urdf: bool = False
 ) -> list[str]:
-    """Return in which values two robots differ; none for the same robot.
+    """Return the differences between two robots, one sentence each.
 
     Numbers may differ by ``tolerance``, absolute or relative. With ``carried_by_urdf`` only what a URDF says is
     compared.
@@ -36,7 +36,7 @@ def model_differences(
 
 
 def section_differences(one: Robot, other: Robot, section: str) -> list[str]:
-    """Return in which values two robots differ in one section, such as ``moveit``."""
+    """Return the differences between one section of two robots, such as ``moveit``."""
     empty = Robot("", (), ())
     first, second = (replace(empty, **{section: getattr(robot, section)}) for robot in (one, other))
     return model_differences(first, second)
@@ -47,14 +47,14 @@ def _of(tolerance: float) -> Precision:
 
 
 def _without_lacking(one: Robot, other: Robot) -> Robot:
-    """Return a robot with what a URDF has no word for as another one has it."""
+    """Copy the values that a URDF cannot express from ``other`` to ``one``."""
     urdf, known = FORMATS.published(), {field.name for field in fields(one)}
     skipped = [name for name, node in sections().items() if node.topic in urdf.lacks and name in known]
     return replace(one, sections=other.sections, **{name: getattr(other, name) for name in skipped})
 
 
 def _in_urdf(robot: Robot) -> Robot:
-    """Return a robot with what a URDF says of its links and joints."""
+    """Reduce a robot to the values that a URDF can express."""
     links, joints = tuple(map(_link, robot.links)), tuple(map(_joint, robot.joints))
     materials = tuple(replace(material, mjcf={}) for material in robot.materials)
     return replace(robot, links=links, joints=joints, materials=materials, mjcf_elements=())

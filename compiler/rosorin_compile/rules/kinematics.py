@@ -52,7 +52,7 @@ def _mentions(case: Case, kind: str, option: str) -> Iterator[Reference]:
 
 
 def _namesake(robot: Robot, kind: str, name: str) -> str:
-    """Return the suggestion for a name that is that of something else, which has a link or joint."""
+    """Return the suggestion for the name of an entry that has a link or joint of its own."""
     if kind == "joint":
         joint = robot.joint_to.get(name)
         return f'"{name}" is a link; its joint is "{joint.name}"' if joint else ""

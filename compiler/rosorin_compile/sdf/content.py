@@ -113,7 +113,7 @@ def content_of(robot: Robot) -> Content:
 
 
 def version_of(robot: Robot, output: Output) -> str:
-    """Return the version of an output; 1.9 is a number in YAML, and a name all the same."""
+    """Return the version of an output as text: YAML reads 1.9 as a number."""
     asked = output.options.get("version")
     if asked is not None:
         return "1.10" if asked == 1.1 else str(asked)

@@ -39,7 +39,7 @@ STEP = 1 / 240  # s, that of PyBullet if nobody sets another; Gazebo has 1/1000
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find what is wrong with an output of a URDF."""
+    """Validate an output of a URDF and return diagnostics."""
     others = (one for one in case.robot.outputs if one.backend == output.backend)
     heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
     if heavy and not has_inertials(output) and not any(map(has_inertials, others)):

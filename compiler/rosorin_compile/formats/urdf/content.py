@@ -67,7 +67,7 @@ def frames_of(output: Output) -> str:
 
 
 def version_of(output: Output) -> str:
-    """Return the version of the format; 1.2 is a number in YAML, and a name all the same."""
+    """Return the version of the format as text: YAML reads 1.2 as a number."""
     return str(output.options.get("version", "1.0"))
 
 

@@ -39,7 +39,7 @@ _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 
 def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
-    """Return the blocks for the Gazebo of an output, and what it will not see."""
+    """Return the <gazebo> blocks of an output, and the sensors that this Gazebo ignores."""
     writer = _Writer(content)
     blocks = [
         block for sensor in content.robot.sensors for one in sensor.gazebo for block in writer.sensor(sensor, one)

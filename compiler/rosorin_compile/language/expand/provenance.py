@@ -43,7 +43,7 @@ class Origin(NamedTuple):
     others: tuple[Span, ...] = ()
 
     def related(self, used: Span) -> tuple[Related, ...]:
-        """Return the second places: where the value is used, and the other values."""
+        """Return related places: where the value is used, and where its other values are defined."""
         return (Related(USED, used), *(Related("it depends on this, too", span) for span in self.others))
 
 

@@ -38,7 +38,7 @@ class ChangedSensor(Seq):
 
 
 def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
-    """Give every sensor of a tree what its type defines.
+    """Add the values of its type to every sensor of a tree.
 
     ``own`` are the types of the description; they replace those of the library file. A sensor with errors is reported
     and stays as it is.
@@ -77,7 +77,7 @@ def _library(path: Path) -> Map:
 
 
 def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> Map:
-    """Return a sensor with what its type defines. Raises Failed after reporting."""
+    """Return a sensor with the values of its type. Raises Failed after reporting."""
     check_sensor_type(kind, definition, scope)
     before = len(scope.expansion.diagnostics)
     place = Place(sensor.span, sensor.via)

@@ -146,7 +146,6 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
         tree=made,
         diagnostics=[*imported.diagnostics, *diagnostics],
         files=(*imported.files, path),
-        left_out=(*imported.left_out, *joined.left_out),
     )
 
 

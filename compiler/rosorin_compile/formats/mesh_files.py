@@ -148,6 +148,10 @@ class Places(NamedTuple):
         """Return the files of all meshes that are found, by their names, whether or not an artifact has any."""
         return _Search(self, outputs, tree).run(named_files(tree, MESH)).by_name
 
+    def textures(self, tree: Map) -> Mapping[str, Path]:
+        """Return the files of all images that are found, by their names."""
+        return _Search(self, (), tree).run(named_files(tree, TEXTURE)).by_name
+
     def named(self, tree: Map, relative: bool = True) -> Searched:
         """Search the meshes and textures of a foreign robot, as its file names them; ``relative`` names on request."""
         named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
@@ -170,13 +174,14 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     names_meshes = any(one.meshes for one in formats)
     if not (opening or measures or embeds or names_meshes):
         return Searched()
-    textures = named_files(tree, TEXTURE)
     named = named_files(tree, MESH)
-    for texture in textures if opening else ():  # an output that only names textures does not open any
+    for texture in (
+        named_files(tree, TEXTURE) if opening else ()
+    ):  # an output that only names textures does not open any
         beside = (measures or names_meshes) and is_relative(urdf_file_name(texture.name))
         named += [texture] if beside or any(opened_by(output, texture.name) for output in opening) else []
     named += _named_in_elements(tree) if opening else []
-    images = _Search(places, (), tree).run(textures).by_name if embeds else {}
+    images = places.textures(tree) if embeds else {}
     searched = _Search(places, outputs, tree).run(named)
     return searched._replace(by_name={**images, **searched.by_name})
 

@@ -175,9 +175,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     if not (opening or measures or embeds or names_meshes):
         return Searched()
     named = named_files(tree, MESH)
-    for texture in (
-        named_files(tree, TEXTURE) if opening else ()
-    ):  # an output that only names textures does not open any
+    for texture in named_files(tree, TEXTURE) if opening else ():  # one that only names them opens none
         beside = (measures or names_meshes) and is_relative(urdf_file_name(texture.name))
         named += [texture] if beside or any(opened_by(output, texture.name) for output in opening) else []
     named += _named_in_elements(tree) if opening else []

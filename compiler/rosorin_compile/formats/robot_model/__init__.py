@@ -232,10 +232,7 @@ FORMAT = Format(
             "description": "Link name: the name it has in this artifact.",
             "additionalProperties": {"$ref": "#/$defs/name"},
         },
-        "servos": {
-            "$ref": "#/$defs/name",
-            "description": "The servo group for pulse_to_rad, where there are several.",
-        },
+        "servos": {"$ref": "#/$defs/name", "description": "The servo group for pulse_to_rad, where there are several."},
         "source": {
             "type": "string",
             "description": "Text of its key source; default is the note of the robot's source.",

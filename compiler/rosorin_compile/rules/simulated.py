@@ -22,7 +22,6 @@ from rosorin_compile.language.element_names import (
     MATERIAL,
     SENSOR,
     SITE,
-    TENDON,
 )
 from rosorin_compile.language.schema import of_topic
 from rosorin_compile.language.symbols import ENDS, KINDS, Reference
@@ -41,8 +40,7 @@ BALL = "ball"  # a joint of several positions, as those of ENDS
 _WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
 _KINDS = {word: kind for kind, word in KINDS.items()}
 # The kinds of what gets its name in a section for a simulation, by the word of the schema.
-_DEFINED = {"actuator": ACTUATOR, "tendon": TENDON, "constraint": EQUALITY, "sensor of MuJoCo": SENSOR}
-_DEFINED |= {"contact pair": "pair"}
+_DEFINED = {"actuator": ACTUATOR, "constraint": EQUALITY}
 
 
 class Named(NamedTuple):
@@ -158,14 +156,10 @@ class _Names:
         return found
 
     def has(self, kind: str, name: str) -> bool:
-        """Return True if there is something of a kind under a name, or may be."""
+        """Return True if there is something of a kind under a name, or may be; several shapes lose theirs in MJCF."""
+        if kind == GEOM and len(self.shapes.get(name, ())) > 1:
+            return any(named.kind == GEOM and named.name == name for named in self.all)
         return name in self.by_kind.get(kind, ()) or (self.open and kind not in (BODY, JOINT))
-
-    def is_ambiguous(self, kind: str, name: str) -> bool:
-        """Return True if several shapes have a name, which none of them has in the MJCF."""
-        if kind != GEOM or len(self.shapes.get(name, ())) < 2:
-            return False
-        return not any(named.kind == GEOM and named.name == name for named in self.all)
 
 
 @rule("unknown-name", help="Correct the name.", topic=SIMULATED)
@@ -183,7 +177,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     wrong: dict[tuple[str, str], list[Reference]] = {}
     for one in named:
         kind = _KINDS.get(one.kind, one.kind)
-        if names and (names.is_ambiguous(kind, one.name) or not names.has(kind, one.name)):
+        if names and not names.has(kind, one.name):
             wrong.setdefault((kind, one.name), []).append(one)
     for (kind, _), uses in wrong.items():
         id, message, help = _worded(names or _Names(case), kind, uses[0])
@@ -199,9 +193,6 @@ def _worded(names: _Names, kind: str, use: Reference) -> tuple[str, str, str]:
         help = f"name one of the joints that MuJoCo has for it: {parts}" if parts else ""
         id = "joint-is-fixed" if joint.is_fixed else "joint-has-no-position"
         return id, f'joint "{name}" is {joint.type} and has no single position', help
-    if names.is_ambiguous(kind, name):
-        message = f'several shapes are called "{name}": in the MJCF none of them has that name'
-        return "unknown-name", message, "name one as LINK_collision_1 or LINK_visual_1, by its place in its link"
     id = {JOINT: "unknown-joint", BODY: "unknown-link"}.get(kind, "unknown-name")
     help = names.case.suggest(use.path, name, names.by_kind.get(kind, ()), f"name another {word} of the robot")
     is_base = kind == JOINT and name == _free_joint(robot)
@@ -250,7 +241,7 @@ _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp
 
 @rule("mjcf-element", help="Write it as the message says.", topic=SIMULATED)
 def placed(case: Case) -> Iterator[Diagnostic]:
-    """`mjcf_elements` have a body, a joint, `<compiler>`, or an element that MuJoCo does not take at that place."""
+    """`mjcf` has a body, a joint, `<compiler>`, or an element that MuJoCo does not accept at that place."""
     for path, text, top in mjcf_texts(case):
         for found in found_in(text):
             wrong = _misplaced(case, found, top)
@@ -279,7 +270,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
         )
         return f"<{tag}> is no section of an MJCF", help
     if not top and tag in mujoco.SECTIONS:
-        return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf_elements at the top"
+        return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf at the top"
     if not top and tag not in _IN_BODIES:
         return f"<{tag}> is no element of a body", did_you_mean(tag, _IN_BODIES, "write one of them")
     return None
@@ -287,7 +278,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
 
 @rule("unknown-in-mjcf", help="Correct the name.", topic=SIMULATED)
 def unknown_in_elements(case: Case) -> Iterator[Diagnostic]:
-    """An element of `mjcf_elements` names a body, a joint, a site, a geom, a class or the like that does not exist."""
+    """An element of `mjcf` names a body, a joint, a site, a geom, a class or the like that does not exist."""
     texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
     if not texts:
         return

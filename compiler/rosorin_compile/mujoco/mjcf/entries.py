@@ -79,7 +79,7 @@ def _keep_whole(reading: Reading, section: str, node: Node, span: Span) -> None:
             kind = _kind_of(word, attributes)
             if kind in (_SITE, _GEOM):
                 _keep_of_scene(reading, kind, text)
-    reading.keep_in_section(section, node, f"{section} <{node['tag']}>", span)
+    reading.keep_in_section(section, node, section, span)
 
 
 def keep_section(reading: Reading, section: str, nodes: Sequence[Node]) -> None:

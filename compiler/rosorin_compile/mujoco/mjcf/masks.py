@@ -35,7 +35,7 @@ class Mask(NamedTuple):
         return {"contype": str(self.contype), "conaffinity": str(self.conaffinity)}
 
 
-_WORDS = ("contype", "conaffinity")
+BITS = ("contype", "conaffinity")
 USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
 
 
@@ -57,7 +57,7 @@ class Masks:
         contact = shape.contact
         if contact is None:
             return self.usual
-        return Mask(*(_bits(contact.values.get(word), usual) for word, usual in zip(_WORDS, self.usual, strict=True)))
+        return Mask(*(_bits(contact.values.get(word), usual) for word, usual in zip(BITS, self.usual, strict=True)))
 
     @cached_property
     def _of_links(self) -> dict[str, set[Mask]]:
@@ -79,7 +79,7 @@ def rolling(robot: Robot) -> frozenset[str]:
     Behind a joint that steers it is what turns there. A description that sets bits sets those of all links.
     """
     drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
-    if drive is None or any(one and not one.values.keys().isdisjoint(_WORDS) for one in contacts):
+    if drive is None or any(one and not one.values.keys().isdisjoint(BITS) for one in contacts):
         return frozenset()
     wheels = {robot.joint[name].child for names in drive.joints.values() for name in names if name in robot.joint}
     steered = {robot.joint[name].child for name in drive.steering if name in robot.joint}

@@ -16,6 +16,7 @@ from rosorin_compile.source.xml.escaping import Markup
 
 from .bodies import body_name, reference, shifted
 from .classes import Named, Part
+from .masks import BITS
 from .omissions import is_textured
 from .servos import Drive, aims
 
@@ -129,7 +130,8 @@ class SimulationPrinter:
         """Return the attributes of how a shape touches, and those that the language has no word for."""
         values: dict[str, Attribute] = {}
         if shape.contact is not None and purpose == "collision":
-            values |= shape.contact.values
+            bits: Values = {word: shape.contact.values.get(word) for word in BITS}  # first in the element
+            values |= {**bits, **shape.contact.values}
         return self.texts(values | dict(shape.mjcf))
 
     def printed(self, values: Values) -> Markup:

@@ -29,8 +29,7 @@ BALL = "ball"  # a joint of several positions, as those of ENDS
 _WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
 _KINDS = {word: kind for kind, word in KINDS.items()}
 # The kinds of what gets its name in a section for a simulation, by the word of the schema.
-_DEFINED = {"actuator": ACTUATOR, "tendon": mujoco.TENDON, "constraint": EQUALITY, "sensor of MuJoCo": SENSOR}
-_DEFINED |= {"contact pair": "pair"}
+_DEFINED = {"actuator": ACTUATOR, "constraint": EQUALITY}
 
 
 class Named(NamedTuple):
@@ -111,13 +110,9 @@ class _Names:
 
     def has(self, kind: str, name: str) -> bool:
         """Return True if there is something of a kind under a name, or may be."""
-        is_known = name in self.by_kind.get(kind, ()) and not self.is_ambiguous(kind, name)
-        return is_known or (self.is_open and kind not in (BODY, JOINT))
-
-    def is_ambiguous(self, kind: str, name: str) -> bool:
-        """Return True if several shapes have a name, which none of them has in the MJCF."""
-        is_shared = kind == GEOM and len(self.shapes.get(name, ())) > 1
-        return is_shared and not any(named.kind == GEOM and named.name == name for named in self.all)
+        if kind == GEOM and len(self.shapes.get(name, ())) > 1:  # then none of them has it in the MJCF
+            return any(named.kind == GEOM and named.name == name for named in self.all)
+        return name in self.by_kind.get(kind, ()) or (self.is_open and kind not in (BODY, JOINT))
 
 
 def _shapes(case: Case) -> Mapping[str, list[Path]]:
@@ -168,9 +163,6 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             help = f"name one of the joints that MuJoCo has for it: {parts}" if parts else ""
         elif kind == JOINT and name == _free_joint(case.robot):
             help = "write base: free in the output of the MJCF"
-        elif names.is_ambiguous(kind, name):
-            message = f'several shapes are called "{name}": in the MJCF none of them has that name'
-            help = "name one as LINK_collision_1 or LINK_visual_1, by its place in its link"
         yield from case.unknown(id, message, uses, help)
 
 
@@ -215,7 +207,7 @@ _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp
 
 @rule("mjcf-element", help="Write it as the message says.", topic=SIMULATED)
 def placed(case: Case) -> Iterator[Diagnostic]:
-    """`mjcf_elements` have a body, a joint, `<compiler>`, or an element that MuJoCo does not take at that place."""
+    """`mjcf` has a body, a joint, `<compiler>`, or an element that MuJoCo does not accept at that place."""
     for path, text, top in mjcf_texts(case):
         for found in found_in(text):
             wrong = _misplaced(case, found, top)
@@ -242,7 +234,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
     if top and tag in _IN_BODIES:
         return f"<{tag}> is no section of an MJCF", "write it in a link"
     if not top and tag in mujoco.SECTIONS:
-        return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf_elements at the top"
+        return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf at the top"
     return f"<{tag}> is no {'section of an MJCF' if top else 'element of a body'}", did_you_mean(
         tag, known, "remove it"
     )
@@ -250,7 +242,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
 
 @rule("unknown-in-mjcf", help="Correct the name.", topic=SIMULATED)
 def unknown_in_elements(case: Case) -> Iterator[Diagnostic]:
-    """An element of `mjcf_elements` names a body, a joint, a site, a geom, a class or the like that does not exist."""
+    """An element of `mjcf` names a body, a joint, a site, a geom, a class or the like that does not exist."""
     texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
     if not texts:
         return

@@ -894,6 +894,7 @@ def import_robot(
     parts: bool = True,
     verbatim: bool = False,
     flat: bool = False,
+    drives: str | None = None,
     force: bool = False,
     keep_edits: bool = False,
     trust: bool = False,
@@ -918,6 +919,8 @@ def import_robot(
         parts: Factor repeated structures into parts.
         verbatim: Copy the Gazebo and ros2_control elements of a URDF unchanged.
         flat: Import the URDF that a xacro generates, without its macros.
+        drives: Servos that the MJCF gets for a robot without actuators: ``"position"`` (for joints with limits; the
+            others get velocity servos), ``"velocity"`` or ``"none"``; by default ``"position"``.
         force: Write to a folder that is not empty.
         keep_edits: If both the source and the description changed the same lines, keep those of the description.
 
@@ -944,6 +947,7 @@ def import_robot(
         parts=parts,
         verbatim=verbatim,
         flat=flat,
+        drives=drives,
         force=force,
         ours=keep_edits,
         trust=trust,

@@ -117,32 +117,30 @@ class StaticTransforms(NamedTuple):
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
     """Return the edges that static_transform_publisher nodes publish: joints in their order, then edges in turns.
 
-    Numbers are printed to the last digit if one of the outputs asks for it.
+    Numbers are printed to the last digit if one of the outputs has the number format exact.
     """
     is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
-    always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
+    found = StaticTransforms([], [], [])
+    edges: list[tuple[Joint, Joint | Edge, str]] = []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
         if joint.type == "fixed":
-            name, arguments = joint.publisher.name, _arguments(joint, is_exact)
-            always.append(StaticTransform(name, joint.parent, joint.child, arguments, joint.source))
+            edges.append((joint, joint, ""))
             continue
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
-        diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
+        found.diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
     for edge in robot.edges:
         if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            arguments = _arguments(robot.joint[edge.joint], is_exact)
-            turn = StaticTransform(edge.publisher.name, edge.parent, edge.child, arguments, edge.source, edge.when)
-            (in_modes if modes_in(robot, [turn.when]) else always).append(turn)
-    return StaticTransforms(always, in_modes, diagnostics)
-
-
-def _arguments(joint: Joint, is_exact: bool) -> tuple[str, ...]:
-    arguments: list[str] = []
-    axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
-    for flags, values, digits in axes:
-        for flag, value in zip(flags, values, strict=True):
-            arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
-    return (*arguments, _PARENT, joint.parent, _CHILD, joint.child)
+            edges.append((robot.joint[edge.joint], edge, edge.when))
+    for joint, edge, when in edges:
+        arguments: list[str] = []
+        axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
+        for flags, values, digits in axes:
+            for flag, value in zip(flags, values, strict=True):
+                arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
+        arguments += [_PARENT, joint.parent, _CHILD, joint.child]
+        one = StaticTransform(edge.publisher.name, edge.parent, edge.child, tuple(arguments), edge.source, when)
+        (found.in_modes if modes_in(robot, [when]) else found.always).append(one)
+    return found
 
 
 def describe(source: Source) -> str:
@@ -166,18 +164,16 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     moved = robot.published_by(ROBOT_STATE_PUBLISHER)
     if urdf is None and moved:
         message = f"robot_state_publisher is to publish {len(moved)} joints, but no output is the URDF that it reads"
-        diagnostics.append(
-            Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
-        )
+        help = "add an output with the backend urdf"
+        diagnostics.append(Diagnostic("static-tf-no-urdf", WARNING, message, help=help))
     modes = mode_arguments(robot, [one.when for one in in_modes], (_URDF_FILE, *ARGUMENTS))
     conditions = {one.when: condition(robot, one.when) for one in in_modes}
     statics = [*transforms, *in_modes]
     declared: list[tuple[str, str, str, tuple[str, ...]]] = []  # name, default as Python, help, choices
     if urdf is not None:
-        default = (
-            f"str(Path(__file__).parent / {posixpath.relpath(urdf.file, posixpath.dirname(output.file) or '.')!r})"
-        )
-        declared.append((_URDF_FILE, default, "URDF file that robot_state_publisher publishes", ()))
+        place = posixpath.relpath(urdf.file, posixpath.dirname(output.file) or ".")
+        help = "URDF file that robot_state_publisher publishes"
+        declared.append((_URDF_FILE, f"str(Path(__file__).parent / {place!r})", help, ()))
     if urdf is not None or statics:
         declared += [(name, "''", help, ()) for name, help in ARGUMENTS.items()]
     declared += [(name, "'false'", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()]

@@ -25,9 +25,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
     import json
 
-    transforms, in_modes, diagnostics = static_transforms(robot, [output])
+    always, in_modes, diagnostics = static_transforms(robot, [output])
     nodes: list[dict[str, Any]] = []
-    for transform in [*transforms, *in_modes]:
+    for transform in [*always, *in_modes]:
         node: dict[str, Any] = {"name": transform.name, "parent": transform.parent, "child": transform.child}
         if transform.source.status == "stand_in":
             node["stand_in"] = describe(transform.source)

@@ -203,7 +203,12 @@ class _Reader(Reading):
             span = element.attributes[name].span
             entry.put(key, value, element.attributes[name].name_span, span)
             if not value.strip():
-                self.error("missing-attribute", f"{name} of {named(element)} is empty", span, f"name a {name.removesuffix('name')}")
+                self.error(
+                    "missing-attribute",
+                    f"{name} of {named(element)} is empty",
+                    span,
+                    f"name a {name.removesuffix('name')}",
+                )
         return value
 
     def _robot_name(self, root: Element, path: Path, tree: Map) -> None:

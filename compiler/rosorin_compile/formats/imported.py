@@ -106,7 +106,7 @@ class Imported(NamedTuple):
     def left_out(self) -> list[str]:
         """What the tree does not carry, each once."""
         lost = [one.message for one in self.diagnostics if one.rule == "import-cannot-carry"]
-        return [message.removesuffix(" is not carried over") for message in dict.fromkeys(lost)]
+        return [message.replace(" is not carried over", "") for message in dict.fromkeys(lost)]
 
     @property
     def whole(self) -> Map:

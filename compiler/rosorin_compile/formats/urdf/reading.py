@@ -41,6 +41,7 @@ UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # the dimension, a
 NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
+_NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
 # The elements of which a second one that differs is an error: readers would see another robot.
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 _GATHERED = ("import-cannot-carry", "import-ignored")
@@ -117,13 +118,12 @@ class Reading:
 
     def all_diagnostics(self) -> list[Diagnostic]:
         """Return all diagnostics, with those of one kind about what is left out or has no effect as one."""
-        by_help: dict[str, list[Diagnostic]] = {}
-        for one in self.diagnostics:
-            by_help.setdefault(one.help if one.rule in _GATHERED else one.rule, []).append(one)
-        of_one_kind = (
-            gathered(some, (WARNING, NOTE) if some[0].rule in _GATHERED else ()) for some in by_help.values()
-        )
-        return [*(one for some in of_one_kind for one in some), *self._other_units()]
+        groups: dict[object, list[Diagnostic]] = {}
+        for index, one in enumerate(self.diagnostics):
+            kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
+            groups.setdefault(kind, []).append(one)
+        one_by_kind = [gathered(some, (WARNING, NOTE))[0] for some in groups.values()]
+        return [*one_by_kind, *self._other_units()]
 
     # Elements and attributes
 

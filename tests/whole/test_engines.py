@@ -64,7 +64,9 @@ def written(name: str, folder: Path) -> Robots:
     path = ROSORIN if name == "rosorin" else ROOT / "examples" / name / "robot.yaml"
     made = compiled(path, {**FREE, **FIXED}[name])
     assert made.robot is not None
-    outputs = {one.backend: one for one in made.robot.outputs if one.backend != "urdf" or "inertial" in elements_of(one)}
+    outputs = {
+        one.backend: one for one in made.robot.outputs if one.backend != "urdf" or "inertial" in elements_of(one)
+    }
     files = {}
     for kind in ("urdf", "mjcf", "sdf"):
         output = outputs.get(kind, Output(kind, kind, f"{name}.{kind}", {}))

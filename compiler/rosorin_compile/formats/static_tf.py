@@ -1,4 +1,4 @@
-"""static_tf: a ROS 2 launch file that starts the publishers of the frames, for Humble and Jazzy.
+"""static_tf: a ROS 2 launch file that starts the publishers of the frames, and static_tf_json: their arguments.
 
 Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
 tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
@@ -7,11 +7,13 @@ the frames is published by robot_state_publisher from the URDF.
 
 from __future__ import annotations
 
+import json
 import posixpath
 import re
 import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Output, Pose, Robot
@@ -19,7 +21,8 @@ from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
 from rosorin_compile.rules.case import first_fed
 from rosorin_compile.rules.publishers import modes_in
-from rosorin_compile.source.bounded import python_of
+from rosorin_compile.source import files
+from rosorin_compile.source.bounded import json_of, python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
 from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
@@ -200,9 +203,12 @@ def _source_lines(source: Source) -> list[str]:
 
 
 def view(robot: Robot, output: Output) -> Transforms:
-    """Return what a launch file of static transforms must contain; conditions are not read back from Python."""
+    """Return what a file of static transforms must contain; conditions are not read back from Python."""
     always, in_modes, _ = static_transforms(robot, [output])
-    return Transforms(tuple(replace(one.edge, when="") for one in (*always, *in_modes)))
+    keeps_conditions = output.backend == LIST.name
+    return Transforms(
+        tuple(replace(one.edge, when=one.when if keeps_conditions else "") for one in (*always, *in_modes))
+    )
 
 
 def read(text: str) -> Transforms:
@@ -284,4 +290,63 @@ FORMAT = Format(
     feeds=(STATIC_TRANSFORM_PUBLISHER,),
     folder="launch",
     deploys=True,
+)
+
+
+def write_list(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
+    """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
+    always, in_modes, diagnostics = static_transforms(robot, [output])
+    nodes: list[dict[str, Any]] = []
+    for transform in [*always, *in_modes]:
+        node: dict[str, Any] = {"name": transform.name, "parent": transform.parent, "child": transform.child}
+        if transform.source.status == "stand_in":
+            node["stand_in"] = describe(transform.source)
+        if transform.when:
+            node["when"] = transform.when
+        node["arguments"] = list(transform.arguments)
+        nodes.append(node)
+    return json.dumps({"robot": robot.name, "static_transform_publisher": nodes}, indent=2) + "\n", diagnostics
+
+
+def read_list(text: str) -> Transforms:
+    """Return the transforms of a list. Raises ValueError if the text is not such a file."""
+    edges = []
+    try:
+        for node in json_of(text)["static_transform_publisher"]:
+            edge = replace(read_arguments(node["name"], node["arguments"]), when=str(node.get("when", "")))
+            if (node["parent"], node["child"]) != (edge.parent, edge.child):
+                ends = f"from {node['parent']} to {node['child']}"
+                raise ValueError(f"{node['name']} goes {ends}, its arguments from {edge.parent} to {edge.child}")
+            edges.append(edge)
+    except (KeyError, TypeError, AttributeError) as problem:
+        raise ValueError(f"not a list of static transforms: {problem!r}") from None
+    return Transforms(tuple(edges))
+
+
+def robot_of(path: Path) -> str:
+    """Return the robot that a list was generated for; empty if it is no such file. Raises OSError."""
+    try:
+        content = json_of(files.read_bytes(path, 1_000_000))
+    except ValueError:
+        return ""
+    robot = content.get("robot") if isinstance(content, dict) and "static_transform_publisher" in content else None
+    return robot if isinstance(robot, str) else ""
+
+
+# The arguments of the nodes as data, for launch files that exist already: ``schemas/static_tf.schema.json``.
+LIST = replace(
+    FORMAT,
+    name="static_tf_json",
+    word="list of static transforms",
+    about="the arguments of the static transforms, for launch files of your own",
+    rank=50,
+    file="static_tf.json",
+    endings=(".json",),
+    write=write_list,
+    read=read_list,
+    located=False,
+    syntax=json_of,
+    schema="static_tf",
+    folder="config",
+    robot_of=robot_of,
 )

@@ -50,8 +50,8 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # what an import found
     if any("capsule" in shape for shape in shapes):
         # urdfdom before version 5 (ROS up to Jazzy) refuses that version.
-        remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, cylinders stand for"
-        return Asked({**entry, "version": "1.2"}, f"{remark} them")
+        remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version,"
+        return Asked({**entry, "version": "1.2"}, f"{remark} cylinders stand for them")
     return Asked({**entry, **({"version": "1.2"} if version == "1.2" else {})})
 
 

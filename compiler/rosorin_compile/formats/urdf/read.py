@@ -25,8 +25,7 @@ from rosorin_compile.source.xml.describing import named, shortened
 from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
-from ..comments import comments_of
-from ..imported import Imported, ReadOptions
+from ..imported import Imported, ReadOptions, comments_of
 from ..reading import accept, lower_artifact
 from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, lacks, numbers, put
 

@@ -27,7 +27,6 @@ from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 from rosorin_compile.language.element_names import files_in
-from rosorin_compile.language.expand.included_robots import OF_MJCF
 from rosorin_compile.language.suppressions import EVERYTHING
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
@@ -56,7 +55,7 @@ RULES = (
     ),
     Rule(
         "element-file-not-found",
-        "A file that an element of `mjcf_elements` names is not found, and MuJoCo would not load the MJCF.",
+        "A file that an element of `mjcf` names is not found, and MuJoCo would not load the MJCF.",
         "Put the file there, or correct the name.",
         FORMATS,
         asked="meshes",
@@ -224,8 +223,8 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
 def _named_in_elements(tree: Map) -> list[NamedFile]:
     """Return the files that elements of MJCF name, each name once."""
     found: dict[str, dict[Span, None]] = {}
-    for node in (tree, *(link for link in (tree.get("links") or {}).values() if isinstance(link, Map))):
-        texts = node.get(OF_MJCF)
+    links = [link for link in (tree.get("links") or {}).values() if isinstance(link, Map)]
+    for texts in (tree.get("mjcf"), *(link.get("mjcf_elements") for link in links)):
         for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
             for name in files_in(text) if isinstance(text, str) else ():
                 found.setdefault(name, {})[span] = None

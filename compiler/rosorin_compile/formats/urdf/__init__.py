@@ -61,7 +61,6 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported]:
         **OF_MUJOCO,
         **OF_PUBLISHERS,
         "constraints": Unsupported("no loops, and no couplings but mimic"),
-        "tendons": Unsupported("no tendons"),
         "disabled_contacts": Unsupported("the SRDF lists pairs of links that are not to collide", quiet=True),
     }
     if not output.options.get("gazebo"):

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from itertools import count
 
 from rosorin_compile.language.lower.lowering import owner_of_frame
 from rosorin_compile.language.symbols import MOUNT, Reference
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, nearest
 from rosorin_compile.source.rule_registry import JOINTS, rule
-from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case
@@ -18,6 +16,7 @@ from .case import Case
 # REP 105: frames of the world, which localisation places and no description owns.
 WORLD_FRAMES = ("earth", "map", "odom")
 MAX_NAMED = 20
+_OWN_FRAME = "give the frame that is made here a name of its own, frame: NAME, or leave parent out"
 
 
 def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
@@ -42,26 +41,20 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
     if not robot.links:
         yield case.problem("no-links", f'the robot "{robot.name}" has no links', ("robot",))
     for kind, option, real in (("link", "rename", robot.link), ("joint", "joints", robot.joint)):
-        known = {*real, *(WORLD_FRAMES if kind == "link" else ())}
+        # Planning comes after the robot, and then the options of its outputs.
+        uses = sorted((one for one in case.mentions(kind) if not one.among), key=lambda one: one.path[0] == "moveit")
+        for output in robot.outputs:
+            for index, name in enumerate(output.options.get(option, ())):
+                what, key = f'in the option {option} of output "{output.name}"', name if kind == "link" else index
+                uses.append(Reference(kind, name, ("outputs", output.name, option, key), kind == "link", what))
         by_name: dict[str, list[Reference]] = {}
-        for use in _mentions(case, kind, option):
-            if use.name not in known:
+        for use in uses:
+            if use.name not in real and (kind == "joint" or use.name not in WORLD_FRAMES):
                 by_name.setdefault(use.name, []).append(use)
         for name, uses in by_name.items():
             otherwise, own = f'add "{name}" to {kind}s, or name an existing one', (MOUNT,) if kind == "link" else ()
             help = _namesake(robot, kind, name) or case.suggest(uses[0].path, name, real, otherwise, own)
             yield from case.unknown(f"unknown-{kind}", f'there is no {kind} "{name}"', uses, help)
-
-
-def _mentions(case: Case, kind: str, option: str) -> Iterator[Reference]:
-    """Yield the references to links or joints in the description, and in the options of its outputs."""
-    named = [one for one in case.mentions(kind) if one.among == ""]
-    yield from sorted(named, key=lambda one: one.path[0] == "moveit")  # planning comes after the robot
-    for output in case.robot.outputs:
-        for index, name in enumerate(output.options.get(option, ())):
-            is_link = kind == "link"
-            what = f'renamed in output "{output.name}"' if is_link else f'requested by output "{output.name}"'
-            yield Reference(kind, name, ("outputs", output.name, option, name if is_link else index), is_link, what, "")
 
 
 def _namesake(robot: Robot, kind: str, name: str) -> str:
@@ -81,17 +74,13 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
     for child, joints in _children(case.robot).items() if not case.robot.is_tree else ():
         if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # an unknown link is reported by itself
             continue
-        *first, last = joints
-        left, path, ends = _orphans(case), case.end(last, "child"), [case.end(joint, "child") for joint in joints]
+        left, ends = _orphans(case), [case.end(joint, "child") for joint in joints]
         message = f'link "{child}" is the child of {len(joints)} joints, {quoted(one.name for one in joints)}'
         help = f"correct one child: no joint reaches {quoted(left)}" if left else ""
         if any(end[0] == "sensors" for end in ends):
-            message = f'frame "{child}" is defined {"twice" if len(ends) == 2 else f"{len(ends)} times"}: by '
-            message += listed(map(owner_of_frame, ends))
-            is_pair = len(ends) == 2 and ends[0][0] != "sensors"
-            help = _own_frame(case, path) if is_pair else "give each a frame of its own"
-        related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in first]
-        yield case.problem("two-parents", message, path, help, related=related)
+            message, help = f'frame "{child}" is defined by {listed(map(owner_of_frame, ends))}', _OWN_FRAME
+        related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in joints[:-1]]
+        yield case.problem("two-parents", message, ends[-1], help, related=related)
 
 
 def _orphans(case: Case) -> list[str]:
@@ -102,9 +91,8 @@ def _orphans(case: Case) -> list[str]:
     robot = case.robot
     doubles = [joints for joints in _children(robot).values() if len(joints) > 1]
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
-    if len(doubles) != 1 or len(doubles[0]) != 2 or len(roots) != 2:
-        return []
-    if any(case.joint(joint)[0] == "sensors" for joint in doubles[0]):
+    is_one = len(doubles) == 1 and len(doubles[0]) == len(roots) == 2
+    if not is_one or any(case.joint(joint)[0] == "sensors" for joint in doubles[0]):
         return []
     return [name for name in roots if name not in robot.joints_from] or roots
 
@@ -124,37 +112,24 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
     order = {name: index for index, name in enumerate(case.robot.joint)}
     done: set[str] = set()
     for start in above if not case.robot.is_tree else ():
-        walked: list[Joint] = []
+        walked: dict[str, Joint] = {}
         here = start
         while here in above and here not in done:
             done.add(here)
-            walked.append(above[here])
+            walked[here] = above[here]
             here = above[here].parent
-        begin = next((index for index, joint in enumerate(walked) if joint.child == here), None)
-        if begin is None:
+        if here not in walked:
             continue
-        circle = walked[begin:][::-1]
+        circle = list(walked.values())[list(walked).index(here) :][::-1]
         last = max(circle, key=lambda joint: order[joint.name])
-        chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
-        message = f"joints form a circle: {chain}"
-        message = f'joint "{last.name}" attaches link "{last.child}" to itself' if len(circle) == 1 else message
-        others = [joint for joint in circle if joint is not last]
+        message = f"joints form a circle: {' -> '.join([circle[0].parent, *(joint.child for joint in circle)])}"
         path, help, frame = case.end(last, "parent"), "", case.end(last, "child")
         if frame[0] == "sensors":
-            path, help = frame, _own_frame(case, frame)
-            message = f'{owner_of_frame(frame)} makes the frame "{last.child}", and is on that link itself: {chain}'
+            path, help = frame, _OWN_FRAME
+            message = f'{owner_of_frame(frame)} makes the frame "{last.child}", and is on that link itself'
+        others = [joint for joint in circle if joint is not last]
         related = [(f'"{joint.name}" is part of it', case.end(joint, "child")) for joint in others]
         yield case.problem("joint-cycle", message, path, help, related=related)
-
-
-def _own_frame(case: Case, path: Path) -> str:
-    """Return the fix for a sensor that makes a frame, at a path, of an existing link."""
-    sensor, key = str(path[1]), "optical" if "optical" in path else "link"
-    taken = {*case.robot.link, *case.robot.joint}
-    free = next(name for index in count(1) if (name := f"{sensor}_{key}{index if index > 1 else ''}") not in taken)
-    if key == "optical":
-        return f"an optical frame is made here: give it a name of its own, optical: {{frame: {free}}}"
-    return f"a frame is made here: write frame: {free}, or leave parent out if the sensor is in that link itself"
 
 
 @rule("several-roots", "More than one link is no joint's child.", "Attach all but one.", JOINTS)
@@ -163,16 +138,17 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
     """More than one root, and links that no joint names. An unknown child is the cause of the root that it leaves."""
     robot = case.robot
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
-    for joint in robot.joints if not robot.is_tree else ():
+    if robot.is_tree:
+        return
+    for joint in robot.joints:
         if joint.child not in robot.link and joint.child not in WORLD_FRAMES:
             suggestion = nearest(joint.child, roots)
             if suggestion is None:
                 return
             roots.remove(suggestion)
-    left = _orphans(case) if not robot.is_tree else roots
-    roots = [name for name in roots if name not in left]
-    carrying = [name for name in roots if name in robot.joints_from]
-    alone = [name for name in roots if name not in robot.joints_from]
+    left = _orphans(case)
+    alone = [name for name in roots if name not in left and name not in robot.joints_from]
+    carrying = [name for name in roots if name not in left and name in robot.joints_from]
     if not carrying:
         carrying, alone = alone, []
     if len(carrying) > 1:
@@ -184,10 +160,6 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
     frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
     for name in alone:
-        help, related_frame = f'add a joint with "child: {name}", or remove the link', []
-        suggestion = nearest(name, frames)
-        if suggestion:
-            related_frame = [("a frame without a link of its own", case.value(case.link(suggestion), "frame"))]
-            help = f'did you mean "{suggestion}"? else {help}'
-        message = f'no joint reaches link "{name}"'
-        yield case.problem("unreached-link", message, case.link(name), help, related=related_frame, key=True)
+        help, suggestion = f'add a joint with "child: {name}", or remove the link', nearest(name, frames)
+        help = f'did you mean "{suggestion}"? else {help}' if suggestion else help
+        yield case.problem("unreached-link", f'no joint reaches link "{name}"', case.link(name), help, key=True)

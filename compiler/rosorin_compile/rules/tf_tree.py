@@ -72,10 +72,10 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 @rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges lead, with the joints between, back to where they began, in some combination of modes."""
-    core = _without_roots(legal_steps(case)) if case.robot.is_tree and case.robot.edges else []
+    core = _on_circles(legal_steps(case)) if case.robot.is_tree and case.robot.edges else []
     modes = modes_in(case.robot, [step.when for step in core])
     for combination in combinations(modes) if len(modes) <= MAX_MODES else ():
-        above = {step.child: step for step in reversed(_without_roots(active_in(core, combination)))}
+        above = {step.child: step for step in reversed(_on_circles(active_in(core, combination)))}
         here, walked = next(reversed(above), ""), dict[str, Step]()
         while here in above and here not in walked:  # every way up ends in a circle
             walked[here] = above[here]
@@ -89,19 +89,20 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
             return
 
 
-def _without_roots(steps: list[Step]) -> list[Step]:
-    """Return the transforms that no root leads to: those of circles and below them."""
-    below: dict[str, list[str]] = {}
-    for step in steps:
-        below.setdefault(step.parent, []).append(step.child)
-    count = Counter(step.child for step in steps)
-    ready = [name for name in below if not count[name]]
-    for name in ready:
-        for child in below.get(name, ()):
-            count[child] -= 1
-            if not count[child]:
-                ready.append(child)
-    return [step for step in steps if count[step.parent]]
+def _on_circles(steps: list[Step]) -> list[Step]:
+    """Return the transforms of circles, and those that lead from one to another."""
+    for start, end in (("parent", "child"), ("child", "parent")):  # first leave out roots, then leaves
+        after: dict[str, list[str]] = {}
+        for step in steps:
+            after.setdefault(getattr(step, start), []).append(getattr(step, end))
+        count = Counter(getattr(step, end) for step in steps)
+        ready = [name for name in after if not count[name]]
+        for name in ready:
+            for other in after.get(name, ()):
+                count[other] -= 1
+                ready += [] if count[other] else [other]
+        steps = [step for step in steps if count[getattr(step, start)]]
+    return steps
 
 
 @rule("split-urdf", help="Let one publisher have both joints.", topic=FRAMES)

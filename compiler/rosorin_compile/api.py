@@ -23,6 +23,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile import queries
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from rosorin_compile.compare.sentences import several
@@ -39,7 +40,6 @@ from rosorin_compile.model.servos import against_model
 from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.output.check_outputs import compare_committed, judged
 from rosorin_compile.request import FilePath, Request
-from rosorin_compile.rules import queries
 from rosorin_compile.rules.check import plugged
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source.diagnostics import (

@@ -52,9 +52,7 @@ def physical(case: Case) -> Iterator[Diagnostic]:
         if high == low == 0 and not inertial.mass > 0:
             continue
         if low <= ROUNDING * 1e-3 * abs(high):
-            message = (
-                f"of the principal moments {message} not all are above zero (the inertia is not positive definite)"
-            )
+            message = f"the principal moments {message} are not all above zero (the inertia is not positive definite)"
             yield case.problem("inertia-not-positive-definite", message, (*path, "inertia"), within=True)
         elif low + middle < high * (1 - ROUNDING):
             message = f"no body has the principal moments {message}: the largest is more than the sum of the others"

@@ -11,7 +11,7 @@ from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
-from rosorin_compile.source.tree import at, exists
+from rosorin_compile.source.tree import Path, at, exists
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import first_of, listed
 
@@ -87,19 +87,13 @@ def limits(case: Case) -> Iterator[Diagnostic]:
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
-    joints = [joint for joint in case.robot.joints if joint.moves]
-    paths = [
-        (joint, case.joint(joint, part, key))
-        for joint in joints
-        for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller")
-        for key in at(case.tree, case.joint(joint, part)) or ()
-    ]
-    paths += [
-        (case.robot.joint[name], ("poses", pose.name, "positions", name))
-        for pose in case.robot.poses
-        for name in pose.positions
-        if name in case.robot.joint and case.robot.joint[name].moves
-    ]
+    paths: list[tuple[Joint, Path]] = []
+    for joint in (joint for joint in case.robot.joints if joint.moves):
+        for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
+            path = case.joint(joint, part)
+            paths += [(joint, (*path, key)) for key in at(case.tree, path) or ()]
+        posed = [pose.name for pose in case.robot.poses if joint.name in pose.positions]
+        paths += [(joint, ("poses", pose, "positions", joint.name)) for pose in posed]
     for joint, path in paths:
         value = at(case.tree, path)
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None

@@ -57,9 +57,7 @@ def collision_elsewhere(case: Case) -> Iterator[Diagnostic]:
         gap = visual.gap(collision) if visual and collision else 0.0
         if visual and collision and gap > ELSEWHERE * max(visual.diagonal, collision.diagonal):
             path, other = case.link(link.name, "collision", 0), case.link(link.name, "visual", 0)
-            message = (
-                f'the collision of link "{link.name}"{case.stands_in(path)} is {number(gap)} m away from its visual'
-            )
+            message = f'the collision of link "{link.name}" is {number(gap)} m away from its visual'
             help = "correct xyz and rpy of one of them: both are relative to the frame of the link"
             related = [("the visual", other)]
             yield case.problem("collision-elsewhere", message, case.value(path, "xyz"), help, related=related)

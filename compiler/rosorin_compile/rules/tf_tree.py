@@ -14,18 +14,7 @@ from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case
 from .kinematics import WORLD_FRAMES, pieces
-from .publishers import (
-    MAX_MODES,
-    Step,
-    active_in,
-    all_steps,
-    combinations,
-    holds,
-    in_words,
-    legal_steps,
-    modes_in,
-    silent_turns,
-)
+from .publishers import MAX_MODES, Step, active_in, all_steps, combinations, in_words, modes_in, steps_in_modes
 
 
 def _pieces_with(steps: Iterable[Step], links: Collection[str]) -> list[set[str]]:
@@ -72,7 +61,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 @rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges lead, with the joints between, back to where they began, in some combination of modes."""
-    core = _on_circles(legal_steps(case)) if case.robot.is_tree and case.robot.edges else []
+    core = _on_circles(steps_in_modes(case)[0]) if case.robot.is_tree and case.robot.edges else []
     modes = modes_in(case.robot, [step.when for step in core])
     for combination in combinations(modes) if len(modes) <= MAX_MODES else ():
         above = {step.child: step for step in reversed(_on_circles(active_in(core, combination)))}
@@ -159,7 +148,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent (split-tf)."""
-    published, silent = legal_steps(case), silent_turns(case)
+    published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
     if not case.robot.is_tree or not modes:
         return
@@ -184,12 +173,8 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
             for piece in inside[1:]:
                 tops = piece - reached
                 if tops and not tops & gaps:  # without a top it is a circle
-                    lost = next(
-                        step
-                        for step in published
-                        if step.edge is not None and (step.parent in piece) != (step.child in piece)
-                        if not holds(step.when, combination)
-                    )
+                    across = [step for step in published if (step.parent in piece) != (step.child in piece)]
+                    lost = next(step for step in across if step not in active)
                     names = quoted(name for name in case.robot.link if name in piece)
                     message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}"
                     help = f'name the publisher of "{min(tops)}", or keep {lost.parent} -> {lost.child} in every mode'
@@ -218,7 +203,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
     """Messages are stamped with a frame that does not exist. As a warning: tf2 does not know it in some mode."""
     robot, stamps = case.robot, list(_stamps(case))
     frames = {*robot.link, *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    published, silent = (legal_steps(case), silent_turns(case)) if stamps else ([], [])
+    published, silent = steps_in_modes(case) if stamps else ([], [])
     modes = modes_in(robot, [step.when for step in (*published, *silent)])
     is_checked = robot.is_tree and len(modes) <= MAX_MODES and len(frames) > 1
     reported: set[str] = set()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.kinematics import Graph, NoWay
 from rosorin_compile.model.tf2 import lookup
-from rosorin_compile.rules.queries import _no_way, position
+from rosorin_compile.queries import _no_way, position
 from rosorin_compile.source.diagnostics import RequestError
 from support.commands import HANDY, Shown, ask, edit, write_files
 from support.robots import RECORDED, compiled

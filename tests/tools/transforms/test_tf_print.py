@@ -20,7 +20,7 @@ from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.model.tf2 import Answer, lookup, of_rows, rows_of_rpy, rpy
-from rosorin_compile.rules.queries import FrameTransform
+from rosorin_compile.queries import FrameTransform
 from support.paths import DATA
 from support.robots import compiled
 

@@ -17,6 +17,8 @@ from rosorin_compile.model.joint import NODE
 from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step, position_of
 from rosorin_compile.model.servos import nearest, servo_of, to_radians, within
 from rosorin_compile.model.tf2 import Answer, lookup, of_rows, rows_of_rpy
+from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.publishers import holds
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, UnknownName, did_you_mean, error
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.progress import Progress
@@ -24,9 +26,6 @@ from rosorin_compile.source.rule_registry import ASKING, Rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Quantity, describe, dimension_of, unknown_unit
 from rosorin_compile.source.wording import listed
-
-from .case import Case
-from .publishers import holds
 
 RULES = (
     Rule("position-beyond-limit", "A requested position is beyond a limit: a warning.", "Change it.", ASKING),

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from rosorin_compile.language.schema import joint_unit, subject
 from rosorin_compile.model import Cylinder, Joint
 from rosorin_compile.model.geometry import dot, norm, unit
-from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.model.joint import Dynamics, Limit
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, at, exists
@@ -75,8 +75,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         elif lower is not None and upper is not None and lower >= upper:
             id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
             message = f"the lower limit {number(lower)} of {called} is {what} its upper limit {number(upper)}"
-            related = [("the upper limit", (*path, "upper"))]
-            yield case.problem(id, f"{message} {joint.unit}", (*path, "lower"), related=related)
+            yield case.problem(id, message, (*path, "lower"), related=[("the upper limit", (*path, "upper"))])
         for key in ("effort", "velocity"):
             value = getattr(limit, key)
             if value is not None and value <= 0:
@@ -102,8 +101,8 @@ def units(case: Case) -> Iterator[Diagnostic]:
         if isinstance(value, Quantity) and parsed is not None and parsed[1] != value.dimension:
             message = f"{subject(list(path))} is {describe(parsed[1])} for a {joint.type} joint, but "
             message += f"{value.text or number(value)} is {describe(value.dimension)}"
-            way = f"write it in {expected}" if expected else "write the number alone"
-            yield case.problem("wrong-unit", message, path, f"{way}, or correct the type of the joint")
+            help = f"write it {f'in {expected}' if expected else 'without a unit'}, or correct the type of the joint"
+            yield case.problem("wrong-unit", message, path, help)
 
 
 @rule("ignored-key", help="Remove it, or correct the type of the joint.", topic=JOINTS)
@@ -121,8 +120,7 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
         for index, shape in enumerate(shapes if isinstance(shapes, list) else ()):
             for key in [key for key in ("contact", "mjcf", "urdf_elements") if key in shape]:
                 message = f'a shape of the inertial of link "{link.name}" only has a mass: its {key} has no effect'
-                help = f"move {key} to a collision shape, or to a visual"
-                yield case.problem("ignored-key", message, (*path, index, key), help, key=True)
+                yield case.problem("ignored-key", message, (*path, index, key), "move it to another shape", key=True)
 
 
 @rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Drop the sign.", JOINTS, "joint", "always")
@@ -154,13 +152,12 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
         if is_default and not exists(case.tree, case.joint(joint, "axis")):
             if joint.type == "continuous" and lies_across(case, joint):
                 message = f'joint "{joint.name}" has no axis and turns "{joint.child}" about x, across that wheel'
-                help = "write the axis, such as axis: [0, 1, 0]"
-                yield case.problem("axis-across", message, case.joint(joint), help, key=True)
+                yield case.problem("axis-across", message, case.joint(joint), key=True)
             else:
                 others.append(joint)
     if others:
         names = first_of([f'"{joint.name}"' for joint in others], SHOWN)
-        message = f"no axis: {names} {'turns' if len(others) == 1 else 'turn'} about x of the child, [1, 0, 0]"
+        message = f"no axis: x of the child, [1, 0, 0], is that of {names}"
         yield case.problem("axis-missing", message, case.joint(others[0]), key=True)
 
 
@@ -182,8 +179,8 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
     """The `mjcf` of a joint or a tendon contradicts its other keys: formats would differ in what they take."""
     for joint in case.robot.joints:
         path = case.joint(joint)
-        for word, other, value in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
-            message = f'joint "{joint.name}" has another {word} in mjcf than {".".join(other)}, {number(value)}'
+        for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
+            message = f'joint "{joint.name}" has another {word} in mjcf than {".".join(other)}'
             related = [("the other one", (*path, *other))]
             yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:
@@ -197,26 +194,26 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("joint-word", message, ("tendons", name, "mjcf", word), key=True)
 
 
-def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str], float]]:
-    """Yield the keys of ``mjcf`` that differ from other keys, with the path and the value of those."""
-    dynamics, drive = joint.dynamics or Dynamics(), joint.actuator.damping if joint.actuator else 0.0
-    pair = _numbers(joint, "springdamper")
-    for word, value in (("stiffness", dynamics.stiffness), ("damping", joint.braking)):
-        other = ("actuator" if word == "damping" and drive else "dynamics", word)
-        values, theirs = _numbers(joint, word), drive if other[0] == "actuator" else value
+def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
+    """Yield the keys of ``mjcf`` that differ from other keys, with the path of those."""
+    drive, stiffness = joint.actuator is not None and joint.actuator.damping, (joint.dynamics or Dynamics()).stiffness
+    pair, force = _numbers(joint, "springdamper"), _numbers(joint, "actuatorfrcrange")
+    for word, part, value in (
+        ("stiffness", "dynamics", stiffness),
+        ("damping", "actuator" * bool(drive), joint.braking),
+    ):
+        values, other = _numbers(joint, word), (part or "dynamics", word)
         if value and values and not _same(values[0], value):
-            yield word, other, theirs
+            yield word, other
         if value and pair and min(pair) > 0:  # MuJoCo makes another one of springdamper
-            yield "springdamper", other, theirs
-    limit = joint.limit if joint.moves else None
-    known = (limit.lower, limit.upper) if limit and joint.type != "continuous" else ()
-    for mine, end, key in zip(_numbers(joint, "range"), known, ("lower", "upper"), strict=False):
-        if end is not None and not _same(mine, end):
-            yield "range", ("limit", key), end
-            break
-    force = _numbers(joint, "actuatorfrcrange")
-    if force and limit and limit.effort is not None and not _same(max(map(abs, force)), limit.effort):
-        yield "actuatorfrcrange", ("limit", "effort"), limit.effort
+            yield "springdamper", other
+    limit = joint.limit if joint.moves and joint.limit else Limit()
+    ends = (limit.lower, limit.upper) if joint.type != "continuous" else (None, None)
+    pairs = zip(_numbers(joint, "range"), ends, ("lower", "upper"), strict=False)
+    different = [key for mine, end, key in pairs if end is not None and not _same(mine, end)]
+    yield from [("range", ("limit", key)) for key in different[:1]]
+    if force and limit.effort is not None and not _same(max(map(abs, force)), limit.effort):
+        yield "actuatorfrcrange", ("limit", "effort")
 
 
 def _numbers(joint: Joint, word: str) -> tuple[float, ...]:

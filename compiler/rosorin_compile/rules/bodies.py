@@ -14,7 +14,7 @@ from rosorin_compile.source.tree import Path, at, exists
 from rosorin_compile.source.units import has_unit
 
 from .case import Case, number
-from .kinematics import pieces
+from .joints import pieces
 from .shapes import diagonal, longest
 
 DENSEST = 22_590.0  # kg/m^3: osmium at 20 degrees (CRC Handbook of Chemistry and Physics)
@@ -100,7 +100,7 @@ def _mass(case: Case, link: Link, bounds: Bounds, complete: bool) -> Iterator[Di
     path, shape = case.link(link.name, "inertial"), _shape(case, link)
     place = (*path, "density" if exists(case.tree, (*path, "density")) else "mass")
     message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in '
-    message += f"{' x '.join(map(number, bounds.size))} m{case.stands_in(shape)}: {_dense(density, is_heavy)}"
+    message += f"{' x '.join(map(number, bounds.size))} m{case.stands_in(shape)}: {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
     help = "correct the mass, in kg (850 g is 0.85), or the sizes, in metres (120 mm is 0.12)"
     yield case.problem("mass-implausible", message, place, help, related=[("the shape", shape)])
 
@@ -118,11 +118,11 @@ def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnost
     limit = bounds.reach(inertial.pose.xyz) if bounds else diagonal(case.robot)
     mass = f"{number(inertial.mass)} kg{case.stands_in((*path, 'mass'))}"
     if density > DENSEST * ROUGH_INERTIA:
-        what = f"small for its {mass}: at least {_dense(density, True)}"
+        what = f"small for its {mass}: at least {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
     elif limit > 0 and radius > BEYOND * limit:
         what = f"large: its radius of gyration is {number(radius)} m, and its shapes reach {number(limit)} m"
     elif not bounds and density < LIGHTEST_INERTIA:
-        what = f"large for its {mass}: about {_dense(density, False)}"
+        what = f"large for its {mass}: about {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
     else:
         return
     message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too {what}'
@@ -160,11 +160,6 @@ def _shape(case: Case, link: Link) -> Path:
     """Return the path of the size of a link's first shape that is no mesh."""
     shapes = sorted(case.shapes(link), key=lambda one: one[1][-2] == "visual")
     return next(((*path, *longest(one)[0]) for _, path, one in shapes if not isinstance(one.geometry, Mesh)), ())
-
-
-def _dense(density: float, is_heavy: bool) -> str:
-    shown = f"{density:,.0f}" if 1000 <= density < 1e12 else number(density)
-    return f"{shown} kg/m^3, and {'osmium has 22,590' if is_heavy else 'air has 1.2'}"
 
 
 # --- links that lack a mass or a collision ---

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
 # The modules whose checks run, in this order; then those of sections for ROS and MuJoCo.
 _MODULES = (
-    *("kinematics", "frames", "joints", "positions", "drive", "bodies", "containment", "shapes", "publishers"),
-    *("tf_tree", "outputs", "magnitudes", "urdf_elements", "simulated", "names"),
+    *("joints", "frames", "positions", "drive", "bodies", "shapes", "publishers", "tf_tree", "outputs"),
+    *("magnitudes", "urdf_elements", "simulated", "names"),
 )
 _ID = re.compile("[a-z0-9]+(-[a-z0-9]+)*")
 _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")

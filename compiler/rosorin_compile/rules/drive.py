@@ -25,8 +25,8 @@ from rosorin_compile.source.rule_registry import JOINTS, rule
 from rosorin_compile.source.tree import Path, exists
 
 from .case import Case, number
-from .containment import holds
 from .joints import lies_across
+from .shapes import holds
 
 PARALLEL = math.cos(math.radians(30))  # an axis this near to its direction is meant to be that
 RADIUS_APART = 0.05  # of a radius that is given: more is another number, such as the diameter

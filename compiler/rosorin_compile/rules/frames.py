@@ -18,7 +18,7 @@ from rosorin_compile.source.rule_registry import FRAMES, NUMBERS, rule
 from rosorin_compile.source.tree import Path
 
 from .case import Case
-from .kinematics import WORLD_FRAMES
+from .joints import WORLD_FRAMES
 from .magnitudes import FULL_TURN
 
 # REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.

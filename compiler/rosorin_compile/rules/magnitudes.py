@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from rosorin_compile.language.expression.syntax import NUMERIC
@@ -35,49 +35,42 @@ _DEGREES = re.compile(r"([-+]?\d+\.(\d+))\s*deg\Z")
 STAND_INS_SHOWN = 8
 
 
-@dataclass
-class Remarkable:
-    """Values that need a closer look, with their paths, parents before children, in the order of the tree.
-
-    ``numbers``: bare numbers beyond a full turn, except efforts and velocities in limits of joints; ``degrees``:
-    quantities in degrees with decimals; ``texts``, and ``keys`` by the path with the key: those with characters that
-    XML cannot carry; ``stand_ins``: mappings whose source marks them as stand-ins.
-    """
-
-    numbers: list[tuple[Path, float]] = field(default_factory=list)
-    degrees: list[tuple[Path, Quantity]] = field(default_factory=list)
-    texts: list[tuple[Path, str]] = field(default_factory=list)
-    keys: list[tuple[Path, str]] = field(default_factory=list)
-    stand_ins: list[tuple[Path, Map]] = field(default_factory=list)
+# Values that need a closer look, with their paths, by the reason, in the order of the tree.
+Remarkable = Mapping[str, list[tuple[Path, Any]]]
 
 
 def collect(tree: Map) -> Remarkable:
-    """Return the remarkable values of a tree; a shared piece without any is visited once."""
-    found = Remarkable()
+    """Return the remarkable values of a tree; a shared piece without any is visited once.
+
+    "numbers" are bare numbers beyond a full turn, but for efforts and velocities in limits of joints; "degrees" are
+    quantities in degrees with decimals; "texts", and "keys" by the path with the key, have characters that XML cannot
+    carry; "stand_ins" are mappings whose source marks them as stand-ins.
+    """
+    found: Remarkable = {key: [] for key in ("numbers", "degrees", "texts", "keys", "stand_ins")}
     plain: set[int] = set()
 
     def visit(node: Map | Seq, path: Path) -> bool:
         """Return True if nothing was found."""
-        before = list(map(len, vars(found).values()))
+        before = sum(map(len, found.values()))
         source = node.get("source") if isinstance(node, Map) else None
         if isinstance(node, Map) and isinstance(source, Map) and source.get("status") == "stand_in":
-            found.stand_ins.append((path, node))
+            found["stand_ins"].append((path, node))
         for key, item in node.items() if isinstance(node, Map) else enumerate(node):
             inner = (*path, key)
             if isinstance(key, str) and NOT_XML.search(key):
-                found.keys.append((inner, key))
+                found["keys"].append((inner, key))
             if isinstance(item, (Map, Seq)):
                 if id(item) not in plain and visit(item, inner):
                     plain.add(id(item))
             elif type(item) in NUMERIC:
                 is_strength = key in ("effort", "velocity") and path[:1] == ("joints",) and path[2:] == ("limit",)
                 if isinstance(item, Quantity) and item.dimension == ANGLE and "." in item.text:
-                    found.degrees.append((inner, item))
+                    found["degrees"].append((inner, item))
                 elif not (-FULL_TURN <= item <= FULL_TURN or is_strength or has_unit(item)):
-                    found.numbers.append((inner, item))
+                    found["numbers"].append((inner, item))
             elif isinstance(item, str) and NOT_XML.search(item):
-                found.texts.append((inner, item))
-        return before == list(map(len, vars(found).values()))
+                found["texts"].append((inner, item))
+        return before == sum(map(len, found.values()))
 
     visit(tree, ())
     return found
@@ -88,7 +81,7 @@ def collect(tree: Map) -> Remarkable:
 def magnitudes(case: Case) -> Iterator[Diagnostic]:
     """Bare numbers that are too large for radians or metres: one message for the numbers of one list or entry."""
     groups: dict[tuple[Path, str], list[tuple[Path, float]]] = {}
-    for path, value in case.remarkable.numbers:
+    for path, value in case.remarkable["numbers"]:
         unit = _suspect(case, path, value)
         if unit:
             groups.setdefault((path[:-1], unit), []).append((path, value))
@@ -150,7 +143,7 @@ def turns(case: Case) -> Iterator[Diagnostic]:
 def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
     """A warning: an angle in degrees is a fraction of pi, such as `1.5708 deg`."""
     reported: set[Path] = set()
-    for path, value in case.remarkable.degrees:
+    for path, value in case.remarkable["degrees"]:
         match = _DEGREES.match(value.text)
         if match is None or path[:-1] in reported:
             continue
@@ -183,7 +176,7 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
 def characters(case: Case) -> Iterator[Diagnostic]:
     """A text has a character that no XML file can carry."""
     reported: set[Span] = set()
-    for key, entries in ((False, case.remarkable.texts), (True, case.remarkable.keys)):
+    for key, entries in ((False, case.remarkable["texts"]), (True, case.remarkable["keys"])):
         for path, text in entries:
             # A source at the top of a file belongs to all its entries: one place, one message.
             span = written(case.tree, path)[0].span
@@ -199,7 +192,7 @@ def characters(case: Case) -> Iterator[Diagnostic]:
 def stand_ins(case: Case) -> Iterator[Diagnostic]:
     """A note: a value has not been measured and is a stand-in; each note in `source` is reported once."""
     by_note: dict[str, list[Path]] = {}
-    for path, entry in case.remarkable.stand_ins:
+    for path, entry in case.remarkable["stand_ins"]:
         by_note.setdefault(entry["source"].get("note", ""), []).append(path)
     for note, paths in by_note.items():
         message = f"{note or 'no note about what is missing'} ({first_of(list(map(_name, paths)), STAND_INS_SHOWN)})"

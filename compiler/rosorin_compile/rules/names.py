@@ -8,11 +8,10 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from rosorin_compile.language.schema import sections
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
 from rosorin_compile.source.messages import Offer, placed
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
-from rosorin_compile.source.tree import Path, exists
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import difference, foreign, in_words, look, unseen
 
 from .case import Case
@@ -47,27 +46,15 @@ def named_sections() -> Iterator[tuple[str, str]]:
 
 
 def _names(case: Case) -> Iterator[Name]:
-    """Yield every name that the description gives, without those that follow from another name."""
-    for link in dict.fromkeys((*case.section("links"), *case.robot.link)):
-        path = case.link(link)
-        yield Name(link, "link" if path[0] == "links" else "frame", path, path[0] == "links")
+    """Yield every name that the description defines, and the frames that edges name."""
+    for one in case.symbols.definitions():
+        if one.path[0] != "edges":
+            yield Name(one.name, one.kind, one.path, one.key)
     frames: dict[str, Path] = {}
     for index, edge in enumerate(case.robot.edges):
-        for name, end in ((edge.parent, "parent"), (edge.child, "child")):
-            frames.setdefault(name, case.edge(index, end))
+        frames.setdefault(edge.parent, case.edge(index, "parent"))
+        frames.setdefault(edge.child, case.edge(index, "child"))
     yield from (Name(frame, "frame", path) for frame, path in frames.items() if frame not in case.robot.link)
-    for joint in case.robot.joints:
-        path = case.joint(joint)
-        if path[0] == "joints":
-            yield Name(joint.name, "joint", path, key=True)
-        elif exists(case.tree, (*path, "joint")):
-            yield Name(joint.name, "joint", (*path, "joint"))
-    for section, kind in named_sections():
-        yield from (Name(name, kind, (section, name), key=True) for name in case.section(section))
-    for name, entry in case.section("publishers").items():
-        if entry and "node" in entry:
-            yield Name(entry["node"], "node", ("publishers", name, "node"))
-    yield Name(case.robot.name, "robot", ("robot",))
 
 
 def _further(case: Case) -> Iterator[Name]:
@@ -80,10 +67,6 @@ def _further(case: Case) -> Iterator[Name]:
                 if key == "rename" or word == "topic":
                     yield Name(name, "frame" if key == "rename" else "topic", (*path, key, word))
     yield from (Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())
-    for joint in case.robot.joints:
-        path = (*case.publisher(joint), STATIC_TRANSFORM_PUBLISHER)
-        if joint.publisher.kind == STATIC_TRANSFORM_PUBLISHER and exists(case.tree, path):
-            yield Name(joint.publisher.name, "node", path)
 
 
 @rule("invisible-letter", "A name has an invisible letter.", "Type it again.", ARGUMENTS, "link or joint", "lenient")

@@ -13,7 +13,7 @@ from rosorin_compile.source.tree import Path, exists
 from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case
-from .kinematics import WORLD_FRAMES, pieces
+from .joints import WORLD_FRAMES, pieces
 from .publishers import MAX_MODES, Step, active_in, all_steps, combinations, in_words, modes_in, steps_in_modes
 
 

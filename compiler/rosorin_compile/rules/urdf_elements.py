@@ -25,7 +25,7 @@ from rosorin_compile.source.wording import listed, quoted
 from rosorin_compile.source.xml.elements import canonical, damage, found_in, tree_of
 
 from .case import Case
-from .kinematics import WORLD_FRAMES
+from .joints import WORLD_FRAMES
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

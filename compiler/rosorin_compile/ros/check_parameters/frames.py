@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.kinematics import pieces
+from rosorin_compile.rules.joints import pieces
 from rosorin_compile.rules.publishers import steps_in_modes
 from rosorin_compile.source.diagnostics import Diagnostic, Related, did_you_mean, error, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule

@@ -70,9 +70,8 @@ def plausible(case: Case) -> Iterator[Diagnostic]:
         path, mass = case.link(link.name, "inertial"), link.inertial.mass if link.inertial else 0.0
         density = at(case.tree, (*path, "density")) if mass > 0 else None
         if density and not has_unit(density) and 0 < density < FOAM:
-            text = number(density)
-            message = f'the density of link "{link.name}" is {text} kg/m^3, that of foam or less: water has 1000'
-            help = f'write "{text} g/cm^3" if that is meant, "{text} kg/m^3" if not'
+            message = f'the density of link "{link.name}" is {number(density)} kg/m^3, and water has 1000'
+            help = f'write "{number(density)} g/cm^3" if that is meant, with kg/m^3 if not'
             yield case.problem("density-looks-like-grams", message, (*path, "density"), help)
         if mass > NO_MASS:
             visual, collision = bounds_of(link.visual), bounds_of(link.collision)
@@ -99,8 +98,9 @@ def _mass(case: Case, link: Link, bounds: Bounds, complete: bool) -> Iterator[Di
             return
     path, shape = case.link(link.name, "inertial"), _shape(case, link)
     place = (*path, "density" if exists(case.tree, (*path, "density")) else "mass")
-    message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in '
-    message += f"{' x '.join(map(number, bounds.size))} m{case.stands_in(shape)}: {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
+    sizes = " x ".join(map(number, bounds.size))
+    message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in {sizes} m{case.stands_in(shape)}'
+    message += f": {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
     help = "correct the mass, in kg (850 g is 0.85), or the sizes, in metres (120 mm is 0.12)"
     yield case.problem("mass-implausible", message, place, help, related=[("the shape", shape)])
 
@@ -116,18 +116,18 @@ def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnost
     place: Path = (*path, "inertia", max(moments, key=lambda key: moments[key]))
     radius, density = math.sqrt(high / inertial.mass), _density(inertial.mass, low, middle, high)
     limit = bounds.reach(inertial.pose.xyz) if bounds else diagonal(case.robot)
-    mass = f"{number(inertial.mass)} kg{case.stands_in((*path, 'mass'))}"
+    limit, what = limit or math.inf, ""
     if density > DENSEST * ROUGH_INERTIA:
-        what = f"small for its {mass}: at least {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
-    elif limit > 0 and radius > BEYOND * limit:
+        what = "small for its mass"
+    elif radius > BEYOND * limit:
         what = f"large: its radius of gyration is {number(radius)} m, and its shapes reach {number(limit)} m"
     elif not bounds and density < LIGHTEST_INERTIA:
-        what = f"large for its {mass}: about {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
-    else:
-        return
-    message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too {what}'
-    help = "correct the mass, in kg, or the inertia, in kg*m^2; of: collision calculates it from the shapes"
-    yield case.problem("inertia-implausible", message, place, help, related=[("the mass", (*path, "mass"))])
+        what = "large for its mass"
+    if what:
+        message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too {what}: even spread out, it is of'
+        message += f" {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
+        help = "correct the mass, in kg, or the inertia, in kg*m^2; of: collision calculates it from the shapes"
+        yield case.problem("inertia-implausible", message, place, help, related=[("the mass", (*path, "mass"))])
 
 
 def _density(mass: float, low: float, middle: float, high: float) -> float:
@@ -162,9 +162,6 @@ def _shape(case: Case, link: Link) -> Path:
     return next(((*path, *longest(one)[0]) for _, path, one in shapes if not isinstance(one.geometry, Mesh)), ())
 
 
-# --- links that lack a mass or a collision ---
-
-
 @rule("inertial-missing", "A warning: a moving link has no mass, unlike most.", "Give it an `inertial`.", JOINTS)
 @rule("collision-missing", "A note: a moving link collides with nothing, unlike most.", "Add a `collision`.", JOINTS)
 def lacking(case: Case) -> Iterator[Diagnostic]:
@@ -185,14 +182,10 @@ def lacking(case: Case) -> Iterator[Diagnostic]:
     through = [part for part in seen if not any(link.collision for link in part)]
     others = len(seen) - len(through)
     through = through if others > 1 and len(through) <= max(1, FEW_WITHOUT_COLLISION * len(seen)) else []
-    for id, found, what, count in (
-        ("inertial-missing", light if few else [], "has no mass", heavy),
-        ("collision-missing", through, "collides with nothing", others),
-    ):
-        for part in found:
-            name = next(link.name for link in part if link.visual or link.collision)
-            message = f'link "{name}" moves and {what}, unlike {count} other part{"s" * (count != 1)} of the robot'
-            yield case.problem(id, message, case.link(name), key=True)
+    lack = [("inertial-missing", part, "has no mass") for part in light if few]
+    for id, part, what in [*lack, *(("collision-missing", part, "collides with nothing") for part in through)]:
+        name = next(link.name for link in part if link.visual or link.collision)
+        yield case.problem(id, f'link "{name}" moves and {what}, unlike most others', case.link(name), key=True)
 
 
 @rule("root-inertial", help="Begin the robot at a link without mass, with a fixed joint to this one.", topic=JOINTS)

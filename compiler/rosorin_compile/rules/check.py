@@ -199,9 +199,6 @@ def settled(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnos
     return [*left.diagnostics, *unused(case.tree, left.used, acceptable(), (asked,))]
 
 
-# --- misspelt names ---
-
-
 def merge_misspelt(
     diagnostics: list[Diagnostic], tree: Map, places: Mapping[tuple[str, str], TreePath]
 ) -> list[Diagnostic]:

@@ -6,19 +6,8 @@ import math
 from collections.abc import Iterator
 
 from rosorin_compile.model import Cylinder, Joint
-from rosorin_compile.model.drive import (
-    DIFFERENTIAL,
-    MECANUM,
-    OMNI,
-    STEERED,
-    TRICYCLE,
-    Drive,
-    axis_in_base,
-    driving_of,
-    place_in_base,
-    rolling_radius,
-    steering_of,
-)
+from rosorin_compile.model import drive as model
+from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, STEERED, TRICYCLE, Drive
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, rule
@@ -94,7 +83,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
     """The axle of a wheel is not level, or a steering axis not upright; a warning where a wheel turns backward."""
     drive = _sound(case)
     for role, joint, path in _named(case, drive):
-        x, y, z = axis = axis_in_base(case.robot, drive, joint.name) if drive else joint.axis
+        x, y, z = axis = model.axis_in_base(case.robot, drive, joint.name) if drive else joint.axis
         rolls, what, severity = role != "steering" and drive is not None and drive.kind != OMNI, "", ""
         if role == "steering":
             what = "a steering joint turns about z" if abs(z) < PARALLEL else ""
@@ -122,7 +111,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
     if drive is None:
         return
     path_of = {joint.name: path for _, joint, path in _named(case, drive)}
-    at = {name: place_in_base(case.robot, drive, name) for name in path_of}
+    at = {name: model.place_in_base(case.robot, drive, name) for name in path_of}
     for first, second, along, how in _PAIRS.get(drive.kind, ()):
         for wheel in drive.joints[first]:
             other = max(drive.joints[second], key=lambda name: at[name][along])
@@ -132,9 +121,9 @@ def places(case: Case) -> Iterator[Diagnostic]:
                 related = [("the other wheel", path_of[other])]
                 yield case.problem("drive-places", message, path_of[wheel], help, related=related)
                 return
-    radii = {name: drive.radius or rolling_radius(case.robot, name) for name in drive.wheels}
+    radii = {name: drive.radius or model.rolling_radius(case.robot, name) for name in drive.wheels}
     rolling = drive.joints.get("rolling", ())
-    fixed = rolling or tuple(name for name in drive.wheels if not steering_of(case.robot, drive, name))
+    fixed = rolling or tuple(name for name in drive.wheels if not model.steering_of(case.robot, drive, name))
     if drive.kind in STEERED and not fixed:
         message = "all wheels of the drive are steered: no wheel defines the axle that the base turns about"
         help = "name the joints of the wheels that roll behind: rolling: [...]"
@@ -147,7 +136,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("drive-places", message, path_of[name])
     elif drive.kind == OMNI and all(radii.values()):
         try:
-            driving_of(case.robot).velocity({})
+            model.driving_of(case.robot).velocity({})
         except ValueError:
             message = "the wheels of the drive cannot move the base in all directions: along x, along y, and turning"
             yield case.problem("drive-places", message, ("drive", OMNI), "three wheels or more, not all along one line")
@@ -168,7 +157,7 @@ def radii(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("drive-radius", f"the radius of the wheels is {number(radius)} m", place)
         return
     for _, joint, path in _named(case, drive):
-        shown = rolling_radius(case.robot, joint.name) if drive and joint.name in drive.wheels else radius or 1.0
+        shown = model.rolling_radius(case.robot, joint.name) if drive and joint.name in drive.wheels else radius or 1.0
         if radius is None and not shown:
             message = f'no round shape of link "{joint.child}" gives the radius of the wheel of joint "{joint.name}"'
             yield case.problem("drive-radius", message, path)

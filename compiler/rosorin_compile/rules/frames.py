@@ -84,8 +84,6 @@ def optical_mounts(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("optical-mount", message, place, key=place[-1] != "rpy")
 
 
-# --- views that the robot blocks ---
-
 AT_ONCE = 0.05  # m; what is nearer is right in front of a sensor: no housing of a robot has a larger hood
 NEARLY_ALL = 0.9  # of the rays: the others look past an edge
 ON_A_FACE = 1e-4  # m; a sensor on a face is not inside, in spite of the rounding of poses

@@ -33,9 +33,6 @@ MAX_NAMED = 20
 _OWN_FRAME = "give the frame that is made here a name of its own, frame: NAME, or leave parent out"
 
 
-# --- the tree of links and joints ---
-
-
 def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
     """Return the sets of names that pairs connect, in the order in which the pairs name them."""
     piece_of: dict[str, set[str]] = {}
@@ -182,9 +179,6 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("unreached-link", f'no joint reaches link "{name}"', case.link(name), help, key=True)
 
 
-# --- axes, limits and other keys ---
-
-
 @rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
 @rule("axis-not-unit", "An axis is not of unit length.", "Scale it to length 1.", JOINTS, "joint", "always")
 def axes(case: Case) -> Iterator[Diagnostic]:
@@ -327,9 +321,6 @@ def lies_across(case: Case, joint: Joint) -> bool:
         return False
     disc, rows = shapes[0].geometry, shapes[0].pose.transform().rows
     return disc.length < 2 * disc.radius and abs(dot(unit(joint.axis), (rows[0][2], rows[1][2], rows[2][2]))) < ALONG
-
-
-# --- keys of MuJoCo that contradict those of the language ---
 
 
 @rule("joint-word", help="Leave one of them out.", topic=SIMULATED)

@@ -134,9 +134,6 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
         )
 
 
-# --- poses and servos ---
-
-
 @rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Leave it out.", POSES)
 @rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 def placed_joints(case: Case) -> Iterator[Diagnostic]:
@@ -200,9 +197,6 @@ def scales(case: Case) -> Iterator[Diagnostic]:
             limit = case.joint(wrong[0], "limit")
             message += f', and joint "{wrong[0].name}" moves by {number(wrong[1])}{case.stands_in(limit)}'
             yield case.problem("servo-range", message, path, related=[("its limits", limit)])
-
-
-# --- followers ---
 
 
 @rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)

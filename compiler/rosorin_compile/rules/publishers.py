@@ -102,9 +102,6 @@ def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
     return modes
 
 
-# --- transforms ---
-
-
 class Step(NamedTuple):
     """A transform: a joint, an edge, or a turn in the list of publishers of a joint.
 
@@ -154,9 +151,6 @@ def steps_in_modes(case: Case) -> tuple[list[Step], list[Step]]:
 def active_in(published: Iterable[Step], combination: Combination) -> list[Step]:
     """Return the transforms that are published in a combination of modes."""
     return [step for step in published if holds(step.when, combination)]
-
-
-# --- publishers ---
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:

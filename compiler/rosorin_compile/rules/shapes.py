@@ -17,7 +17,7 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, neares
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
 from rosorin_compile.source.tree import Path, Seq, at
 from rosorin_compile.source.units import has_unit
-from rosorin_compile.source.wording import counted, listed, quoted
+from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case, number
 from .joints import pieces
@@ -95,8 +95,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
             what = f'a shape of link "{link.name}" is far away from its link'
             yield from _lengths(case, what, (*path, "xyz"), shape.pose.xyz, size + side)
         if size and side > max(LARGE, OUT_OF_PROPORTION * size) and not has_unit(at(case.tree, place)):
-            message = f'a shape of link "{link.name}" is {number(side)} m long{case.stands_in(place)}, and the rest of'
-            message += f" the robot measures {number(size)} m"
+            message = f'a shape of link "{link.name}" is {number(side)} m long, the rest of the robot {number(size)} m'
             help = f'write "{number(value)} mm" if millimetres are meant, "{number(value)} m" if not'
             yield case.problem("size-implausible", message, place, help)
     if 0 < size < TINY and all(math.hypot(*joint.origin.xyz) < TINY for joint in moved):
@@ -115,10 +114,10 @@ def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> 
     if not far:
         return
     place = (*path, max(far, key=lambda index: abs(values[index])))
-    numbers = [number(values[index]) for index in far]
-    message = f"{what}, by {listed(f'{one} m' for one in numbers)}{case.stands_in(place)}, and the rest of the robot"
-    help = f'write {listed(numbers)} with "mm" if millimetres are meant, with "m" if not'
-    yield case.problem("size-implausible", f"{message} measures {number(rest)} m", place, help)
+    numbers = listed(number(values[index]) for index in far)
+    message = f"{what}, by {numbers} m{case.stands_in(place)}, and the rest of the robot measures {number(rest)} m"
+    help = f"write {numbers} with mm if millimetres are meant, with m if not"
+    yield case.problem("size-implausible", message, place, help)
 
 
 @of_robot
@@ -189,8 +188,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
         axis = () if joint.is_fixed else joint.axis
         other = first.setdefault((joint.parent, joint.type, joint.origin, axis, looks), joint)
         if other is not joint:
-            message = f'joints "{other.name}" and "{joint.name}" put "{other.child}" and "{joint.child}", which have'
-            message += f' the same shape, into the same place of "{joint.parent}"'
+            message = f'joints "{other.name}" and "{joint.name}" put links of the same shape into the same place'
             related = [("the other joint", case.joint(other))]
             yield case.problem("two-in-one-place", message, case.value(case.joint(joint), "xyz"), related=related)
 
@@ -271,9 +269,6 @@ def holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
     return all(depth > _CLEARANCE for depth in depths)
 
 
-# --- materials ---
-
-
 def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
     """Yield materials, then those of visuals: what has it, its path, the path of its name, and the material."""
     for one in case.robot.materials:
@@ -318,10 +313,9 @@ def unknown_materials(case: Case) -> Iterator[Diagnostic]:
         close = nearest(name, case.robot.material)
         if close:
             path, *others = unknown.pop(name)
-            related = [("also used here", other) for other in others[:MAX_RELATED]]
-            message, help = f'there is no material "{name}"', f'did you mean "{close}"?'
+            related, help = [("also used here", other) for other in others[:MAX_RELATED]], f'did you mean "{close}"?'
+            message = f'there is no material "{name}"'
             yield case.problem("unknown-material", message, path, help, related=related, severity=WARNING)
     if unknown:
-        message = f"{counted(len(unknown), 'material')} of visuals not defined here: {quoted(unknown, 8)}"
-        help = "add materials: {NAME: {rgba: [...]}} where readers do not know them"
-        yield case.problem("unknown-material", message, next(iter(unknown.values()))[0], help, severity=NOTE)
+        message = f"materials of visuals are not defined here: {quoted(unknown, 8)}"
+        yield case.problem("unknown-material", message, next(iter(unknown.values()))[0], severity=NOTE)

@@ -196,8 +196,6 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("name-twice", message, named.path, related=related, key=key)
 
 
-# --- elements of MJCF ---
-
 # Elements for which a description has words, wherever they are, and the fix.
 _IN_WORDS = {
     "body": "make it a link, with a joint of type fixed where it does not move",
@@ -277,8 +275,6 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
         tag, known, "remove it"
     )
 
-
-# --- values of sites, cameras, lights and bodies ---
 
 # How many sizes a site of a form has; those behind them mean nothing.
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}

@@ -182,9 +182,6 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
                     return
 
 
-# --- frames in the headers of messages ---
-
-
 def _stamps(case: Case) -> Iterator[tuple[str, str, Path]]:
     """Yield the frames that messages are stamped with, by whom, and where."""
     for sensor in case.robot.sensors:

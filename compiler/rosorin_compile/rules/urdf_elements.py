@@ -100,8 +100,6 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
     return replace(made, span=span._replace(line=line, column=found.start() + 1, length=len(name))) if found else made
 
 
-# --- names in elements ---
-
 # A name in an element, the path of the text, and the line in it.
 _Mention = tuple[Reference, Path, int]
 
@@ -204,8 +202,6 @@ def _names_of(element: Element) -> Iterator[tuple[str, ...]]:
             is_class = child.tag == "plugin" and "::" in name
             yield f"<{child.tag}>", name, reference, *([canonical(child)] if is_class else [])
 
-
-# --- elements where nobody reads them ---
 
 # The parents in which an element of a URDF is read, and its reader.
 _READ_IN: Mapping[str, tuple[tuple[str, ...], str]] = {

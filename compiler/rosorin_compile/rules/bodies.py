@@ -45,8 +45,7 @@ def physical(case: Case) -> Iterator[Diagnostic]:
             continue
         if not inertial.mass > 0:
             message = f'the mass of link "{link.name}" is {number(inertial.mass)} kg; a mass is above zero'
-            help = "leave inertial out for a frame without mass"
-            yield case.problem("mass-not-positive", message, (*path, "mass"), help)
+            yield case.problem("mass-not-positive", message, (*path, "mass"))
         low, middle, high = inertial.principal_moments
         message = f'{number(low)}, {number(middle)} and {number(high)} kg*m^2 of link "{link.name}"'
         if high == low == 0 and not inertial.mass > 0:
@@ -56,13 +55,12 @@ def physical(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("inertia-not-positive-definite", message, (*path, "inertia"), within=True)
         elif low + middle < high * (1 - ROUNDING):
             message = f"no body has the principal moments {message}: the largest is more than the sum of the others"
-            help = "check the order ixx, iyy, izz and the units (triangle inequality)"
-            yield case.problem("inertia-triangle", message, (*path, "inertia"), help, within=True)
+            yield case.problem("inertia-triangle", message, (*path, "inertia"), within=True)
 
 
 @rule("density-looks-like-grams", "A warning: a density is in g/cm^3.", "Add a unit.", NUMBERS, "link", "always")
-@rule("mass-implausible", "A warning: no body of this size has this mass.", "Check units.", NUMBERS, "link", "always")
-@rule("inertia-implausible", "A warning: no body has this inertia.", "Calculate it.", NUMBERS, "link", "always")
+@rule("mass-implausible", "A warning: too dense or light.", "Check mass (kg) and sizes (m).", NUMBERS, "link", "always")
+@rule("inertia-implausible", "A warning: no body has this inertia.", "Use `of: collision`.", NUMBERS, "link", "always")
 @rule("centre-outside", "A warning: a centre of mass is far outside.", "Check `xyz`.", NUMBERS, "link", "always")
 def plausible(case: Case) -> Iterator[Diagnostic]:
     """Masses against the space of the shapes, inertias against both, and centres of mass."""
@@ -101,8 +99,7 @@ def _mass(case: Case, link: Link, bounds: Bounds, complete: bool) -> Iterator[Di
     sizes = " x ".join(map(number, bounds.size))
     message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in {sizes} m{case.stands_in(shape)}'
     message += f": {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
-    help = "correct the mass, in kg (850 g is 0.85), or the sizes, in metres (120 mm is 0.12)"
-    yield case.problem("mass-implausible", message, place, help, related=[("the shape", shape)])
+    yield case.problem("mass-implausible", message, place, related=[("the shape", shape)])
 
 
 def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnostic]:
@@ -126,8 +123,7 @@ def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnost
     if what:
         message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too {what}: even spread out, it is of'
         message += f" {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
-        help = "correct the mass, in kg, or the inertia, in kg*m^2; of: collision calculates it from the shapes"
-        yield case.problem("inertia-implausible", message, place, help, related=[("the mass", (*path, "mass"))])
+        yield case.problem("inertia-implausible", message, place, related=[("the mass", (*path, "mass"))])
 
 
 def _density(mass: float, low: float, middle: float, high: float) -> float:
@@ -152,8 +148,7 @@ def _centre(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnosti
     if size > 0 and limit < away:
         place = case.link(link.name, "inertial", "xyz", max(range(3), key=lambda index: abs(centre[index])))
         message = f'the centre of mass of link "{link.name}"{case.stands_in(place)} is {number(away)} m away from'
-        help = "xyz of inertial is relative to the frame of the link, in metres"
-        yield case.problem("centre-outside", f"{message} {what} {number(size)} m", place, help, related=related)
+        yield case.problem("centre-outside", f"{message} {what} {number(size)} m", place, related=related)
 
 
 def _shape(case: Case, link: Link) -> Path:

@@ -95,10 +95,9 @@ def _ids(check: Check) -> list[str]:
     """Return the ids of a plug-in's check. Raises TypeError or ValueError if its rules are invalid."""
     for rule in check.rules:
         check_texts(rule)
-        if not _ID.fullmatch(rule.id):
-            raise ValueError(f'"{rule.id}" is no id of a rule: small letters, digits and single hyphens')
-        if rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
-            raise ValueError(f"accept of {rule.id} is one of {_ACCEPT}, imported one of {_IMPORTED}")
+        if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
+            what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
+            raise ValueError(f'the rule "{rule.id}" is invalid: {what}')
     if not check.rules:
         raise ValueError("it declares no rule; put @rule above the function")
     return [rule.id for rule in check.rules]

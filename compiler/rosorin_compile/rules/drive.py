@@ -117,9 +117,8 @@ def places(case: Case) -> Iterator[Diagnostic]:
             other = max(drive.joints[second], key=lambda name: at[name][along])
             if at[wheel][along] - at[other][along] < LEAST:
                 message = f'wheel "{wheel}" is named {first.replace("_", " ")}, but is not {how} "{other}"'
-                help = "correct the names, the poses of the joints, or frame: x points forward, y left"
                 related = [("the other wheel", path_of[other])]
-                yield case.problem("drive-places", message, path_of[wheel], help, related=related)
+                yield case.problem("drive-places", message, path_of[wheel], related=related)
                 return
     radii = {name: drive.radius or model.rolling_radius(case.robot, name) for name in drive.wheels}
     rolling = drive.joints.get("rolling", ())
@@ -144,8 +143,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
     if all(radii.values()) and bottoms and bottoms[-1][0] - bottoms[0][0] > UNEVEN:
         (low, wheel), (high, other) = bottoms[0], bottoms[-1]
         message = f'wheel "{other}" ends {1000 * (high - low):.3g} mm above wheel "{wheel}": not on one floor'
-        help = "correct the pose of one, or its radius"
-        yield case.problem("drive-places", message, path_of[other], help, severity=WARNING)
+        yield case.problem("drive-places", message, path_of[other], severity=WARNING)
 
 
 @rule("drive-radius", help="Write `radius`, or give the wheel a cylinder to collide with.", topic=JOINTS)

@@ -37,9 +37,8 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
         at = case.link(frame) if frame in robot.link else next(iter(ends), None)
         if at is not None:
             message = f'the description owns the frame "{frame}", which localisation places (REP 105)'
-            help = f'begin the robot at "base_link" and name the publisher of "{frame}" under edges'
             key = frame in robot.link and at[0] == "links"
-            problem = case.problem("owns-world-frame", message, at, help, key=key)
+            problem = case.problem("owns-world-frame", message, at, key=key)
             # Without a link of that name there is nothing that could be accepted.
             yield problem if frame in robot.link else replace(problem, of=())
 
@@ -92,17 +91,14 @@ RAYS, LAYERS, ALONG = 72, 9, 5
 
 
 class _Solid(NamedTuple):
-    """A shape in the frame of a sensor: its place, and its link and path."""
+    """A shape, its place in the frame of a sensor, and its path."""
 
     shape: Shape
     place: Transform
-    link: str
     path: Path
 
 
-@rule(
-    "sensor-sees-itself", help="Move it, or make room for it.", topic=NUMBERS, accept="link or joint", imported="always"
-)
+@rule("sensor-sees-itself", help="Move it.", topic=NUMBERS, accept="link or joint", imported="always")
 def sight(case: Case) -> Iterator[Diagnostic]:
     """A warning: nearly all rays of a lidar, or nearly all of an image, end on the robot itself at once.
 
@@ -114,25 +110,19 @@ def sight(case: Case) -> Iterator[Diagnostic]:
         views = [view for view in seen_by(sensor) if view["kind"] in ("fan", "frustum")]
         if not views or sensor.frame not in robot.link:
             continue
-        places = _rigid_neighbours(robot, sensor.frame)
-        housing = _housing(robot, sensor.frame)
-        links = [robot.link[name] for name in places if name not in housing]
-        solids = [
-            _Solid(shape, places[link.name], link.name, path)
-            for link, path, shape in (case.shapes(*links) if links else ())
-        ]
+        places, housing = _rigid_neighbours(robot, sensor.frame), _housing(robot, sensor.frame)
+        shapes = [one for one in case.shapes() if one[0].name in places and one[0].name not in housing]
+        solids = [_Solid(shape, places[link.name], path) for link, path, shape in shapes]
         ends = [end for view in views if view["frame"] in places for end in _ends(view, places, solids)]
         hits = [end for end in ends if end is not None]
         if hits and len(hits) >= NEARLY_ALL * len(ends):
             _, solid = min(hits, key=lambda hit: hit[0])
             away = 1000 * max(0.0, *(distance for distance, _ in hits))
             message = f'{100 * len(hits) // len(ends)} % of the rays of {sensor.type} "{sensor.name}" end on the robot'
-            message += f' itself, at most {away:.3g} mm away, on "{solid.link}"'
-            help = f'put "{sensor.frame}" where it looks out, or leave room around it in the shape'
+            message += f" itself, at most {away:.3g} mm away"
             mount = robot.joint_to.get(sensor.frame)
             path = case.value(case.joint(mount) if mount else case.link(sensor.frame), "xyz")
-            related = [("the shape", solid.path)]
-            yield case.problem("sensor-sees-itself", message, path, help, related=related, within=True)
+            yield case.problem("sensor-sees-itself", message, path, related=[("the shape", solid.path)], within=True)
 
 
 def _rigid_neighbours(robot: Robot, frame: str) -> dict[str, Transform]:

@@ -136,7 +136,8 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
             continue
         circle = list(walked.values())[list(walked).index(here) :][::-1]
         last = max(circle, key=lambda joint: order[joint.name])
-        message = f"joints form a circle: {' -> '.join([circle[0].parent, *(joint.child for joint in circle)])}"
+        chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
+        message = f'joint "{last.name}" closes a circle: {chain}'
         path, help, frame = case.end(last, "parent"), "", case.end(last, "child")
         if frame[0] == "sensors":
             path, help = frame, _OWN_FRAME

@@ -195,14 +195,7 @@ def stand_ins(case: Case) -> Iterator[Diagnostic]:
     for path, entry in case.remarkable["stand_ins"]:
         by_note.setdefault(entry["source"].get("note", ""), []).append(path)
     for note, paths in by_note.items():
-        message = f"{note or 'no note about what is missing'} ({first_of(list(map(_name, paths)), STAND_INS_SHOWN)})"
+        names = first_of([subject(list(path)) for path in paths], STAND_INS_SHOWN)
+        message = f"{note or 'no note about what is missing'} ({names})"
         place = (*paths[0], "source", "note" if note else "status")
         yield replace(case.problem("stand-in", message, place), related=(), help="")
-
-
-def _name(path: Path) -> str:
-    """Return the name of the entry at a path: joint1 limit, base_footprint collision[0]."""
-    words = ""
-    for step in path[1:] if len(path) > 1 and not isinstance(path[1], int) else path:
-        words += f"[{step}]" if isinstance(step, int) else f" {step}"
-    return words.strip() or "the robot"

@@ -26,7 +26,7 @@ gripper hand height infra joint json laser launch left lidar link localization l
 mount odom optical pan pose position rear right robot roller scan scene sensor servo shoulder slam state static
 steering system thigh tool toolbox torque trajectory trunk upper urdf velocity wheel wrist yaml
 """
-_USUAL = frozenset(_USUAL_WORDS.split())
+_USUAL, _ENDINGS = frozenset(_USUAL_WORDS.split()), frozenset(("xml", "sdf", "svg"))
 
 
 class Name(NamedTuple):
@@ -105,12 +105,13 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
     usual = _USUAL.union(word for word, number in counts.items() if number > 1)
     slips: dict[str, str] = {}
     for word, number in counts.items():
-        if len(word) > 3 and word not in _USUAL:  # a word that occurs several times was chosen
-            right = next((one for one in swaps(word) if one in (usual if number == 1 else _USUAL)), None)
+        if word not in _USUAL:  # a word that occurs several times was chosen
+            known = _ENDINGS if len(word) < 4 else usual if number == 1 else _USUAL
+            right = next((one for one in swaps(word) if one in known), None)
             slips |= {word: right} if right else {}
     reported: set[Span | None] = set()
     for one in named:
-        slip = next(((word, slips[word]) for word in _WORDS.findall(one.name) if word in slips), _ending(case, one))
+        slip = next(((word, slips[word]) for word in _WORDS.findall(one.name) if word in slips), None)
         if slip is not None:
             fixed = one.name.replace(*slip)
             message = f'{one.kind} "{one.name}" has "{slip[0]}", which looks like "{slip[1]}" with two letters swapped'
@@ -119,16 +120,6 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
             if found.span not in reported:  # a use of a part makes several names
                 reported.add(found.span)
                 yield found
-
-
-def _ending(case: Case, one: Name) -> tuple[str, str] | None:
-    """Return the ending of the file of an output, and the one that it should have, if two letters are swapped."""
-    outputs = [output for output in case.robot.outputs if one.kind == "file" and output.name == one.path[1]]
-    format = case.formats.get(outputs[0].backend) if outputs else None
-    endings = [known.rpartition(".")[2] for known in (format.file, *format.endings)] if format else []
-    ending = one.name.rpartition(".")[2]
-    right = next((known for known in swaps(ending) if known in endings), None)
-    return (f".{ending}", f".{right}") if right and ending not in endings else None
 
 
 @rule("leading-slash", help="Write it without.", topic=FRAMES, accept="link or joint", imported="always")

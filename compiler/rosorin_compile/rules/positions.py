@@ -160,8 +160,7 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
 def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
     """Return the problem of a joint that is moved and does not move, or has no single position."""
     id = "joint-is-fixed" if joint.is_fixed else "joint-has-no-position"
-    related = [("the joint", case.joint(joint))]
-    return case.problem(id, f'{what} joint "{joint.name}", which is {joint.type}', path, related=related, key=key)
+    return case.problem(id, f'{what} joint "{joint.name}", which is {joint.type}', path, key=key)
 
 
 @rule("two-servos", "A joint is in two servo groups.", "Name it in one place.", POSES)

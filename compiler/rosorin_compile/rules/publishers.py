@@ -212,8 +212,8 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
         else:
             if gap is not None and child not in bare:
                 message = f'nobody publishes the transform into "{child}"{in_words(gap)}'
-                path, help = case.edge(claims[0].edge or 0, "when"), "add a publisher, or widen the condition"
-                yield case.problem("unpublished-edge", message, path, help, severity=WARNING)
+                path = case.edge(claims[0].edge or 0, "when")
+                yield case.problem("unpublished-edge", message, path, severity=WARNING)
 
 
 def _two(case: Case, child: str, active: list[Step], combination: Combination) -> Diagnostic:
@@ -222,11 +222,9 @@ def _two(case: Case, child: str, active: list[Step], combination: Combination) -
     message = f'{listed(owners)} {"publishes twice" if len(owners) == 1 else "publish"} the transform into "{child}"'
     message += f", below {quoted(parents)}" if len(parents) > 1 else ""
     related = [(f"also published here, by {claim.owner}", _place(case, claim)) for claim in active[:-1]]
-    help = ""
+    help, path = "", _place(case, active[-1])
     if any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active):
-        help = "robot_state_publisher publishes every joint of its URDF in every mode: choose the publisher by an"
-        help += ' argument of the build, publisher: "${publisher}", or keep the joint for other programs, {none: WHY}'
-    path = _place(case, active[-1])
+        help = 'robot_state_publisher publishes in every mode: choose by an argument, publisher: "${publisher}"'
     return case.problem("two-publishers", message + in_words(combination), path, help, related=related)
 
 

@@ -39,7 +39,7 @@ BRIGHTEST = 1.01  # a hundredth above one is rounding of a colour that was made 
 MAX_RELATED = 3
 
 
-@rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "Check units.", NUMBERS, "link", "always")
+@rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "0.001 is mm.", NUMBERS, "link", "always")
 def mesh_scales(case: Case) -> Iterator[Diagnostic]:
     """Scales of meshes that no unit explains."""
     for link, path, shape in case.shapes():
@@ -51,8 +51,7 @@ def mesh_scales(case: Case) -> Iterator[Diagnostic]:
             index = factors.index(high if high > LARGEST_SCALE else low)
             scale = ", ".join(map(number, shape.geometry.scale))
             message = f'a mesh of link "{link.name}" is scaled by [{scale}]: no unit of a drawing explains that'
-            help = "0.001 makes metres of millimetres; without scale a mesh is in metres"
-            yield case.problem("mesh-scale", message, (*path, "mesh", "scale", index), help)
+            yield case.problem("mesh-scale", message, (*path, "mesh", "scale", index))
 
 
 @rule("collision-elsewhere", "A warning: collision and visual are far apart.", "Fix `xyz`.", NUMBERS, "link", "always")
@@ -64,9 +63,8 @@ def collision_elsewhere(case: Case) -> Iterator[Diagnostic]:
         if visual and collision and gap > ELSEWHERE * max(visual.diagonal, collision.diagonal):
             path, other = case.link(link.name, "collision", 0), case.link(link.name, "visual", 0)
             message = f'the collision of link "{link.name}" is {number(gap)} m away from its visual'
-            help = "correct xyz and rpy of one of them: both are relative to the frame of the link"
             related = [("the visual", other)]
-            yield case.problem("collision-elsewhere", message, case.value(path, "xyz"), help, related=related)
+            yield case.problem("collision-elsewhere", message, case.value(path, "xyz"), related=related)
 
 
 @rule("size-implausible", "A warning: a bare length dwarfs the robot.", "Write `120 mm`.", NUMBERS, "link", "always")
@@ -229,8 +227,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 kind = "collision" if outer.collision else "visual"
                 related = [("the shape around it", case.link(outer.name, kind, index))]
                 message = f'link "{name}" is entirely inside link "{outer.name}"'
-                help = "correct xyz or a size; a pair that is meant goes under disabled_contacts"
-                yield case.problem("link-inside-link", message, place, help, related=related, key=place == path)
+                yield case.problem("link-inside-link", message, place, related=related, key=place == path)
 
 
 def _points(link: Link, place: Transform) -> list[Vector]:

@@ -48,14 +48,13 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
     children = {edge.child for edge in edges}
     for index, edge in enumerate(edges):
         for key, name in (("parent", edge.parent), ("child", edge.child)):
-            suggestion = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
+            meant = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
             # A frame that is attached to the robot, or leads to it, may have any name.
-            if suggestion is None or name in case.robot.link or (key == "parent" and name in children):
-                continue
-            is_named = suggestion in children or any(suggestion == edge.parent for edge in edges)
-            if key == "parent" or (edge.parent in WORLD_FRAMES and is_named):
-                help = f'did you mean "{suggestion}"?'
-                yield case.problem("unknown-link", f'there is no frame "{name}"', case.edge(index, key), help)
+            is_free = name in case.robot.link or (key == "parent" and name in children)
+            is_named = meant in children or any(meant == edge.parent for edge in edges)
+            if meant and not is_free and (key == "parent" or (edge.parent in WORLD_FRAMES and is_named)):
+                message, help = f'there is no frame "{name}"', f'did you mean "{meant}"?'
+                yield case.problem("unknown-link", message, case.edge(index, key), help)
 
 
 @rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
@@ -107,8 +106,7 @@ def one_urdf(case: Case) -> Iterator[Diagnostic]:
         has = "it has" if first.type in SEVERAL_COORDINATES else "robot_state_publisher publishes"
         message = f'the URDF would have two roots, "{main}" and "{root}": {has} joint "{first.name}" on "{root}",'
         message += f' but not joint "{above.name}", which carries it'
-        related = [(f'joint "{first.name}"', case.joint(first))]
-        yield case.problem("split-urdf", message, case.publisher(above), related=related, key=above is first)
+        yield case.problem("split-urdf", message, case.publisher(above), key=above is first)
 
 
 def _urdf_roots(case: Case) -> list[str]:
@@ -177,8 +175,7 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
                     lost = next(step for step in across if step not in active)
                     names = quoted(name for name in case.robot.link if name in piece)
                     message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}"
-                    help = f'name the publisher of "{min(tops)}", or keep {lost.parent} -> {lost.child} in every mode'
-                    yield case.problem("split-tf", message, lost.path, help)
+                    yield case.problem("split-tf", message, lost.path)
                     return
 
 
@@ -220,5 +217,4 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
                 reported.add(frame)
                 missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {} is always
                 message = f'tf2 does not know the frame "{frame}"{in_words(missing)}, which {owner} stamps its messages'
-                help = "name its publisher, or what the messages are stamped with: stamps: [FRAME]"
-                yield case.problem("unknown-frame-id", f"{message} with", path, help, severity=WARNING)
+                yield case.problem("unknown-frame-id", f"{message} with", path, severity=WARNING)

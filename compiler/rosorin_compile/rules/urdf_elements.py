@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 _MAX_RELATED = 3
 _AROUND = "elements"  # a tag that nobody closes by mistake
 _CLOSES = re.compile(r"</(.+)> does not close <(.+)>")
-_UNIQUE = ("ros2_control", "transmission", "plugin", "sensor")  # elements of which a reader takes one of a name
 
 
 def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
@@ -174,7 +173,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
     has_gazebo = any(output.options.get("gazebo") for output in case.robot.outputs)
     written = {one.name for sensor in case.robot.sensors for one in sensor.gazebo} if has_gazebo else set()
     for path, text in urdf_texts(case):
-        if damage(text) or not any(f"<{tag}" in text for tag in _UNIQUE):
+        if damage(text):
             continue
         for what, name, *key in (names for element in tree_of(f"<all>{text}</all>") for names in _names_of(element)):
             before = first.setdefault((what, name, *key), path)
@@ -269,8 +268,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
     if parent == "gazebo" and tag in {*_OF_LINKS, *_OF_JOINTS, "sensor"}:
         is_link, is_joint = reference in case.robot.link, reference in case.robot.joint
         if not reference:
-            help = f'Gazebo reads <{tag}> of a link or a joint: <gazebo reference="NAME">'
-            return f"{nobody}a <gazebo> without a reference", help
+            return f"{nobody}a <gazebo> without a reference", 'name a link or a joint: <gazebo reference="NAME">'
         if is_link != is_joint and tag in (_OF_JOINTS if is_link else _OF_LINKS):
             kind, other = ("link", "joint") if is_link else ("joint", "link")
             return f'{nobody}a <gazebo> that refers to the {kind} "{reference}"', f"refer to a {other}"

@@ -326,7 +326,7 @@ def lies_across(case: Case, joint: Joint) -> bool:
 
 @rule("joint-word", help="Leave one of them out.", topic=SIMULATED)
 def contradictions(case: Case) -> Iterator[Diagnostic]:
-    """The `mjcf` of a joint or a tendon contradicts its other keys: formats would differ in what they take."""
+    """The `mjcf` of a joint contradicts its other keys: formats would differ in what they take."""
     for joint in case.robot.joints:
         path = case.joint(joint)
         for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
@@ -336,12 +336,6 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
         if joint.type == "continuous" and "range" in joint.mjcf:
             message = f'joint "{joint.name}" is continuous, and has a range in mjcf'
             yield case.problem("joint-word", message, (*path, "mjcf", "range"), key=True)
-    for name, entry in case.section("tendons").items():
-        for word in ("stiffness", "damping"):
-            values = (entry.get("mjcf") or {}).get(word)
-            if word in entry and values and not _same(values[0], entry[word]):
-                message = f'tendon "{name}" has a {word} of {number(values[0])} in mjcf, and {number(entry[word])}'
-                yield case.problem("joint-word", message, ("tendons", name, "mjcf", word), key=True)
 
 
 def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:

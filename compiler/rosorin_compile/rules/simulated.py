@@ -30,8 +30,7 @@ _WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
 _KINDS = {word: kind for kind, word in KINDS.items()}
 _RULES = {JOINT: "unknown-joint", BODY: "unknown-link"}
 # The kinds of what gets its name in a section for a simulation, by the word of the schema.
-_DEFINED = {"actuator": ACTUATOR, "tendon": mujoco.TENDON, "constraint": EQUALITY, "sensor of MuJoCo": SENSOR}
-_DEFINED |= {"contact pair": "pair"}
+_DEFINED = {"actuator": ACTUATOR, "constraint": EQUALITY}
 
 
 class Named(NamedTuple):
@@ -112,13 +111,9 @@ class _Names:
 
     def has(self, kind: str, name: str) -> bool:
         """Return True if there is something of a kind under a name, or may be."""
-        is_known = name in self.by_kind.get(kind, ()) and not self.is_ambiguous(kind, name)
-        return is_known or (self.is_open and kind not in (BODY, JOINT))
-
-    def is_ambiguous(self, kind: str, name: str) -> bool:
-        """Return True if several shapes have a name, which none of them has in the MJCF."""
-        is_shared = kind == GEOM and len(self.shapes.get(name, ())) > 1
-        return is_shared and not any(named.kind == GEOM and named.name == name for named in self.all)
+        if kind == GEOM and len(self.shapes.get(name, ())) > 1:  # then none of them has it in the MJCF
+            return any(named.kind == GEOM and named.name == name for named in self.all)
+        return name in self.by_kind.get(kind, ()) or (self.is_open and kind not in (BODY, JOINT))
 
 
 def _shapes(case: Case) -> Mapping[str, list[Path]]:
@@ -166,9 +161,6 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             help = f"name one of the joints that MuJoCo has for it: {parts}" if parts else ""
         elif kind == JOINT and name == _free_joint(case.robot):
             help = "write base: free in the output of the MJCF"
-        elif names.is_ambiguous(kind, name):
-            message = f'several shapes are called "{name}": in the MJCF none of them has that name'
-            help = "name one as LINK_collision_1 or LINK_visual_1, by its place in its link"
         yield from case.unknown(id, message, uses, help)
 
 
@@ -210,9 +202,9 @@ _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp
 
 
 @rule("mjcf-element", "MuJoCo, or another artifact, cannot take an element here.", "See the message.", SIMULATED)
-@rule("unknown-in-mjcf", "`mjcf_elements` name something that does not exist.", "Correct the name.", SIMULATED)
+@rule("unknown-in-mjcf", "`mjcf` names something that does not exist.", "Correct the name.", SIMULATED)
 def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
-    """Elements of `mjcf_elements` that are out of place, and names in the others that nothing defines."""
+    """Elements of `mjcf` that are out of place, and names in the others that nothing defines."""
     texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
     if not texts:
         return
@@ -270,7 +262,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
     if top and tag in _IN_BODIES:
         return f"<{tag}> is no section of an MJCF", "write it in a link"
     if not top and tag in mujoco.SECTIONS:
-        return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf_elements at the top"
+        return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf at the top"
     return f"<{tag}> is no {'section of an MJCF' if top else 'element of a body'}", did_you_mean(
         tag, known, "remove it"
     )

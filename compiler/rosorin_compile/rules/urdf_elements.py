@@ -49,9 +49,9 @@ def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
 
 
 def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
-    """Yield each text of ``mjcf_elements`` with its path, and whether it is a section of the file."""
-    for index, text in enumerate(case.robot.mjcf_elements):
-        yield ("mjcf_elements", index), text, True
+    """Yield each text of ``mjcf`` and of links with its path, and whether it is a section of the file."""
+    for index, text in enumerate(case.robot.mjcf):
+        yield ("mjcf", index), text, True
     for link in case.robot.links:
         for index, text in enumerate(link.mjcf_elements):
             yield case.link(link.name, "mjcf_elements", index), text, False
@@ -59,7 +59,7 @@ def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
 
 @rule("bad-xml", help="Write whole elements, such as `<gazebo>...</gazebo>`.", topic=NUMBERS)
 def well_formed(case: Case) -> Iterator[Diagnostic]:
-    """A text of `urdf_elements` or `mjcf_elements` is not whole elements of XML."""
+    """A text of `urdf_elements`, `mjcf` or `mjcf_elements` is not whole elements of XML."""
     from rosorin_compile.source.xml.markup import MarkupError, parse
 
     for path, text in (*urdf_texts(case), *((path, text) for path, text, _ in mjcf_texts(case))):

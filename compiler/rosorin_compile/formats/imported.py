@@ -18,7 +18,7 @@ from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.xml.files import printable_name
+from rosorin_compile.source.wording import masked
 
 from .format import Opened, Placed
 
@@ -176,7 +176,7 @@ def converted(made: object, opened: Opened) -> Imported:
     tree = as_tree(description, opened.source.start(), [])
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")
-    source = {"status": "imported", "note": f"from {printable_name(opened.path)}"}
+    source = {"status": "imported", "note": f"from {masked(opened.path.name)}"}
     for key, value in (("robot", opened.path.stem), ("source", source)):
         if key not in tree:
             tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)

@@ -19,7 +19,8 @@ from rosorin_compile.source.diagnostics import Source, Span, error
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, locate
-from rosorin_compile.source.xml.files import printable_name, read_source
+from rosorin_compile.source.wording import masked
+from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import MarkupError
 
 from ..format import Placed
@@ -84,7 +85,7 @@ def _at(entry: Map, key: str) -> Placed:
 
 def _description(model: Map, path: Path) -> dict[str, Any]:
     """Return the sections of a description, with the places of their values in the JSON."""
-    note = f"from {printable_name(path)}: {model['source']}" if model["source"] else f"from {printable_name(path)}"
+    note = f"from {masked(path.name)}: {model['source']}" if model["source"] else f"from {masked(path.name)}"
     links: dict[str, Placed] = {}
     shapes: dict[str, list[Placed]] = {}
     for entry in model["joints"].values():

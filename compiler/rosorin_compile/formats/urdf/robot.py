@@ -20,10 +20,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
-from rosorin_compile.source.wording import and_more, counted, listed, plural, quoted
-from rosorin_compile.source.xml.describing import named, shortened
-from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
+from rosorin_compile.source.wording import and_more, counted, listed, masked, plural, quoted
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse
 
 from ..comments import comments_of
 from ..format import Placed
@@ -151,7 +149,7 @@ class _Reader(Reading):
         tree, source = Map(root.span), Map(root.span)
         self._robot_name(root, path, tree)
         put(source, "status", "imported", root)
-        put(source, "note", f"from {printable_name(path)}", root)
+        put(source, "note", f"from {masked(path.name)}", root)
         put(tree, "source", source, root)
         self.paths[id(root)] = ("robot",)
         self._materials(root, tree)
@@ -246,7 +244,7 @@ class _Reader(Reading):
         for element in root.iter() if "${" in text or "$(" in text else ():
             for attribute in () if element.tag.startswith("xacro:") else element.attributes.values():
                 if "${" in attribute.raw or "$(" in attribute.raw:
-                    message = f"{shortened(attribute.raw)} looks like xacro that was not expanded"
+                    message = f'"{attribute.raw[:40]}" looks like xacro that was not expanded'
                     help = "name the file NAME.xacro, or declare xmlns:xacro in <robot>"
                     self.diagnostics.append(Diagnostic("not-expanded", WARNING, message, attribute.span, (), help))
                     return
@@ -333,7 +331,7 @@ class _Reader(Reading):
         if name is not None and NAME.match(name.value):
             entry.put("name", name.value, name.name_span, name.span)
         elif name is not None and name.value:
-            self.cannot_carry(f"the name {shortened(name.value)} of <{element.tag}>", name.span)
+            self.cannot_carry(f'the name "{name.value[:40]}" of <{element.tag}>', name.span)
         link.setdefault_at(element.tag, Seq(element.span), element.span)
         own = (*path, element.tag, len(link[element.tag]))
         self.paths[id(element)] = own

@@ -99,9 +99,9 @@ def parse_rules_once(patch: pytest.MonkeyPatch) -> None:
     from rosorin_compile.source import rule_registry as registry
 
     declaring, declared_in = registry._declaring, cache(registry.declared_in)
-    sources: list[tuple[Path, bytes]] = []
+    sources: list[bytes] = []
 
-    def declaring_once() -> Iterator[tuple[Path, bytes]]:
+    def declaring_once() -> Iterator[bytes]:
         if not sources:
             sources.extend(declaring())
         return iter(sources)
@@ -168,7 +168,7 @@ def _parse_rules() -> None:
 
     declared = cache(registry.declared_in)
     registry.declared_in = lambda source: list(declared(source))
-    for _, text in registry._declaring():
+    for text in registry._declaring():
         registry.declared_in(text)
 
 

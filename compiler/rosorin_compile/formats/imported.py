@@ -173,7 +173,7 @@ def converted(made: object, opened: Opened) -> Imported:
         return made._replace(diagnostics=[diagnostic_of(one) for one in made.diagnostics])
     description, more = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
     diagnostics = [diagnostic_of(one) for one in more]
-    tree = as_tree(description, opened.source.start(), [])
+    tree = as_tree(description, opened.source.span(), [])
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")
     source = {"status": "imported", "note": f"from {masked(opened.path.name)}"}

@@ -14,7 +14,7 @@ from typing import Any
 from rosorin_compile.language.annotations import Node
 from rosorin_compile.language.schema import sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
-from rosorin_compile.source.messages import UNNAMED, Offer, offer, placed, told_once, written
+from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, offer, placed, written
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, exists, locate, nearer
 from rosorin_compile.source.tree import Path as TreePath
 
@@ -48,10 +48,8 @@ def merge_misspelt(
     _collect(tree, tree.via, (), Node(properties=sections()), uses)
     moved = []
     for diagnostic, found in zip(diagnostics, offers, strict=True):
-        moved.append(diagnostic)
+        moved.append(placed(diagnostic, found))
         defined = next(_definitions(tree, places, found.meant), None) if found else None
-        if found:
-            moved[-1] = placed(diagnostic, found)
         if found and defined:
             path, home = defined[0], _home(defined[1], found)
             others = [one for where, one in uses[found.meant] if where[: len(path)] != path]
@@ -60,7 +58,7 @@ def merge_misspelt(
                 moved[-1] = replace(moved[-1], related=(*moved[-1].related, note))
     homes = {note.span for one in moved for note in one.related if note.message.endswith(UNNAMED)}
     # The warning that the letters of such a definition are swapped says the same again.
-    return told_once(one for one in moved if one.severity == ERROR or one.span not in homes)
+    return merge_by_name(one for one in moved if one.severity == ERROR or one.span not in homes)
 
 
 def _home(place: Place, found: Offer) -> Span:

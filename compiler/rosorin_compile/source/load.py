@@ -149,7 +149,7 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
         help = "start from docs/tutorial.md"
         if tree is None and stdin_of(path) is not None:
             help = "the program before the pipe printed nothing"
-    raise LoadError(error("not-a-mapping", message, source.start(), help))
+    raise LoadError(error("not-a-mapping", message, source.span(), help))
 
 
 @cache

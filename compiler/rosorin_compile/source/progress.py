@@ -13,14 +13,13 @@ from typing import ClassVar, TextIO
 
 from .wording import printable
 
-_EVERY = 0.1  # seconds between two changes of the line
+_DELAY, _INTERVAL = 2.0, 0.1  # seconds before the line is shown, and between two changes of it
 _WIDTH = 30  # of the bar
 
 
 class Progress:
-    """The progress line of this process; ``AFTER`` is the delay (s) before it is shown."""
+    """The progress line of this process."""
 
-    AFTER = 2.0
     _stream: ClassVar[TextIO | None] = None
     _clock: ClassVar[Callable[[], float]]
     _topic: ClassVar[str] = ""
@@ -46,8 +45,7 @@ class Progress:
         """Restart the delay, as ``watch`` does for each change."""
         if cls._stream is not None:
             cls.wipe()
-            cls._due = cls._next = cls._clock() + cls.AFTER
-            cls._kind = ""
+            cls._due, cls._next, cls._kind = cls._clock() + _DELAY, 0.0, ""
 
     @classmethod
     def about(cls, topic: str) -> None:
@@ -55,34 +53,31 @@ class Progress:
         cls._topic = topic
 
     @classmethod
-    def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True, more: str = "") -> None:
+    def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True) -> None:
         """Show that ``done`` of ``total`` (0 if unknown) steps of a kind are done; not ``counted``: as a bar alone.
 
-        The first step of a kind is shown at once, since none may follow for long. ``more`` ends the line.
+        The first step of a kind is shown at once, since none may follow for long.
         """
         if cls._stream is None:
             return
         now, is_new = cls._clock(), what != cls._kind
         cls._kind = what
-        if now < (cls._due if is_new else cls._next):
+        if now < cls._due or (now < cls._next and not is_new):
             return
-        cls._next = now + _EVERY
-        text = " ".join(filter(None, [printable(cls._topic), printable(what)]))
+        cls._next = now + _INTERVAL
+        text = printable(f"{cls._topic} {what}".strip())
         if counted and (done or total):
             text += f" {done:,}" + (f" of {total:,}" if total else "")
         if total:
             share = min(1.0, done / total)  # a recording may contain more than it declares
-            full = int(_WIDTH * share)
-            text += f" [{'#' * full}{'.' * (_WIDTH - full)}] {int(100 * share):3d}%"
+            text += f" [{'#' * int(_WIDTH * share):.<{_WIDTH}}] {int(100 * share):3d}%"
         columns = 80
         with suppress(OSError, ValueError, AttributeError):
             columns = os.get_terminal_size(cls._stream.fileno()).columns or columns
-        text += printable(more)
-        # A letter that is not ASCII may be two columns wide.
-        while sum(1 if letter.isascii() else 2 for letter in text) >= columns:
+        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # those may be two columns wide
             text = text[:-1]
-        cls._is_shown = True
         cls._write(f"\r{text}\x1b[K")
+        cls._is_shown = True
 
     @classmethod
     @contextmanager
@@ -95,16 +90,11 @@ class Progress:
             cls._stream = stream
 
     @classmethod
-    def part(cls, what: str, index: int, count: int) -> Callable[[float], None]:
-        """Return a function that takes the share (0 to 1) that is done of one part of several."""
-        return lambda share: cls.step(what, int(1000 * (index + share)), 1000 * count, counted=False)
-
-    @classmethod
     def wipe(cls) -> None:
         """Erase the line, before something else is printed."""
         if cls._is_shown:
-            cls._is_shown = False
             cls._write("\r\x1b[K")
+            cls._is_shown = False
 
     @classmethod
     def _write(cls, text: str) -> None:

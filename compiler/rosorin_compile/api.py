@@ -55,12 +55,12 @@ from rosorin_compile.source.diagnostics import (
     error,
     has_errors,
 )
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.printing import printing_of
 from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.page.write import Page, write_page

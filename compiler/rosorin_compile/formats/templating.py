@@ -12,7 +12,6 @@ import os
 import re
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import cache, cached_property
 from importlib import import_module
 from io import BytesIO
@@ -21,12 +20,10 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import jinja2
-from jinja2.bccache import Bucket
 from jinja2.exceptions import SecurityError
 from markupsafe import Markup, escape
 
 from rosorin_compile.source import files, system
-from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.project import data_folder, homes
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
@@ -71,25 +68,6 @@ _OPTIONS: dict[str, Any] = {
 }
 
 
-class _BytecodeCache(jinja2.FileSystemBytecodeCache):
-    """Caches compiled templates; an entry that cannot be read or written is ignored."""
-
-    def load_bytecode(self, bucket: Bucket) -> None:
-        with suppress(OSError):
-            super().load_bytecode(bucket)
-
-    def dump_bytecode(self, bucket: Bucket) -> None:
-        with suppress(OSError):
-            super().dump_bytecode(bucket)
-
-
-def _options(kind: str) -> dict[str, Any]:
-    """Return the options of Jinja for one kind of templates: "own", "trusted" or "sandbox"; each has its own cache."""
-    folder = cache_folder("templates")
-    pattern = f"{jinja2.__version__}-{kind}-%s.cache"
-    return {**_OPTIONS, "bytecode_cache": _BytecodeCache(str(folder), pattern) if folder else None}
-
-
 class TemplateProblem(Exception):
     """A template that is missing, wrong, or uses a name that does not exist; carries the diagnostic."""
 
@@ -123,7 +101,7 @@ def comment(text: str) -> str:
 def _own() -> jinja2.Environment:
     folder = data_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
-    return jinja2.Environment(loader=loader, **_options("own"))  # noqa: S701 - XML is escaped
+    return jinja2.Environment(loader=loader, **_OPTIONS)  # noqa: S701 - XML is escaped
 
 
 class Templates:
@@ -152,14 +130,14 @@ class Templates:
     @cached_property
     def environment(self) -> jinja2.Environment:
         """The environment of trusted templates."""
-        return jinja2.Environment(loader=jinja2.FunctionLoader(self._load), **_options("trusted"))  # noqa: S701
+        return jinja2.Environment(loader=jinja2.FunctionLoader(self._load), **_OPTIONS)  # noqa: S701
 
     @cached_property
     def sandbox(self) -> jinja2.Environment:
         """The environment of the templates of a description; for use in the child process only."""
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-        sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(self._load), **_options("sandbox"))
+        sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(self._load), **_OPTIONS)
         del sandbox.globals["lipsum"]  # any amount of text that no artifact needs
         del sandbox.filters["random"]  # an artifact is the same each time
         return sandbox
@@ -268,7 +246,6 @@ def _render_in_child(folder: Path | None, first: Path | None, name: str, values:
     import subprocess
 
     system.needs("resource", system.NO_LIMITS)
-    cache_folder("templates")  # the child caches there; only this process can report that it is open to others
     path = json.dumps([os.path.abspath(entry) for entry in sys.path if entry])
     request = BytesIO()
     pickler = pickle.Pickler(request)

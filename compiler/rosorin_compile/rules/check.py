@@ -150,7 +150,7 @@ def _guarded(plugin: Plugin, check: Check, case: Case) -> list[Diagnostic]:
     ids = [rule.id for rule in check.rules]
     found: list[Diagnostic] = []
     try:
-        with aside(plugin):
+        with aside():
             for diagnostic in check(case):
                 if not isinstance(diagnostic, Diagnostic) or diagnostic.rule not in ids:
                     what = f"yields {str(diagnostic)[:80]}, no Diagnostic of its rules ({', '.join(ids)})"

@@ -193,7 +193,7 @@ def _read(path: Path) -> Source:
 
 
 def _unread(path: Path) -> Variant:
-    start = Source(files.shown(path), "").start()
+    start = Source(files.shown(path), "").span()
     return Variant(path.stem, Map(start), start)
 
 

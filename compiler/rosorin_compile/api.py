@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
+from rosorin_compile.compare.precision import printed
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics
 from rosorin_compile.formats.compiled import Compiled, Reading
@@ -57,7 +58,6 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
-from rosorin_compile.source.printing import printing_of
 from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
 from rosorin_compile.source.system import pip_install
@@ -319,7 +319,7 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
     if requests[1].arguments and not imported.takes_arguments:
         diagnostics.append(api_arguments.deaf(path))
     reduced = replace(found.robot, outputs=())
-    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree).tolerance, path.parent)
+    side = Side(label, FORMATS[imported.format], reduced, printed(imported.tree.span.source.text), path.parent)
     left_out = list(dict.fromkeys(left.what for left in imported.left_out))
     return _Loaded(side, diagnostics, left_out, None if imported.takes_arguments else path)
 

@@ -124,6 +124,27 @@ def _without_zeros(text: str) -> str:
     return "0" if text == "-0" else text
 
 
+def off_by_short(value: float, largest: float = 0.0) -> float:
+    """Return how far a number may be off that is no longer than ``short`` prints it; a longer one is exact."""
+    if float(f"{value:.13g}") != value:
+        return 0.0
+    return (1 + 1e-9) * SHORT * max(abs(value), largest)  # the bound was that of the number before it was rounded
+
+
+@lru_cache(maxsize=20_000)
+def _off_by_six(value: float) -> float:
+    first = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5) if value else 0.0
+    return min(first, 0.5e-6)
+
+
+def off_by_six(value: float, largest: float = 0.0) -> float:
+    """Return how far a number may be off where none has more digits than ``six`` prints.
+
+    ``short`` may have printed them as well: what is small beside the largest entry of its vector is 0 then.
+    """
+    return max(_off_by_six(value), off_by_short(value, largest))
+
+
 NUMBER_FORMATS: dict[str, NumberFormat] = {"short": short, "exact": exact, "six": six}
 
 

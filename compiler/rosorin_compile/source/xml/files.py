@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..diagnostics import Source, Span, error
 from ..files import shown
-from ..load import read_input
+from ..load import decoded, read_input
 from ..rule_registry import READING, Rule
 from .markup import Document, MarkupError
 
@@ -46,14 +46,8 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
     if b"\0" in data.rstrip(b"\0 \r\n\t")[:1000] and not encoding.startswith(("utf-16", "utf-32")):
         message = f"{name} is not a text file: it contains zero bytes"
         raise MarkupError(error("not-text", message, asked, "name a URDF, xacro, SDF or MJCF file"))
-    try:
-        return Source(name, data.decode(encoding).removeprefix("\ufeff"))
-    except UnicodeDecodeError as problem:
-        start = len(data[: problem.start].decode(encoding, "replace"))
-        message = f"{name} is not {encoding.upper()} text: byte {data[problem.start]:#04x} at this place"
-        help = 'save the file as UTF-8, or declare its encoding: <?xml version="1.0" encoding="ISO-8859-1"?>'
-        span = Document(Source(name, data.decode(encoding, "replace"))).span(start)
-        raise MarkupError(error("not-utf8", message, span, help)) from None
+    declared = '<?xml version="1.0" encoding="ISO-8859-1"?>'
+    return decoded(data, name, encoding, f"save the file as UTF-8, or declare its encoding: {declared}")
 
 
 def _encoding(data: bytes, name: str) -> str:

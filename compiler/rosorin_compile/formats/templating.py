@@ -30,10 +30,7 @@ from rosorin_compile.source.rule_registry import TEMPLATES, Rule
 
 RULES = (
     Rule(
-        "template-missing",
-        "There is no such template in the folder of the description.",
-        "Check the name.",
-        TEMPLATES,
+        "template-missing", "There is no such template in the folder of the description.", "Check the name.", TEMPLATES
     ),
     Rule("template-syntax", "A template is not legal Jinja.", "Correct the line that is shown.", TEMPLATES),
     Rule(

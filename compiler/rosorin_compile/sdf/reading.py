@@ -21,9 +21,10 @@ from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, correction, named, parse, place, words
 
+from .content import UNLIMITED
+
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
 _OF_POSE = ("relative_to", "frame", "rotation_format", "degrees")
-UNLIMITED = 1e16  # a limit from here on is none
 # As ``Pose`` has it: below this, the numbers of a pose are what rounding has left of a way there and back.
 _ROUNDING = 1e-15
 

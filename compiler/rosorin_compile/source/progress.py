@@ -21,7 +21,7 @@ class Progress:
     """The progress line of this process."""
 
     _stream: ClassVar[TextIO | None] = None
-    _clock: ClassVar[Callable[[], float]]
+    _clock: ClassVar[Callable[[], float]] = staticmethod(lambda: time.monotonic())
     _topic: ClassVar[str] = ""
     _kind: ClassVar[str] = ""
     _due: ClassVar[float] = 0.0  # nothing is shown before
@@ -29,9 +29,9 @@ class Progress:
     _is_shown: ClassVar[bool] = False
 
     @classmethod
-    def show(cls, stream: TextIO, clock: Callable[[], float] | None = None) -> None:
-        """Show progress from now on, on a stream that is a terminal; ``clock`` gives seconds."""
-        cls._stream, cls._clock, cls._topic = stream, staticmethod(clock or (lambda: time.monotonic())), ""
+    def show(cls, stream: TextIO) -> None:
+        """Show progress from now on, on a stream that is a terminal."""
+        cls._stream, cls._topic = stream, ""
         cls.begin()
 
     @classmethod
@@ -43,9 +43,8 @@ class Progress:
     @classmethod
     def begin(cls) -> None:
         """Restart the delay, as ``watch`` does for each change."""
-        if cls._stream is not None:
-            cls.wipe()
-            cls._due, cls._next, cls._kind = cls._clock() + _DELAY, 0.0, ""
+        cls.wipe()
+        cls._due, cls._next, cls._kind = cls._clock() + _DELAY, 0.0, ""
 
     @classmethod
     def about(cls, topic: str) -> None:
@@ -76,8 +75,7 @@ class Progress:
             columns = os.get_terminal_size(cls._stream.fileno()).columns or columns
         while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # those may be two columns wide
             text = text[:-1]
-        cls._write(f"\r{text}\x1b[K")
-        cls._is_shown = True
+        cls._write(f"\r{text}\x1b[K", True)
 
     @classmethod
     @contextmanager
@@ -93,12 +91,11 @@ class Progress:
     def wipe(cls) -> None:
         """Erase the line, before something else is printed."""
         if cls._is_shown:
-            cls._write("\r\x1b[K")
-            cls._is_shown = False
+            cls._write("\r\x1b[K", False)
 
     @classmethod
-    def _write(cls, text: str) -> None:
-        with suppress(OSError, ValueError):  # a run does not fail because its progress cannot be shown
-            if cls._stream is not None:
-                cls._stream.write(text)
-                cls._stream.flush()
+    def _write(cls, text: str, shown: bool) -> None:
+        cls._is_shown = shown
+        with suppress(OSError, ValueError, AttributeError):  # a run does not fail because nothing can be shown
+            cls._stream.write(text)  # type: ignore[union-attr]
+            cls._stream.flush()  # type: ignore[union-attr]

@@ -1,17 +1,17 @@
 """The registry of rules: what each id of a diagnostic means.
 
 A rule about the meaning of a robot is a function under ``@rule``; rules of other stages are declared in a tuple
-``RULES`` next to their code. ``find`` and ``every_rule`` read the declarations from the source files, without importing
-them, so also where an extra is not installed: ids and texts of the tool's own rules are plain literals.
+``RULES`` next to their code.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
@@ -150,46 +150,21 @@ OF_PLUGINS: dict[str, Rule] = {}
 def find(ids: Collection[str]) -> dict[str, Rule]:
     """Return those of the tool's own rules that have one of the ids, by id."""
     quoted = [f'"{id}"'.encode() for id in ids]
-    rules = (rule for text in _declaring() if any(id in text for id in quoted) for rule in declared_in(text))
-    return {rule.id: rule for rule in rules if rule.id in ids}
+    return {rule.id: rule for rule in _declared(lambda text: any(map(text.__contains__, quoted))) if rule.id in ids}
 
 
 def every_rule() -> dict[str, Rule]:
     """Return the tool's own rules by id."""
-    return {rule.id: rule for text in _declaring() for rule in declared_in(text)}
+    return {rule.id: rule for rule in _declared(lambda _: True)}
 
 
-def _declaring() -> Iterator[bytes]:
-    """Yield the source files of the tool that declare rules."""
-    for path in sorted(Path(__file__).parents[1].glob("**/*.py")):
+def _declared(is_wanted: Callable[[bytes], bool]) -> Iterator[Rule]:
+    """Yield the rules that modules of the tool declare; only modules that declare rules are imported."""
+    package = Path(__file__).parents[1]
+    for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()
-        if b"Rule(" in text or b"@rule(" in text:
-            yield text
-
-
-def declared_in(source: bytes | str) -> list[Rule]:
-    """Return the rules that a source declares, in its order; a name in a declaration is that of a heading."""
-    import ast
-
-    def value(node: ast.expr) -> Any:
-        if isinstance(node, (ast.Attribute, ast.Name)):
-            return getattr(Heading, node.attr if isinstance(node, ast.Attribute) else node.id)
-        return ast.literal_eval(node)
-
-    rules = []
-    docs: dict[int, str] = {}  # of the function under a decorator
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.FunctionDef):
-            docs |= dict.fromkeys(map(id, node.decorator_list), _first_paragraph(ast.get_docstring(node)))
-        if (
-            not isinstance(node, ast.Call)
-            or not isinstance(node.func, ast.Name)
-            or node.func.id not in ("Rule", "rule")
-        ):
-            continue
-        if node.args and isinstance(node.args[0], ast.Constant):
-            arguments = {"what": docs.get(id(node), "")}
-            arguments |= {field.name: value(text) for field, text in zip(fields(Rule), node.args, strict=False)}
-            arguments |= {str(keyword.arg): value(keyword.value) for keyword in node.keywords}
-            rules.append(((node.lineno, node.col_offset), Rule(**arguments)))
-    return [rule for _, rule in sorted(rules, key=lambda pair: pair[0])]
+        if (b"Rule(" in text or b"@rule(" in text) and is_wanted(text):
+            name = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
+            module = import_module(name)
+            yield from getattr(module, "RULES", ())
+            yield from (rule for check in checks_of(module) for rule in check.rules)

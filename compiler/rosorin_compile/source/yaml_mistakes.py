@@ -138,13 +138,7 @@ class _Failure:
         text, start = piece.strip(), len(self.before) - len(piece.lstrip())
         word = text.split()[-1] if text else ""
         value = text[: -len(word)].rstrip() if word != text or self.at.line == self.begun.line else "above"
-        if (
-            self.letter == ":"
-            and value
-            and not value.endswith(":")
-            and word.isidentifier()
-            and not text.endswith(f": {word}")
-        ):
+        if self.letter == ":" and value and not value.endswith(":") and word in _keys():
             place = (self.at.line, start + 1 + len(text) - len(word))
             return self.report(f'a "," is missing before "{word}"', "add it", place, len(word))
         if self.letter == ":" and ": " in text:

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile import queries
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
+from rosorin_compile.compare.precision import printed
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics
 from rosorin_compile.formats.compiled import Compiled, Reading
@@ -54,12 +55,11 @@ from rosorin_compile.source.diagnostics import (
     error,
     has_errors,
 )
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
-from rosorin_compile.source.printing import printing_of
 from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.page.write import Page, write_page
@@ -318,7 +318,7 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
     if requests[1].arguments and not imported.takes_arguments:
         diagnostics.append(api_arguments.deaf(path))
     reduced = replace(found.robot, outputs=())
-    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree).tolerance, path.parent)
+    side = Side(label, FORMATS[imported.format], reduced, printed(imported.tree.span.source.text), path.parent)
     return _Loaded(side, diagnostics, imported.left_out, None if imported.takes_arguments else path)
 
 

@@ -18,9 +18,8 @@ from rosorin_compile.formats.urdf.read import plain
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Source, Span, has_errors
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.describing import named
-from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import Element, MarkupError, parse
+from rosorin_compile.source.wording import masked
+from rosorin_compile.source.xml.markup import Element, MarkupError, named, parse
 
 from .bodies import Bodies, is_near
 from .elements import OF_MODEL, WORLD, keep, wrapped
@@ -45,7 +44,7 @@ def read_sdf(opened: Opened) -> Imported:
     imported = Imported(None, diagnostics, (), tuple(reading.files))
     if sections is None or top is None or has_errors(diagnostics):
         return imported
-    source = {"status": "imported", "note": f"from {printable_name(opened.path)}"}
+    source = {"status": "imported", "note": f"from {masked(opened.path.name)}"}
     tree: Map | None = as_tree({"robot": sections.pop("robot"), "source": source, **sections}, document.root.span)
     problems: list[Diagnostic] = []
     if tree is not None and opened.options.checked:

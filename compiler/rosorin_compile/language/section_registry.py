@@ -88,7 +88,7 @@ def _marks(section: Section[Any]) -> Collection[str]:
     if not all(isinstance(check, Check) for check in section.checks):
         raise TypeError("its checks are functions under @rule")
     own = {"type": "object", "properties": {section.name: section.schema}}
-    check_schema(own, {**own_schema(), **own}, strict=True)
+    check_schema(own, {**own_schema(), **own})
     check_annotations(piece(section), own_schema())
     rules = [rule for check in section.checks for rule in check.rules]
     for rule in rules:

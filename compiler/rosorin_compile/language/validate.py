@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import Diagnostic, swaps
 from rosorin_compile.source.rule_registry import ARGUMENTS, SHAPE, Rule
-from rosorin_compile.source.tree import Map, Seq, locate
+from rosorin_compile.source.tree import Map, Seq, at, locate
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
 from rosorin_compile.source.wording import counted, in_words, unseen
 
@@ -27,12 +27,12 @@ from .suggestions import (
     number_in,
     number_meant,
     numbers_in,
-    plain_number,
     text_meant,
     text_tails,
+    way_out,
     word_meant,
+    words_for,
 )
-from .synonyms import way_out, words_for
 from .validator import Misfit, misfits_of, validator_of
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
 
     ``formats`` are those that outputs may name, ``scope`` defines the names in expressions, if known.
     """
-    walk = _Walk()
+    walk = _Walk(tree, formats)
     walk.through(tree)
     diagnostics = []
     for path, value in walk.not_finite:
@@ -81,14 +81,12 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
             message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
         help = "write a number, or leave the entry out"
         diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
-    misfits = [(path, quantity, _dimensions(tuple(path)) or ()) for path, quantity in walk.misfits]
-    misfits += [(path, quantity, (allowed,)) for path, quantity, allowed in _of_options(tree, formats)]
-    reported = {tuple(path) for path, _, _ in misfits} | {tuple(path) for path, _ in walk.not_finite}
-    judge = _judge_of(tree.get("outputs"), formats)
-    for misfit in misfits_of(judge.validator, tree):
+    reported = {tuple(path) for path, *_ in (*walk.misfits, *walk.not_finite)}
+    schema, validator = _schema_and_validator(tree.get("outputs"), formats)
+    for misfit in misfits_of(validator, tree):
         if tuple(misfit.path) not in reported:
-            diagnostics += _Report(tree, misfit, judge.schema, scope).diagnostics()
-    for path, quantity, allowed in misfits:
+            diagnostics += _Report(tree, misfit, schema, scope).diagnostics()
+    for path, quantity, allowed in walk.misfits:
         named = " or ".join(map(describe, allowed)) or "a plain number"
         text = quantity.text or f"{float(quantity):g}"
         message = f"{subject(path)} is {named}, but {text} is {describe(quantity.dimension)}"
@@ -98,68 +96,41 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     return diagnostics
 
 
-class _Judge(NamedTuple):
-    """The schema of descriptions with certain outputs, and its validator."""
-
-    schema: dict[str, Any]
-    validator: Any
+_known: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}
+_MOST_KNOWN = 100
 
 
-def _judge_of(outputs: Any, formats: Mapping[str, Format]) -> _Judge:
-    """Return the schema and validator for these outputs, cached by their names and formats."""
+def _schema_and_validator(outputs: Any, formats: Mapping[str, Format]) -> tuple[dict[str, Any], Any]:
+    """Return the schema of descriptions with these outputs and its validator, cached by their names and formats."""
     schema = with_outputs(outputs, formats)
     options = schema["properties"]["outputs"].get("properties", {})
     # The options of a format live as long as the program: they are compared by identity.
     key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
-    if key not in _judges:
-        if len(_judges) >= _MAX_JUDGES:
-            _judges.clear()
-        _judges[key] = _Judge(schema, validator_of(schema))
-    return _judges[key]
+    if key not in _known:
+        if len(_known) >= _MOST_KNOWN:
+            _known.clear()
+        _known[key] = schema, validator_of(schema)
+    return _known[key]
 
 
-_judges: dict[tuple[Any, ...], _Judge] = {}
-_MAX_JUDGES = 100
-
-
-def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Steps, Quantity, Dimension]]:
-    """Yield the quantities among the options of outputs that are of another dimension than their format requires."""
-    outputs = tree.get("outputs")
-    for name, entry in outputs.items() if isinstance(outputs, Map) else ():
-        if not isinstance(entry, Map) or not any(isinstance(value, Quantity) for value in entry.values()):
-            continue
-        named = str(entry.get("backend", backend_of(name, entry)))
-        options = formats[named].options if named in formats else {}
-        for key, value in entry.items():
-            if not isinstance(value, Quantity) or key not in options:
-                continue
-            is_number = options[key].get("type") in ("number", "integer")
-            unit = parse_unit(options[key].get("x-unit", "")) if is_number else None
-            if unit is not None and value.dimension != unit[1]:
-                yield ["outputs", name, key], value, unit[1]
+_Dimensions = tuple[Dimension, ...]
 
 
 class _Walk:
     """Finds what a schema cannot express: quantities of a wrong dimension, NaN, infinity. Visits shared pieces once."""
 
-    def __init__(self) -> None:
+    def __init__(self, tree: Map, formats: Mapping[str, Format]) -> None:
+        self.tree, self.formats = tree, formats
         self.path: Steps = []
         self.done: set[int] = set()
         self.not_finite: list[tuple[Steps, float]] = []
-        self.misfits: list[tuple[Steps, Quantity]] = []
+        self.misfits: list[tuple[Steps, Quantity, _Dimensions]] = []
 
     def through(self, value: Map | Seq) -> None:
         """Walk through a piece of the tree."""
         before = len(self.not_finite) + len(self.misfits)
-        self._walk(value)
-        sound = before == len(self.not_finite) + len(self.misfits)
-        if sound or value.via is None or not value.via.made:  # an error in a part is reported for each instance
-            self.done.add(id(value))
-
-    def _walk(self, value: Map | Seq) -> None:
-        pairs: Any = value.items() if isinstance(value, Map) else enumerate(value)
-        allowed: dict[str | int, tuple[Dimension, ...] | None] = {}
-        for key, item in pairs:
+        allowed: dict[str | int, _Dimensions | None] = {}
+        for key, item in value.items() if isinstance(value, Map) else enumerate(value):
             kind = type(item)
             if kind is str or kind is bool or item is None or (kind is float and -MOST <= item <= MOST):
                 continue
@@ -168,46 +139,49 @@ class _Walk:
                     self.path.append(key)
                     self.through(item)
                     self.path.pop()
-            elif kind is Quantity:
+                continue
+            steps = [*self.path, key]
+            if kind is Quantity:
                 step = 0 if type(key) is int else key  # all items of a list are of the same kind
                 if step not in allowed:
-                    allowed[step] = self._allowed(step)
-                self._quantity(item, key, allowed[step])
-            elif isinstance(item, float):
-                self._number(item, key)
+                    allowed[step] = self._allowed((*self.path, step))
+                dimensions = allowed[step]
+                if dimensions is not None and item.dimension not in dimensions:
+                    self.misfits.append((steps, item, dimensions))
+            if isinstance(item, float) and not -MOST <= item <= MOST and not (math.isfinite(item) and _is_free(steps)):
+                self.not_finite.append((steps, float(item)))
+        sound = before == len(self.not_finite) + len(self.misfits)
+        if sound or value.via is None or not value.via.made:  # an error in a part is reported for each instance
+            self.done.add(id(value))
 
-    def _allowed(self, key: str | int) -> tuple[Dimension, ...] | None:
+    def _allowed(self, path: tuple[str | int, ...]) -> _Dimensions | None:
+        """Return the dimensions that a number at a path may have; None where no number belongs."""
+        if path[0] == "outputs" and len(path) == 3:
+            entry = self.tree["outputs"][path[1]]
+            format = self.formats.get(str(entry.get("backend", backend_of(str(path[1]), entry))))
+            option = format.options.get(str(path[2]), {}) if format is not None else {}
+            unit = parse_unit(option.get("x-unit", "")) if option.get("type") in ("number", "integer") else None
+            return None if unit is None else (unit[1],)
         # The names of entries and the indices of items make no difference.
-        steps = [0 if type(step) is int else step for step in (*self.path, key)]
+        steps = [0 if type(step) is int else step for step in path]
         if len(steps) > 1 and has_entries(str(steps[0])):
             steps[1] = "*"
         return _dimensions(tuple(steps))
 
-    def _quantity(self, item: Quantity, key: str | int, allowed: tuple[Dimension, ...] | None) -> None:
-        if allowed is not None and item.dimension not in allowed:
-            self.misfits.append(([*self.path, key], item))
-        self._number(float(item), key)
 
-    def _number(self, value: float, key: str | int) -> None:
-        steps = [*self.path, key]
-        if not (-MOST <= value <= MOST or (math.isfinite(value) and not _is_reckoned(steps))):
-            self.not_finite.append((steps, value))
-
-
-def _is_reckoned(steps: Steps) -> bool:
-    """Return True for a number of calculations: limits may be 1.8e308, and masses have rules of their own."""
+def _is_free(steps: Steps) -> bool:
+    """Return True for a number that nothing is calculated with: a limit may be 1.8e308, masses have their own rules."""
     reckoned, node = False, sections().get(str(steps[0]))
     for step in steps[1:]:
         if node is None:
             break
         reckoned = reckoned if node.reckoned is None else node.reckoned
         node = node.below(step)
-    return reckoned if node is None or node.reckoned is None else node.reckoned
+    return not (reckoned if node is None or node.reckoned is None else node.reckoned)
 
 
 @lru_cache(maxsize=2_000)
-def _dimensions(path: tuple[str | int, ...]) -> tuple[Dimension, ...] | None:
-    """Return the dimensions that the schema allows at a path; None where it has no number, which other rules check."""
+def _dimensions(path: tuple[str | int, ...]) -> _Dimensions | None:
     wanted = unit_at(path)
     if wanted is None:
         return None
@@ -242,27 +216,21 @@ class _Report:
     """Makes diagnostics of a misfit of the schema."""
 
     def __init__(self, tree: Map, misfit: Misfit, schema: Mapping[str, Any], scope: Scope | None) -> None:
-        self.tree = tree
-        self.scope = scope
-        self.misfit = misfit
-        self.path = misfit.path
-        self.where = subject(self.path)
+        self.tree, self.misfit, self.scope = tree, misfit, scope
+        self.path, self.where = misfit.path, subject(misfit.path)
         self.keyword = "propertyNames" if "propertyNames" in misfit.schema_path[-2:-1] else misfit.keyword
         self.part, self.defined = part_at(misfit.schema_path[:-1], schema)
         self.kind = (self.defined or str(self.path[0])) if self.path else "top"
         self.meaning = _sentence(str(self.part.get("description", "")))
-        value: Any = tree
-        for step in self.path:
-            value = value[step]
-        self.value = value
+        self.value = at(tree, tuple(self.path))
 
     def diagnostics(self) -> Iterable[Diagnostic]:
         wanted, where, value = self.misfit.wanted, self.where, self.value
         if self.keyword in ("minItems", "maxItems"):
             count = f"at {'least' if self.keyword == 'minItems' else 'most'} {wanted}"
             count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
-            help = partial(self._items_help, value)
-            return self._make("wrong-length", f"{where} has {counted(len(value), 'item')}, not {count}", help)
+            message = f"{where} has {counted(len(value), 'item')}, not {count}"
+            return self._make("wrong-length", message, lambda: items_meant(value, self.part) or self.meaning)
         if self.keyword == "minLength" and not value:
             return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
         if words := _LIMITS.get(self.keyword):
@@ -304,9 +272,6 @@ class _Report:
             return [problem_at(self.scope, self.tree, path, rule, message, help, key=key)]
         return [replace(problem_at(self.scope, self.tree, path, rule, message, key=key), suggest=help)]
 
-    def _items_help(self, value: Seq) -> str:
-        return items_meant(value, self.part) or self.meaning
-
     def _unknown_keys(self) -> Iterator[Diagnostic]:
         known = self.part.get("properties", {})
         if not self.path:
@@ -341,18 +306,16 @@ class _Report:
         units = [unit] if isinstance(unit, str) else unit
         wanted = " or ".join(_TYPES[name] for name in types if name != "null")
         wanted += f" ({' or '.join(filter(None, units))})" if units else ""
-        parent: Any = self.tree
-        for step in self.path[:-1]:
-            parent = parent[step]
+        parent = at(self.tree, tuple(self.path[:-1]))
         is_only = isinstance(parent, Seq) and len(parent) == 1 and "number" in types
         if is_only and isinstance(self.value, str) and len(numbers_in(self.value)) > 1:
             return []  # the length of the list is reported
         fallen = fallen_out(self.tree, self.path, self.part)
-        if fallen and not (fallen.is_first and "null" in types):
+        if fallen and not (fallen[1] and "null" in types):
             return []
         help: str | Callable[[], str] = partial(self._type_help, types, units)
         if fallen:
-            help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen.owner}"'
+            help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen[0]}"'
         return self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)
 
     def _type_help(self, types: list[str], units: list[str]) -> str:
@@ -365,7 +328,7 @@ class _Report:
         if set(types) & {"number", "integer"} and isinstance(value, str):
             return number_meant(value, units, key)
         if "integer" in types and isinstance(value, Quantity):
-            return plain_number(float(value))
+            return f"write {float(value):g}: a plain number, without a unit"
         if "number" in types and (help := number_in(value, key)):
             return help
         if "array" in types:

@@ -16,12 +16,7 @@ if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 RULES = (
-    Rule(
-        "unknown-output",
-        "A command requests an output that the robot does not have, and there is no format of that name.",
-        "`rosorin-compile print --list` lists the outputs.",
-        OUTPUTS,
-    ),
+    Rule("unknown-output", "There is no such output.", "`rosorin-compile print --list` lists the outputs.", OUTPUTS),
 )
 
 UNKNOWN = RULES[0].id

@@ -17,18 +17,8 @@ from .annotations import Node, texts
 from .schema import sections
 
 RULES = (
-    Rule(
-        "accept-unused",
-        "A warning: `accept` names a rule that reports nothing, or a link or joint about which it reports nothing.",
-        "Remove the entry, or correct the name.",
-        OUTPUTS,
-    ),
-    Rule(
-        "accept-refused",
-        "`accept` names a rule whose errors cannot be accepted, or that stays until it is fixed, such as stand-ins.",
-        "Remove the entry.",
-        OUTPUTS,
-    ),
+    Rule("accept-unused", "A warning: `accept` names a rule that reports nothing there.", "Remove the entry.", OUTPUTS),
+    Rule("accept-refused", "`accept` names a rule that cannot be accepted.", "Remove the entry.", OUTPUTS),
 )
 
 # Rules that cannot be accepted, and why.

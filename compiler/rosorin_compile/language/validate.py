@@ -41,25 +41,14 @@ if TYPE_CHECKING:
     from .expand.scope import Scope
 
 RULES = (
-    Rule(
-        "bad-name",
-        "A name has a form that it may not have, such as `<` or a quote, or a space at its end.",
-        "Letters, digits and `_` are safe. Spaces within and `/` are allowed; names of values and arguments are plain "
-        "words.",
-        ARGUMENTS,
-    ),
+    Rule("bad-name", "A name has a forbidden form, such as `<`, a quote or a final space.", "Rename it.", ARGUMENTS),
     Rule("unknown-key", "An entry has no such key.", "The message names a similar one, or all that are legal.", SHAPE),
     Rule("missing-key", "An entry lacks a key that it needs.", "Add it.", SHAPE),
     Rule("wrong-type", "A value is of another type: a text in the place of a number.", "See the message.", SHAPE),
     Rule("wrong-value", "A value is not one of those that are allowed.", "Choose one of them.", SHAPE),
     Rule("wrong-length", "A list has too many or too few items.", "Positions have three numbers, pairs two.", SHAPE),
     Rule("empty-text", "A text is empty.", "Write it, or leave the key out.", SHAPE),
-    Rule(
-        "wrong-shape",
-        "A value does not fit the schema in another way.",
-        "Compare it with [the language](language.md#sections-of-a-description).",
-        SHAPE,
-    ),
+    Rule("wrong-shape", "A value does not fit the schema in another way.", "See [the language](language.md).", SHAPE),
     Rule("wrong-unit", "A quantity is of another kind: a mass in the place of a length.", "Correct the unit.", SHAPE),
     Rule("not-finite", "A number is NaN, infinite or beyond 1e150.", "Write a number, or leave the key out.", SHAPE),
 )

@@ -25,9 +25,8 @@ from .expression import all_names, pieces
 RULES = (
     Rule(
         "unused",
-        "A warning: an argument, a value of `let`, a part, a type of sensors, a publisher or a mode is declared, and "
-        "nothing names it.",
-        "Use it or remove it. What stands in a file that another description includes too is not told.",
+        "A warning: nothing names a declared argument, value, part, publisher or mode.",
+        "Remove it.",
         ARGUMENTS,
     ),
 )

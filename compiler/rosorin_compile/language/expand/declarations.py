@@ -27,12 +27,7 @@ from .scope import Scope, key_place, value_place
 
 RULES = (
     Rule("unknown-argument", "An argument is given that does not exist.", "Correct or declare it.", ARGUMENTS),
-    Rule(
-        "missing-argument",
-        "An argument without a default is not given.",
-        "Write `-a NAME=VALUE`, or `with`.",
-        ARGUMENTS,
-    ),
+    Rule("missing-argument", "An argument without a default is missing.", "Use `-a NAME=VALUE`, or `with`.", ARGUMENTS),
     Rule("bad-argument", "An argument has a value that its declaration excludes.", "Correct the value.", ARGUMENTS),
 )
 

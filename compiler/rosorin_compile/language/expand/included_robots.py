@@ -44,12 +44,7 @@ RULES = (
     Rule("include-mesh-path", "Artifacts do not find meshes of an included robot.", "Write `meshes: FOLDER`.", FILES),
     Rule("trust-ignored", "A warning: `trust` of an include has no effect.", "Use the option `--trust`.", FILES),
     Rule("include-renamed", "A note: names in kept elements of an included robot got its prefix.", topic=FILES),
-    Rule(
-        "include-settings",
-        "A warning: simulation settings of an included robot are lost.",
-        "Set them in the output.",
-        FILES,
-    ),
+    Rule("include-settings", "A warning: settings of an included robot are lost.", "Set them in the output.", FILES),
 )
 
 

@@ -38,12 +38,7 @@ from .expansion import Disabled, Expansion, Failed
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
 
 RULES = (
-    Rule(
-        "expression",
-        "An expression cannot be read, or has no value.",
-        "See [expressions](language.md#expressions).",
-        ARGUMENTS,
-    ),
+    Rule("expression", "An expression has no value.", "See [expressions](language.md#expressions).", ARGUMENTS),
     Rule("cycle", "A named value needs itself.", "Give one of the circle a value of its own.", ARGUMENTS),
     Rule("too-large", "Loops and parts make more values than any robot has.", "Use smaller loops.", ARGUMENTS),
 )

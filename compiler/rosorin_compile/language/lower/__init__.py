@@ -36,25 +36,10 @@ from .sections import lower_sections, with_sections
 from .sensors import add_frames, lower_sensor
 
 RULES = (
-    Rule(
-        "duplicate-name",
-        "Two entries have the same name, in one file, in two, or by two uses of a part.",
-        "Rename or remove one; give one use or include another `prefix`.",
-        FILES,
-    ),
+    Rule("duplicate-name", "Two entries have the same name.", "Rename one, or use another `prefix`.", FILES),
     Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
-    Rule(
-        "drive-kind",
-        "A drive says no kind of base, or several.",
-        "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
-        JOINTS,
-    ),
-    Rule(
-        "unknown-servo",
-        "No servo group has this joint, or there is no such group.",
-        "Correct the name, or add it to a group.",
-        POSES,
-    ),
+    Rule("drive-kind", "A drive has no kind of base, or several.", "Write one, such as `differential`.", JOINTS),
+    Rule("unknown-servo", "No servo group has this joint.", "Correct the name, or add it to a group.", POSES),
     Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
 _ACCEPTABLE = {rule.id: rule for rule in links.RULES if rule.accept}

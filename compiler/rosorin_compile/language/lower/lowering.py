@@ -29,10 +29,7 @@ class LoweringError(Exception):
 
     def __init__(self, rule: str, message: str, path: Path = (), help: str = "") -> None:
         super().__init__(message)
-        self.rule = rule
-        self.message = message
-        self.path = path
-        self.help = help
+        self.rule, self.message, self.path, self.help = rule, message, path, help
 
 
 class Lowering:
@@ -43,9 +40,7 @@ class Lowering:
     """
 
     def __init__(self, tree: Map, scope: Scope | None, acceptable: dict[str, Rule]) -> None:
-        self.tree = tree
-        self.scope = scope
-        self.acceptable = acceptable
+        self.tree, self.scope, self.acceptable = tree, scope, acceptable
         self.places: dict[tuple[str, str], Path] = {}
         self.frames: dict[str, tuple[str, Path]] = {}  # of each joint: its child, and where that is written
         self.diagnostics: list[Diagnostic] = []

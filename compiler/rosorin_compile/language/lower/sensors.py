@@ -22,14 +22,7 @@ from .lowering import Lowering
 from .records import pose_of_entry, source_of, vector_of
 from .sensor_elements import Frames, gazebo_sensors, mjcf_elements
 
-RULES = (
-    Rule(
-        "sensor-frame",
-        "A sensor without a `parent` has a frame that is no link of the description.",
-        "Correct the name, or say the `parent` that the sensor sits on.",
-        FRAMES,
-    ),
-)
+RULES = (Rule("sensor-frame", "The frame of a sensor without a `parent` is no link.", "Add the `parent`.", FRAMES),)
 
 _OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": from a body frame to its image frame
 _OF_THE_JOINT = ("joint", "xyz", "rpy", "publisher")
@@ -68,17 +61,10 @@ def lower_sensor(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Sen
         frame, mount, parent, optical_frame, joint, existing or optical_pose, turned=entry.get("optical") is False
     )
     stamps = () if by.always.simulated else (frame, optical_frame) if optical else (frame,)
-    sensor = Sensor(
-        name,
-        entry["type"],
-        frame,
-        joint,
-        optical_frame,
-        source,
-        mjcf_elements(lowering, name, entry, frames),
-        tuple(entry.get("stamps", stamps)),
-        gazebo_sensors(lowering, name, entry, frames),
-    )
+    elements = mjcf_elements(lowering, name, entry, frames)
+    stamps = tuple(entry.get("stamps", stamps))
+    gazebo = gazebo_sensors(lowering, name, entry, frames)
+    sensor = Sensor(name, entry["type"], frame, joint, optical_frame, source, elements, stamps, gazebo)
     if optical and existing is None:
         here, to_optical = (*path, "optical"), optical.get("joint", f"{optical_frame}_joint")
         lowering.place_joint(to_optical, here, optical_frame, (*here, "frame"))

@@ -132,16 +132,17 @@ def _type(value: object) -> str:
     return "None" if value is None else f"of the type {type(value).__name__}"
 
 
+def as_text(value: object) -> str | None:
+    """Return a value as an argument of a xacro, which is text (a quantity in SI units); None for a list or a table."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(FUNCTIONS["str"](value)) if isinstance(value, (str, int, float)) else None
+
+
 def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic]]:
-    """Return values as the arguments of a xacro, which are text (quantities in SI units), and the errors."""
-    texts: dict[str, str] = {}
-    diagnostics: list[Diagnostic] = []
-    for name, value in values.items():
-        if isinstance(value, bool):
-            texts[name] = str(value).lower()
-        elif isinstance(value, (str, int, float)):
-            texts[name] = str(FUNCTIONS["str"](value))
-        else:
-            message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(value)}'
-            diagnostics.append(error("bad-argument", message, None))
-    return texts, diagnostics
+    """Return values as the arguments of a xacro, and the errors."""
+    texts = {name: text for name, value in values.items() if (text := as_text(value)) is not None}
+    wrong = (
+        f'the argument "{n}" of a xacro is text or a number, not {kind_of(values[n])}' for n in values if n not in texts
+    )
+    return texts, [error("bad-argument", message, None) for message in wrong]

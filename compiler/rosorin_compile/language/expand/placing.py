@@ -88,14 +88,14 @@ def _has_entries(section: str, key: str, value: Any) -> bool:
 def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
     """Return a mapping or a list with each value changed."""
     if isinstance(section, Map):
-        return _table(section, lambda name: name, change)
+        return map_table(section, lambda name: name, change)
     made = Seq(section.span, section.via)
     made.extend(map(change, section))
     made.value_spans.extend(section.value_spans)
     return made
 
 
-def _table(table: Map, rename: Rename, change: Callable[[Any], Any]) -> Map:
+def map_table(table: Map, rename: Rename, change: Callable[[Any], Any] = lambda value: value) -> Map:
     """Return a mapping with each key renamed, and each value changed."""
     made = Map(table.span, table.via)
     for name, value in table.items():
@@ -175,7 +175,7 @@ class _Placer:
         changed = _with(entry, changes)
         if node.keys is None and "sides" not in node.mirror:
             return changed
-        return _table(changed, lambda name: self._key(node, name), lambda value: value)
+        return map_table(changed, lambda name: self._key(node, name))
 
     def rename(self, kind: str, name: str) -> str:
         """Return the name outside of the part of something of a kind."""
@@ -226,7 +226,7 @@ class _Placer:
         if isinstance(value, Seq):
             return map_items(value, self._parameters)
         if isinstance(value, Map):
-            return _table(value, lambda key: ".".join(map(rename, key.split("."))), self._parameters)
+            return map_table(value, lambda key: ".".join(map(rename, key.split("."))), self._parameters)
         return value
 
 

@@ -26,7 +26,7 @@ from rosorin_compile.formats.compiled import (
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.language import api_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
-from rosorin_compile.language.expand import Expanded
+from rosorin_compile.language.expand.description import Expanded
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.load import LoadError

@@ -13,7 +13,7 @@ from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Map, Seq
 
-from .expand import expand
+from .expand.description import expand
 from .expand.files import Reader
 from .written import Written
 

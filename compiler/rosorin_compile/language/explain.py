@@ -28,7 +28,7 @@ from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, neares
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path, at
 
-from .expand import Expanded
+from .expand.description import Expanded
 from .lower import Lowered
 from .origins import Meaning, Origin, Origins, Step, Where
 from .schema import fragment_at, joint_unit, sections

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related, Span
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.wording import and_more
@@ -36,26 +36,25 @@ class _Dropped:
     """
 
     def __init__(self, entry: Disabled, wild: bool) -> None:
-        self.entry, self.begin = entry, ""
-        item, expansion = entry.item, entry.scope.expansion
+        item, expansion, name = entry.item, entry.scope.expansion, entry.key
         scope, place = Scope(expansion, entry.scope), Place(item.span, entry.scope.via)
-        for name in ",".join(item["for"]).split(",") if wild and isinstance(item.get("for"), Map) else ():
-            scope.bind(name.strip(), _WILD, place)
-        name, names = entry.key, set[str]()
-        reported = len(expansion.diagnostics)
+        for names in item["for"] if wild and isinstance(item.get("for"), Map) else ():
+            for loop_name in names.split(","):
+                scope.bind(loop_name.strip(), _WILD, place)
+        defined, begin, reported = set[str](), "", len(expansion.diagnostics)
         with expansion.unlimited(), suppress(Failed):
             name = scope.name(name, *place) if "$" in name else name
             if entry.is_use:
-                self.begin = scope.prefix + scope.name(prefix_of(name, item), *place)
+                begin = scope.prefix + scope.name(prefix_of(name, item), *place)
             body = scope.resolve(expansion.body(item), place)
             if entry.is_use and expansion.instantiate is not None:
-                names = _names(expansion.instantiate(name, body, scope, place))
+                defined = _names(expansion.instantiate(name, body, scope, place))
             else:
-                names = {name, *_frames(body)}
+                defined = {name, *_frames(body)}
         del expansion.diagnostics[reported:]
-        self.name = entry.key if wild else name
-        self.begin = self.begin if _WILD not in self.begin else ""
-        own = "|".join(re.escape(name).replace(_WILD, ".+") for name in sorted(names) if name.strip(_WILD))
+        self.entry, self.name = entry, entry.key if wild else name
+        self.begin = begin if _WILD not in begin else ""
+        own = "|".join(re.escape(one).replace(_WILD, ".+") for one in sorted(defined) if one.strip(_WILD))
         # In its own part, a name has no prefix.
         self.pattern = re.compile(f"(?:{re.escape(scope.prefix)})?(?:{own or '(?!)'})")
 
@@ -66,17 +65,13 @@ class _Dropped:
         begin = self.begin
         return bool(begin) and name.startswith(begin) and not any(one.startswith(begin) for one in existing)
 
-    def span(self) -> Span:
-        """Return the place of the condition, or of the loop."""
-        spans: dict[str, Span] = self.entry.item.value_spans
-        return spans["for" if self.entry.is_empty else "if"]
-
     def explained(self, group: list[Diagnostic]) -> Diagnostic:
         """Return the first of the diagnostics that this causes, with the others."""
         first, *others = group
-        span, condition, why = self.span(), self.entry.item.get("if"), "its loop has no rounds"
+        item, is_empty = self.entry.item, self.entry.is_empty
+        span, condition, why = item.value_spans["for" if is_empty else "if"], item.get("if"), "its loop has no rounds"
         help = "leave out on the same condition what names it"
-        if not self.entry.is_empty:
+        if not is_empty:
             only = list(pieces(str(condition)))
             text = "its if" if isinstance(condition, bool) else only[0].text.strip() if len(only) == 1 else condition
             why = f"{text} is false"
@@ -85,8 +80,8 @@ class _Dropped:
         message = f"{first.message}: {what} is left out at {span.source.path}:{span.line} ({why})"
         related = [Related("left out here", span)]
         related += [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_SHOWN]]
-        more = len(others) - MAX_SHOWN
-        related += [Related(f"also missed:{and_more(more)}", None)] if more > 0 else []
+        if len(others) > MAX_SHOWN:
+            related.append(Related(f"also missed:{and_more(len(others) - MAX_SHOWN)}", None))
         return replace(first, message=message, help=help, related=(*related, *first.related))
 
 
@@ -103,15 +98,12 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
         if rounds[id(entry.item)] <= MAX_ROUNDS + 1:
             one = _Dropped(entry, entry.is_empty or rounds[id(entry.item)] > MAX_ROUNDS)
             dropped.setdefault((id(entry.item), one.pattern.pattern, one.begin), one)
-    causes: dict[str, _Dropped | None] = {}
     groups: dict[tuple[_Dropped, str], list[Diagnostic]] = {}
     others = []
+    causes = {name: [one for one in dropped.values() if one.would_define(name, existing)] for name in missing}
     for diagnostic in diagnostics:
-        cause = None
-        for name in _QUOTED.findall(diagnostic.message) if diagnostic.severity != NOTE else ():
-            if name in missing and name not in causes:
-                causes[name] = next((one for one in dropped.values() if one.would_define(name, existing)), None)
-            cause = cause or causes.get(name)
+        names = _QUOTED.findall(diagnostic.message) if diagnostic.severity != NOTE else ()
+        cause = next((causes[name][0] for name in names if causes.get(name)), None)
         if cause is None:
             others.append(diagnostic)
         else:

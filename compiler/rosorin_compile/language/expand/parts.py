@@ -48,9 +48,7 @@ class Parts:
 
     def __init__(self, own: Any, scope: Scope, library: Callable[[str], Path | None]) -> None:
         self.own = own if isinstance(own, Map) else Map(Span(Source("", ""), 1, 1))
-        self.scope = scope
-        self.expansion = scope.expansion
-        self.library = library
+        self.scope, self.expansion, self.library = scope, scope.expansion, library
         self.files: dict[Path, tuple[Map, Scope] | None] = {}
         self.sound: dict[int, bool] = {}
         self.found: dict[str, Part] = {}
@@ -178,17 +176,16 @@ class Parts:
                 probe.evaluate_rest()
 
     def _find(self, entry: Map, scope: Scope, place: Place) -> Part:
+        """Return the part of a use. Raises Failed after reporting."""
         name = entry.get("part")
         if not isinstance(name, str):
-            raise scope.failed(
-                "missing-key", 'a use needs the key "part"', place, "name a part of parts: or of the library"
-            )
+            help = "name a part of parts: or of the library"
+            raise scope.failed("missing-key", 'a use needs the key "part"', place, help)
         if name not in self.found:
             self.found[name] = self._look_up(name, scope, Place(entry.value_spans["part"], scope.via or entry.via))
         return self.found[name]
 
     def _look_up(self, name: str, scope: Scope, place: Place) -> Part:
-        """Return a part by name. Raises Failed after reporting."""
         file, slash, short = name.rpartition("/")
         parts: Any = self.own
         home = self.scope

@@ -10,7 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.source.load import LoadError, load_own
+from rosorin_compile.source.load import load_own
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
 
@@ -52,7 +52,7 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
             continue
         home, definition = scope, types.get(kind)
         if definition is None:
-            shared = shared or _library(library)
+            shared = shared or load_own(library, f"parts/{library.name}")["sensor_types"]
             home, definition = Scope(scope.expansion), shared.get(kind)
         span = sensor.value_spans["type"]
         if not isinstance(definition, Map):
@@ -66,14 +66,6 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
         except Failed:
             continue
         sensors.put(name, full, sensors.key_spans[name], sensors.value_spans[name])
-
-
-def _library(path: Path) -> Map:
-    try:
-        types: Map = load_own(path, f"parts/{path.name}")["sensor_types"]
-    except (LoadError, KeyError) as problem:
-        raise RuntimeError(f"the library of sensor types is damaged: {problem}") from problem
-    return types
 
 
 def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> Map:

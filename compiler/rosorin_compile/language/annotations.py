@@ -195,7 +195,6 @@ def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
 
 
 def _own(node: Node) -> Iterator[str]:
-    """Yield what is looked at because of a place itself."""
     if node.mirror:
         yield MIRROR
     if node.inside:

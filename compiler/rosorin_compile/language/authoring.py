@@ -87,7 +87,6 @@ def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
 
 
 def _types(types: list[str], fragment: Schema) -> Schema:
-    """Return the types that may be written for those of a value, and the pattern of its text."""
     made: Schema = {"type": types[0] if types == ["string"] else list(dict.fromkeys([*types, "string"]))}
     if "string" in types:
         if "pattern" in fragment:

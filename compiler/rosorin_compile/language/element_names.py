@@ -74,7 +74,6 @@ def named_in(text: str) -> Iterator[Reference]:
 
 
 def _named(tags: tuple[str, ...], attributes: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """Yield the kind and the attribute of each name of a link or a joint."""
     if tags == ("gazebo",):
         yield EITHER, "reference"
     if tags[0] in REFERRING and tags[-1] in ("link", "joint", "passive_joint"):
@@ -88,7 +87,6 @@ def _kind_of_text(tag: str) -> str:
 
 
 def _is_name(text: str) -> bool:
-    """Return True if a text can be the name of a link or joint: one word, no number or flag, no xacro expression."""
     if not re.fullmatch(r"[\w./-]+", text) or text.lower() in ("true", "false"):
         return False
     try:

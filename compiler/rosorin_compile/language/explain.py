@@ -310,7 +310,6 @@ class _Frames:
         return Edge(*ends, publisher, topic, "", transform, tuple(numbers), *self.origins.at(path))
 
     def _edges_to(self, frame: str) -> tuple[Edge, ...]:
-        """Return the edges of other nodes that place a frame."""
         found = []
         for index, edge in enumerate(self.robot.edges):
             if edge.child == frame:
@@ -349,7 +348,6 @@ class _Frames:
         return below(path, at(self.origins.tree, path))
 
     def _entries_naming(self, kind: str, name: str, section: str) -> list[Path]:
-        """Return the entries of a section that refer to a link or a joint."""
         references = SymbolTable(self.origins.tree).references((kind,), section)
         return list(dict.fromkeys(reference.path[:-1] for reference in references if reference.name == name))
 
@@ -366,7 +364,6 @@ class _Frames:
                             yield number._replace(name=f"{node.explained} {number.name}")
 
     def _numbers_of_mass(self, link: Link) -> Iterator[Number]:
-        """Yield the numbers of an inertial, also calculated ones, and what sections add to it."""
         path = self.places["link", link.name]
         before = self.robot.as_said().link.get(link.name)
         inertial = before.inertial if before is not None else None
@@ -397,7 +394,6 @@ class _Frames:
 
 
 def _name_of(steps: Path) -> str:
-    """Return keys as the name of a number: inertia ixx, xyz x, size[0]."""
     words = str(steps[0])
     for before, step in pairwise(steps):
         axes = _AXES.get(before, ()) if isinstance(step, int) else ()
@@ -421,7 +417,6 @@ def _in_words(publisher: Publisher) -> str:
 
 
 def _size_in_words(geometry: Geometry) -> tuple[str, str]:
-    """Return the kind of a geometry and its size."""
     if isinstance(geometry, Box):
         return "box", " x ".join(exact(round(length, 12)) for length in geometry.size) + " m"
     if isinstance(geometry, Mesh):

@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.numbers import exact
-from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, locate, maker
+from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, has, locate, maker
 from rosorin_compile.source.units import NUMBER, Quantity, describe
 
 from .expand.expansion import Failed
+from .expand.provenance import scope_of
 from .expand.scope import Scope
 from .expression import ExpressionError, evaluate, parsed, pieces
 from .symbols import MOUNT
@@ -72,10 +73,7 @@ class Origins:
     """Find origins in one tree; ``root`` is the scope of the description, ``arguments`` come from the command line."""
 
     def __init__(self, tree: Map, root: Scope, arguments: Mapping[str, Any]) -> None:
-        self.tree = tree
-        self.root = root
-        self.arguments = arguments
-        self.scopes: dict[int, Scope] = root.expansion.scopes
+        self.tree, self.root, self.arguments = tree, root, arguments
         self.written = Written()
 
     def of(self, path: Path) -> Origin | None:
@@ -83,19 +81,17 @@ class Origins:
         node: Any = self.tree
         spans: list[Span] = []
         for step in path:
-            holder = node
-            if isinstance(node, Map) and step in node:
-                spans.append(node.value_spans[str(step)])
-            elif isinstance(node, Seq) and isinstance(step, int) and step < len(node):
-                spans.append(node.value_spans[step])
-            else:
+            if not has(node, step):
                 return None
-            node = holder[step]
+            spans.append(node.value_spans[step])
+            node = node[step]
         span, place = spans[-1], locate(self.tree, path)
         piece = self.written.value(span)
         if isinstance(piece and piece.value, (Map, Seq)) and not isinstance(node, (Map, Seq)):
             return self._combined_pose(span, place)
-        expressions = [self.where(outer) for outer in spans[:-1] if outer != span and self._is_expression(outer)]
+        outer = [(one, self.written.value(one)) for one in spans[:-1] if one != span]
+        is_text = [(one, at.value) for one, at in outer if at is not None and isinstance(at.value, str)]
+        expressions = [self.where(one) for one, text in is_text if "${" in text]
         names = self._meanings_of(piece, maker(self.tree, path), place.via)
         return Origin(self.where(span), names, tuple(expressions), self._stack(place))
 
@@ -112,10 +108,6 @@ class Origins:
         place = self.root.places.get(name)
         return None if place is None else self._meaning(name, place, self.root, self.root, 0)
 
-    def _is_expression(self, span: Span) -> bool:
-        piece = self.written.value(span)
-        return piece is not None and isinstance(piece.value, str) and "${" in piece.value
-
     def _stack(self, place: Place) -> tuple[Step, ...]:
         steps = []
         for related in place.stack():
@@ -127,7 +119,6 @@ class Origins:
         return tuple(steps)
 
     def _use(self, span: Span) -> Map | None:
-        """Return the entry of ``use`` whose key is at a position."""
         piece = self.written.entry(span)
         is_use = piece is not None and len(piece.path) > 1 and piece.path[-2] == "use" and isinstance(piece.value, Map)
         return piece.value if is_use and piece is not None else None
@@ -160,30 +151,20 @@ class Origins:
         """
         if piece is None:
             return ()
-        scope = self._scope(holder)
-        if scope is None:
-            home = self._scope(via)
-            while home is not None and home.parent is not None:
+        scope = scope_of(self.root, holder)
+        if scope is self.root:  # a named value of a file of parts is evaluated among those of that file
+            home = scope_of(self.root, via)
+            while home.parent is not None:
                 home = home.parent
-            # A named value of a file of parts is evaluated among those of that file.
-            places = home.places.values() if home is not None else ()
-            scope = home if any(place.span.source.path == piece.span.source.path for place in places) else None
-        return tuple(self._names(piece.value, scope or self.root, 0))
-
-    def _scope(self, via: Instance | None) -> Scope | None:
-        """Return the scope of an instance, or of the nearest one around it that has a scope."""
-        while via is not None and id(via) not in self.scopes:
-            via = via.parent
-        return None if via is None else self.scopes[id(via)]
+            is_there = any(place.span.source.path == piece.span.source.path for place in home.places.values())
+            scope = home if is_there else scope
+        return tuple(self._names(piece.value, scope, 0))
 
     def _names(self, value: Any, scope: Scope, level: int) -> Iterator[Meaning]:
         """Yield the meanings of the names in the expressions of a value, each once."""
         found: dict[str, tuple[Place, Scope]] = {}
         for node, name in _names_used(value):
-            owner: Scope | None = scope
-            while owner is not None and name not in owner.places:
-                owner = owner.parent
-            if owner is not None:
+            if (owner := scope.owner(name)) is not None:
                 entry = _entry_of_table(node, scope)
                 found.setdefault(ast.unparse(node) if entry else name, (entry or owner.places[name], owner))
         for name, (place, owner) in list(found.items())[:MAX_NAMES]:
@@ -212,7 +193,7 @@ class Origins:
         if len(path) == 1 and name in self.arguments:
             return "argument, set by the file", owner
         if "with" in path:
-            return "given where it is used", self._scope(owner.via.parent if owner.via else None) or self.root
+            return "given where it is used", scope_of(self.root, owner.via.parent if owner.via else None)
         if "params" in path:
             return "default of the part", owner
         return "named value" if "let" in path else "table", owner
@@ -230,8 +211,9 @@ def _names_used(value: Any) -> Iterator[tuple[ast.expr, str]]:
         if piece.is_expression:
             with suppress(ExpressionError, SyntaxError, ValueError):
                 tree = parsed(piece.text).body
-                names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
-                bound = {node.id for node in names if isinstance(node.ctx, ast.Store)}
+                bound = {
+                    one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
+                }
                 yield from ((node, name) for node, name in _chains(tree) if name not in bound)
 
 
@@ -253,15 +235,12 @@ def _entry_of_table(node: ast.expr, scope: Scope) -> Place | None:
     if isinstance(node, (ast.Attribute, ast.Subscript)):
         table = _value(node.value, scope)
         key = node.attr if isinstance(node, ast.Attribute) else _value(node.slice, scope)
-        if isinstance(table, Map) and key in table:
-            return Place(table.value_spans[key], table.via)
-        if isinstance(table, Seq) and isinstance(key, int) and -len(table) <= key < len(table):
+        if isinstance(key, (str, int)) and has(table, key):
             return Place(table.value_spans[key], table.via)
     return None
 
 
 def _value(node: ast.expr, scope: Scope) -> Any:
-    """Return the value of a subexpression, or None if it has none."""
     try:
         return evaluate(ast.unparse(node), scope.lookup)
     except (ExpressionError, Failed, KeyError, ValueError):

@@ -53,7 +53,6 @@ def is_listed(entry: object) -> bool:
 
 
 def _file(format: Format, robot: str, listed: Map) -> str:
-    """Return the usual name of a file, or one like it where the description writes that one already."""
     usual = (format.file or f"{{}}.{format.name}").format(re.sub(r"[^\w.-]", "_", robot))
     entries = [entry for entry in listed.values() if isinstance(entry, Map)]
     taken = {str(entry.get("file")).casefold() for entry in entries}

@@ -133,7 +133,6 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
 
 
 def _units_like(wanted: Sequence[str]) -> list[str]:
-    """Return the units of the dimensions that are wanted; all units if none has a name of its own."""
     dimensions: list[Dimension] = [unit[1] for unit in map(parse_unit, wanted) if unit is not None]
     return [name for name, (_, dimension) in UNITS.items() if dimension in dimensions] or list(UNITS)
 
@@ -319,7 +318,6 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
 
 
 def _may_be(value: Any, key: str, part: Mapping[str, Any]) -> bool:
-    """Return True if a value fits a key of a mapping, by its fragment of the schema."""
     if value in part.get("enum", ()):
         return True
     kind = "string" if isinstance(value, str) else "array" if isinstance(value, Seq) else "number"

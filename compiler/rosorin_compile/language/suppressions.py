@@ -172,7 +172,6 @@ def _name_meant(tree: Map, name: str, otherwise: str) -> str:
 
 
 def _requested(id: str, acceptable: Mapping[str, Rule]) -> str:
-    """Return what a run has to request to check a rule."""
     rule = acceptable.get(id) or OF_PLUGINS.get(id) or find([id]).get(id)
     if rule is None:
         return ""

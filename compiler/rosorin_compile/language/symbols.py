@@ -181,14 +181,12 @@ def _entry(path: Path) -> str:
 
 
 def _of_elements(inside: str, text: Any) -> Iterator[tuple[str, str]]:
-    """Yield the names that elements of MJCF define, by kind and as elements."""
     if inside in ("mjcf", "mjcf_body") and isinstance(text, str):
         for one in (one for found in found_in(text) for one in given(found, inside == "mjcf") if one.attribute):
             yield from ((KINDS.get(one.kind, one.kind), one.name), (_ELEMENT, one.name))
 
 
 def _uses_mount(inside: str, text: Any) -> bool:
-    """Return True if elements of XML refer to the mount."""
     if not isinstance(text, str) or MOUNT not in text:
         return False
     if inside == "urdf":

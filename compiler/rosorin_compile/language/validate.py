@@ -202,8 +202,6 @@ _TYPES = {
 
 
 class _Report:
-    """Makes diagnostics of a misfit of the schema."""
-
     def __init__(self, tree: Map, misfit: Misfit, schema: Mapping[str, Any], scope: Scope | None) -> None:
         self.tree, self.misfit, self.scope = tree, misfit, scope
         self.path, self.where = misfit.path, subject(misfit.path)

@@ -5,7 +5,6 @@ A later stage has the position of a value; this finds its text there, and the en
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -52,36 +51,25 @@ class Written:
 
     def _read(self, source: Source) -> tuple[_Places, _Places]:
         if source.path not in self._files:
-            values: _Places = {}
-            keys: _Places = {}
+            values, keys = self._files.setdefault(source.path, ({}, {}))
             try:
-                tree = None if _is_markup(source) else parse_yaml(source)
+                waiting: list[tuple[Path, Any]] = [((), None if _is_markup(source) else parse_yaml(source))]
             except LoadError:  # artifacts of another tool; descriptions with errors are not explained
-                tree = None
-            for piece in _pieces(tree):
-                values[piece.span.line, piece.span.column] = piece
-                if piece.key is not None:
-                    keys[piece.key.line, piece.key.column] = piece
-            self._files[source.path] = (values, keys)
+                waiting = []
+            while waiting:
+                path, value = waiting.pop()
+                items = value.items() if isinstance(value, Map) else enumerate(value) if isinstance(value, Seq) else ()
+                for key, item in items:
+                    span, named = value.value_spans[key], value.key_spans[key] if isinstance(value, Map) else None
+                    piece = values[span.line, span.column] = Piece((*path, key), item, span, named)
+                    if named is not None:
+                        keys[named.line, named.column] = piece
+                    waiting.append((piece.path, item))
         return self._files[source.path]
 
 
 def _is_markup(source: Source) -> bool:
     return source.text[:200].lstrip("\ufeff \t\r\n").startswith("<")
-
-
-def _pieces(tree: Any) -> Iterator[Piece]:
-    waiting: list[tuple[Path, Any]] = [((), tree)]
-    while waiting:
-        path, value = waiting.pop()
-        if isinstance(value, Map):
-            for key, item in value.items():
-                yield Piece((*path, key), item, value.value_spans[key], value.key_spans[key])
-                waiting.append(((*path, key), item))
-        elif isinstance(value, Seq):
-            for index, (item, span) in enumerate(zip(value, value.value_spans, strict=True)):
-                yield Piece((*path, index), item, span, None)
-                waiting.append(((*path, index), item))
 
 
 def _text(value: Any, span: Span) -> str:

@@ -138,7 +138,6 @@ def _report_missing(scope: Scope, missing: list[Parameter], owner: str, user: Pl
 
 
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
-    """Return the declared parameters by name, read once for each declaration."""
     known: dict[str, Parameter] = scope.expansion.parameters.setdefault(id(declared), {})
     if not known and isinstance(declared, Map):
         known.update((name, _parameter(scope, name, entry, declared)) for name, entry in declared.items())
@@ -165,7 +164,6 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
 
 
 def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None:
-    """Check the value of a parameter: its type, its allowed values, its bounds."""
     name, wanted, low, high = parameter.name, parameter.type, parameter.low, parameter.high
     if not wanted and parameter.one_of is None and low is None and high is None:
         return

@@ -131,13 +131,11 @@ def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnost
 
 
 def _is_missing(diagnostic: Diagnostic) -> bool:
-    """Return True for a diagnostic about a name that nothing defines."""
     missing = diagnostic.message.startswith("there is no value named ")
     return missing or diagnostic.rule in ("unknown-part", "unknown-sensor-type", "unknown-argument")
 
 
 def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None]) -> Map | None:
-    """Return the tree with every section evaluated, joined to ``robots``; None with errors."""
     own = Map(root.span)
     good = None not in robots
     for key, value in root.items():

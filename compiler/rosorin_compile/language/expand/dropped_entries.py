@@ -112,7 +112,6 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
 
 
 def _names(sections: Map) -> set[str]:
-    """Return all names that sections define, also those of entries with a loop or a condition."""
     defined = SymbolTable(sections).names().of
     names = {name for kind, some in defined.items() if kind != "robot" for name in some}
     for value in sections.values():
@@ -122,7 +121,6 @@ def _names(sections: Map) -> set[str]:
 
 
 def _frames(item: Any) -> list[str]:
-    """Return the frames that an entry defines: that of a sensor, the child of an edge."""
     if not isinstance(item, Map):
         return []
     child = [item["child"]] if "publisher" in item and "type" not in item and "child" in item else []

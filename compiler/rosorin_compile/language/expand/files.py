@@ -105,7 +105,6 @@ class Reader:
     def _read(
         self, path: Path, name: str, include: Span | None, via: Instance | None, within: tuple[Path, ...]
     ) -> Map | None:
-        """Return a file joined with its includes; None if it cannot be read."""
         self.files.append(path)
         Progress.step("reading files", len(self.files))
         try:
@@ -151,7 +150,6 @@ class Reader:
         return tree
 
     def _is_robot(self, item: Map) -> bool:
-        """Return True for an entry of ``include`` that names a robot in another format."""
         name = item.get("file")
         if isinstance(name, str) and name.endswith(ENDINGS):
             return False
@@ -242,13 +240,11 @@ class Reader:
             return False
 
     def _package_of(self, path: Path) -> str:
-        """Return the innermost named package that a file is in by its name, or ""."""
         absolute = Path(os.path.abspath(path))
         folders = [folder for folder in self._package_folders if absolute.is_relative_to(folder)]
         return self._package_folders[max(folders, key=lambda folder: len(folder.parts))] if folders else ""
 
     def _own_sections(self, file: Map, is_root: bool) -> Map:
-        """Return the sections of a file; entries without a source get that of the file."""
         made = Map(file.span, file.via)
         self.sourced += [file] if not is_root and "source" in file else []
         for key, value in file.items():

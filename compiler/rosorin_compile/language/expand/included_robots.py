@@ -132,7 +132,6 @@ class IncludedRobots:
         return made
 
     def _tree(self, include: Included) -> Map:
-        """Return the tree of a robot; its file is read once. Raises Failed after reporting."""
         entry, scope, place, by, _ = include
         packages, package = self.reader.packages_of(entry, by), entry.get("package")
         try:
@@ -165,7 +164,6 @@ class IncludedRobots:
         return tree
 
     def _read(self, path: Path, texts: dict[str, str], packages: dict[str, Path], include: Included) -> Map | None:
-        """Return the tree of a file; None after reporting its errors."""
         entry, scope, _, _, via = include
         tell = partial(self._report, via=via, ahead=True)
         foreign = self.robots.read(path, texts, packages, bool(entry.get("lenient")), tell, via.span)
@@ -311,7 +309,6 @@ def _size(node: Any) -> int:
 
 
 def _check_include(entry: Map, scope: Scope) -> None:
-    """Report keys and values that an include of a robot cannot have. Raises Failed after that."""
     good = check_include(entry, scope, _KINDS, _KEYS)
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):

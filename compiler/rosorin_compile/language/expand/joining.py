@@ -104,7 +104,6 @@ def _join_entries(section: str, have: Map, more: Map, scope: Scope, equal: bool 
 
 
 def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
-    """Add the tables and lists of one entry to those of another; report what both define differently."""
     good, others = True, Map(more.span, more.via)
     for key, value in more.items():
         mine = have.get(key)

@@ -106,7 +106,6 @@ class Parts:
         return with_source(made, entry) if "source" in entry else made
 
     def _bind(self, inner: Scope, name: str, entry: Map, part: Part) -> None:
-        """Bind the parameters and the named values of a part. Raises Failed after reporting."""
         params, lets = part.body.get("params"), part.body.get("let")
         given = entry.get("with")
         given = Map(entry.span, entry.via) if given is None else given
@@ -176,7 +175,6 @@ class Parts:
                 probe.evaluate_rest()
 
     def _find(self, entry: Map, scope: Scope, place: Place) -> Part:
-        """Return the part of a use. Raises Failed after reporting."""
         name = entry.get("part")
         if not isinstance(name, str):
             help = "name a part of parts: or of the library"

@@ -218,7 +218,6 @@ class _Placer:
         return lambda name: self.use.prefix + name if is_own(name) else self.rename("link", name)
 
     def _parameters(self, value: Any) -> Any:
-        """Return parameters of a controller in which joints, frames, sensors and controllers are renamed."""
         rename = self._among(self.names.among(IN_PARAMETERS).__contains__)
         if isinstance(value, str):
             name, slash, rest = value.partition("/")  # an interface: joint1/position
@@ -301,7 +300,6 @@ def _scale(mesh: Map, axis: int) -> dict[str, Any]:
 
 
 def _gear(actuator: Map, axis: int) -> dict[str, Any]:
-    """Reflect the gear of an actuator: of a ball a torque, of a site a force and a torque."""
     gear = actuator.get("gear")
     if not isinstance(gear, list) or len(gear) not in (3, 6) or not all(map(is_number, gear)):
         return {}
@@ -355,7 +353,6 @@ def listed(values: Iterable[Any], like: Any) -> Seq:
 
 
 def _reflected(values: Iterable[Any], axis: int, axial: bool) -> list[Any]:
-    """Return a reflected vector; that of a rotation (``axial``) changes its other components."""
     return [_negative(v) if (i == axis) != axial else v for i, v in enumerate(values)]
 
 

@@ -130,8 +130,6 @@ class _Definition(NamedTuple):
 
 
 class _Search:
-    """Follows values of one expansion, for one error."""
-
     def __init__(self, root: Scope, of_kinds: bool) -> None:
         self.root = root
         self.of_kinds = of_kinds
@@ -225,7 +223,6 @@ def _lone_name(span: Span) -> tuple[str, str]:
 
 
 def _names_at(span: Span) -> list[str]:
-    """Return the names in the expressions of the scalar that is written at a place."""
     text = text_at(span)
     if text == MOUNT:
         return [_MOUNT]

@@ -155,7 +155,6 @@ class Scope:
         raise KeyError(name)
 
     def _evaluate(self, name: str) -> Any:
-        """Return the value of a name of this scope that has not been evaluated yet."""
         if name in self.broken:
             raise Failed
         mark = f"{name}@{id(self)}"
@@ -244,7 +243,6 @@ class Scope:
             self._fail_for_size(message, Place(span, via), "use fewer or smaller loops")
 
     def _fail_for_size(self, message: str, place: Place, help: str) -> NoReturn:
-        """Report that a limit is exceeded, once, and raise Failed."""
         if not self.expansion.is_full:
             self.expansion.is_full = True
             self.report("too-large", message, place, help)
@@ -516,7 +514,6 @@ def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any]
 
 
 def _short(value: Any) -> str:
-    """Return the value of a loop's round in a few letters."""
     if isinstance(value, list) and not any(isinstance(item, (list, Mapping)) for item in value):
         return ", ".join(map(str, value))[:40]
     if isinstance(value, (list, Mapping)):

@@ -69,7 +69,6 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
 
 
 def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> Map:
-    """Return a sensor with the values of its type. Raises Failed after reporting."""
     check_sensor_type(kind, definition, scope)
     before = len(scope.expansion.diagnostics)
     place = Place(sensor.span, sensor.via)
@@ -128,7 +127,6 @@ def _changed(brought: Any, sensor: Map, kind: str, scope: Scope) -> Seq:
 
 
 def _merged(base: Map, changes: Map) -> Map:
-    """Return a mapping with the values of another one over its own; mappings in it are merged in the same way."""
     made = base.copied()
     made.span, made.via = changes.span, changes.via
     for key, value in changes.items():

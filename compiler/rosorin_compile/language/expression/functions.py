@@ -177,7 +177,6 @@ def _error(text: Any) -> Any:
 
 
 def _text(value: Any) -> str:
-    """Return a value as text, whole numbers without a point."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):

@@ -201,7 +201,6 @@ def _binary(node: ast.BinOp, lookup: Lookup) -> Any:
 
 
 def _join(kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """Return two texts or two lists joined by ``+``."""
     texts = isinstance(left, str) and isinstance(right, str)
     if kind is not ast.Add or not (texts or (isinstance(left, list) and isinstance(right, list))):
         raise KindError(f"cannot combine {kind_of(left)} and {kind_of(right)} with this operator")
@@ -300,7 +299,6 @@ def _attribute(node: ast.Attribute, lookup: Lookup) -> Any:
 
 
 def _entry(container: Any, key: Any) -> Any:
-    """Return an entry of a table, a list or a text."""
     if not isinstance(key, (str, int, float)):
         raise KindError(f"an entry is named by text or a number, not {kind_of(key)}")
     if isinstance(container, Mapping):

@@ -79,7 +79,6 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
 
 
 def _urdf_elements(tree: Map, lowering: Lowering) -> tuple[str, ...]:
-    """Return the elements of XML at the top of the robot, then those of its sensors."""
     texts = list(tree.get("urdf_elements") or ())
     for name, entry in (tree.get("sensors") or {}).items():
         for index, text in enumerate(entry.get("urdf_elements") or ()):

@@ -125,7 +125,6 @@ def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError
 
 
 def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) -> None:
-    """Raise LoweringError for rows of several lengths, heights below zero, and a body that begins above its heights."""
     tables = {"height": heights, **({"bottom": bottom} if isinstance(bottom, list) else {})}
     for word, rows in tables.items():
         here: Path = (*path, "heights" if word == "height" else word)

@@ -79,7 +79,6 @@ def completed(fragment: Mapping[str, Any], value: Any) -> Any:
 
 @contextmanager
 def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
-    """Report any exception of a plug-in."""
     try:
         with aside(plugin):
             yield

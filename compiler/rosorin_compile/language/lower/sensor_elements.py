@@ -146,7 +146,6 @@ def _gazebo_sensor(sensor: str, entry: Mapping[str, Any], frames: Frames, path: 
 
 
 def _sdf_elements(entries: Mapping[str, Any], path: Path, depth: int) -> Iterator[SdfElement]:
-    """Yield the elements of a mapping, in its order; those without a value are left out."""
     for name, value in entries.items():
         here = (*path, name)
         _check_name("element of SDF", name, here)

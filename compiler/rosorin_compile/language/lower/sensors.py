@@ -115,7 +115,6 @@ def _above(tree: Mapping[str, Any], name: str) -> dict[str, _Above]:
 
 
 def _pose_in(frame: str, link: str, above: Mapping[str, _Above]) -> Pose | None:
-    """Return the pose in a frame of a link that fixed joints hold to it, or None."""
     transform, visited = Transform(), set[str]()
     while link != frame:
         step = above.get(link)

@@ -51,10 +51,9 @@ def placed(fragment: Map, use: Use, names: Names | None = None, elements: Rename
     """
     placer = _Placer(names or SymbolTable(fragment).names(), use, elements)
     made = fragment.copied()
-    for section, value in fragment.items():
-        node = sections().get(section)
-        if value and node is not None and node.in_parts:
-            made[section] = placer.value(node, _tagged(section, value, fragment.via))
+    for section, node in sections().items():
+        if fragment.get(section) and node.in_parts:
+            made[section] = placer.value(node, _tagged(section, fragment[section], fragment.via))
     return made
 
 
@@ -74,15 +73,12 @@ def _tagged(section: str, value: Any, via: Instance | None) -> Any:
         return entry.by(via) if isinstance(entry, Map) else entry
 
     if holds_many(section) and isinstance(value, Map):
+        nodes = {key: sections()[section].at(key) for key, item in value.items() if isinstance(item, Map)}
+        tables = [key for key, node in nodes.items() if node is not None and node.keys is not None]
         # Its tables and lists of entries, not its settings.
-        entries = {key: map_items(item, tag) for key, item in value.items() if _has_entries(section, key, item)}
+        entries = {key: map_items(item, tag) for key, item in value.items() if key in tables or isinstance(item, Seq)}
         return tag(value.like(entries))
     return tag(value) if is_one_entry(section) else map_items(value, tag) if isinstance(value, (Map, Seq)) else value
-
-
-def _has_entries(section: str, key: str, value: Any) -> bool:
-    node = sections()[section].at(key)
-    return isinstance(value, Seq) or (isinstance(value, Map) and node is not None and node.keys is not None)
 
 
 def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
@@ -156,11 +152,6 @@ class _Placer:
             return self.use.prefix + name
         return self.rename(node.names, name) if node.names and not node.scope else name
 
-    def _key(self, node: Node, name: str) -> str:
-        if "sides" in node.mirror:
-            return side(name, self.mirror)
-        return self._text(node.keys, name) if node.keys is not None else name
-
     def _mapping(self, node: Node, entry: Map) -> Map:
         changes: dict[str, Any] = {}
         if self.mirror is not None:
@@ -173,9 +164,10 @@ class _Placer:
                 if below.attached and value == MOUNT and (self.use.xyz, self.use.rpy) != (None, None):
                     changes |= self._mounted(entry, changes, below.attached)
         changed = _with(entry, changes)
-        if node.keys is None and "sides" not in node.mirror:
-            return changed
-        return map_table(changed, lambda name: self._key(node, name))
+        if "sides" in node.mirror:
+            return map_table(changed, lambda name: side(name, self.mirror))
+        keys = node.keys
+        return changed if keys is None else map_table(changed, lambda name: self._text(keys, name))
 
     def rename(self, kind: str, name: str) -> str:
         """Return the name outside of the part of something of a kind."""
@@ -295,8 +287,7 @@ def _bounds(box: Map, axis: int) -> dict[str, Any]:
 
 
 def _scale(mesh: Map, axis: int) -> dict[str, Any]:
-    values = mesh.get("scale") or listed((1, 1, 1), mesh)
-    return {"scale": listed(_reflected(values, axis, False), values)} if is_vector(values) else {}
+    return _vectors(("scale",))(_with(mesh, {"scale": mesh.get("scale") or listed((1, 1, 1), mesh)}), axis)
 
 
 def _gear(actuator: Map, axis: int) -> dict[str, Any]:

@@ -131,9 +131,7 @@ class _Definition(NamedTuple):
 
 class _Search:
     def __init__(self, root: Scope, of_kinds: bool) -> None:
-        self.root = root
-        self.of_kinds = of_kinds
-        self.visited: set[Span] = set()
+        self.root, self.of_kinds, self.visited = root, of_kinds, set[Span]()
 
     def origin(self, scope: Scope, span: Span) -> Origin | None:
         """Return where the value at a place, which a scope evaluated, was written; None if it was written there."""
@@ -164,9 +162,11 @@ class _Search:
 
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
         """Return where the value of a name, or of an entry of it, comes from; None if nobody wrote it."""
-        owner: Scope | None = scope
-        while owner is not None and name not in owner.places and (name != _MOUNT or owner.mount is None):
-            owner = owner.parent
+        owner = scope.owner(name)
+        if name == _MOUNT:
+            owner = scope
+            while owner is not None and owner.mount is None:
+                owner = owner.parent
         if owner is None:
             return None
         if owner.mount is not None and name == _MOUNT:

@@ -62,8 +62,7 @@ class Scope:
     """
 
     def __init__(self, expansion: Expansion, parent: Scope | None = None, via: Instance | None = None) -> None:
-        self.expansion = expansion
-        self.parent = parent
+        self.expansion, self.parent = expansion, parent
         self.via: Instance | None = via or (parent.via if parent else None)
         self.prefix: str = parent.prefix if parent else ""
         self.values: dict[str, Any] = {}
@@ -88,13 +87,11 @@ class Scope:
         ``box(x, y)`` is one that takes values itself. A name that is taken or not possible is reported.
         """
         value_place = value_place or place
-        own, bracket, rest = name.partition("(")
-        is_function = bool(bracket) and name.endswith(")")
-        own = own if is_function else name
-        parameters = [one.strip() for one in rest[:-1].split(",")] if is_function and rest != ")" else []
-        is_good = all(map(str.isidentifier, parameters)) and len(set(parameters)) == len(parameters)
+        call = re.fullmatch(r"([^(]*)\((.*)\)", name, re.DOTALL)
+        own, parameters = (call[1], [one.strip() for one in call[2].split(",") if call[2]]) if call else (name, [])
         taken = own in functions() or own in OF_DESCRIPTIONS
-        if is_function and (taken or not is_good or not own.isidentifier()):
+        is_good = all(map(str.isidentifier, (own, *parameters))) and len(set(parameters)) == len(parameters)
+        if call and (taken or not is_good):
             message = f'"{own}" is a function of the language' if taken else f'"{name}" cannot be called'
             self.report("bad-name", message, place, "write NAME(FIRST, SECOND): letters, digits and underscores")
             return
@@ -106,7 +103,7 @@ class Scope:
             help = "use letters, digits and underscores, and begin with a letter"
             self.report("bad-name", f'"{own}" cannot be used in an expression', place, help)
         self.places[own], self.local[own] = place, value_place
-        if is_function:
+        if call:
             self.values[f"{own}()"] = partial(self._call, own, parameters, value, value_place)
         else:
             self.pending[own] = value, value_place
@@ -178,13 +175,10 @@ class Scope:
 
     def evaluate_rest(self) -> bool:
         """Evaluate the named values that nothing has used, for their errors; return True if there are none."""
-        good = True
         for name in list(self.pending):
-            try:
+            with suppress(Failed):
                 self.lookup(name)
-            except Failed:
-                good = False
-        return good
+        return not self.pending
 
     def all_names(self) -> set[str]:
         """Return all names defined here and in the scopes around, without constants, units and functions."""
@@ -239,13 +233,12 @@ class Scope:
         self.expansion.nodes += nodes
         Progress.step("expanding parts" if self.expansion.parts else "expanding", self.expansion.parts)
         if self.expansion.nodes > MAX_NODES:
-            message = f"the description grows beyond {MAX_NODES:,} values"
-            self._fail_for_size(message, Place(span, via), "use fewer or smaller loops")
+            self._fail_for_size(f"the description grows beyond {MAX_NODES:,} values", Place(span, via))
 
-    def _fail_for_size(self, message: str, place: Place, help: str) -> NoReturn:
+    def _fail_for_size(self, message: str, place: Place) -> NoReturn:
         if not self.expansion.is_full:
             self.expansion.is_full = True
-            self.report("too-large", message, place, help)
+            self.report("too-large", message, place, "use fewer or smaller loops, or calculate once, under let")
         raise Failed
 
     # Evaluation
@@ -273,24 +266,23 @@ class Scope:
         self.count(len(value) + 1, value.span, via)
         failed = False
         for key, item in value.items():
-            span = value.value_spans[key]
             try:
                 if "$" in key or _is_controlled(item):
-                    self._add_entries(made, value, key, item, via)
+                    self._add_entries(made, value, key, via)
                     continue
                 # In elements of XML, a value is spelt as XML spells it.
-                resolved = self.resolve(item, Place(span, via), key in keys_of_xml())
+                resolved = self.resolve(item, Place(value.value_spans[key], via), key in keys_of_xml())
                 if resolved is not None or item is None:
-                    made.put(key, resolved, value.key_spans[key], span)
+                    made.put(key, resolved, value.key_spans[key], value.value_spans[key])
             except Failed:
                 failed = True
         if failed:
             raise Failed
         return made
 
-    def _add_entries(self, made: Map, value: Map, key: str, item: Any, via: Instance | None) -> None:
+    def _add_entries(self, made: Map, value: Map, key: str, via: Instance | None) -> None:
         """Add the entries that one entry with a loop, a condition or an expression in its name makes."""
-        key_span, span = value.key_spans[key], value.value_spans[key]
+        item, key_span, span = value[key], value.key_spans[key], value.value_spans[key]
         for scope, entry in self.entries(item, key):
             name = scope.name(key, key_span, via) if "$" in key else key
             if name in made:
@@ -377,7 +369,7 @@ class Scope:
                 value = evaluate(piece.text, self.lookup)
                 if self.expansion.work > MAX_WORK:
                     message = f"the expressions of the description take more than {MAX_WORK:,} steps together"
-                    self._fail_for_size(message, place, "use fewer or smaller loops, or calculate once, under let")
+                    self._fail_for_size(message, place)
                 if isinstance(value, (list, dict)):
                     self.count(weight(value), span, via)
                 if piece.is_whole:
@@ -391,22 +383,25 @@ class Scope:
 
     def _refuse_xacro(self, text: str, piece: Piece, place: Place) -> None:
         """Report a substitution of xacro, which would reach the artifacts as it is, and raise Failed."""
-        found = _OF_XACRO.search(piece.text)
-        if found is None:
-            return
-        kind, rest = found[1], found[2].strip()
-        name = rest.split()[0] if rest else "NAME"
-        help = {"find": f"write package://{name}", "eval": f"write ${{{rest}}}", "dirname": "write the path from here"}
-        way_out = help.get(kind, f"write ${{{name}}}, with {name} under args")
-        where = _within(place, text, piece.offset + found.start())
-        raise self.failed("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
+        if found := _OF_XACRO.search(piece.text):
+            rest = found[2].strip()
+            name = (rest.split() or ["NAME"])[0]
+            help = {
+                "find": f"write package://{name}",
+                "eval": f"write ${{{rest}}}",
+                "dirname": "write the path from here",
+            }
+            way_out = help.get(found[1], f"write ${{{name}}}, with {name} under args")
+            where = _within(place, text, piece.offset + found.start())
+            raise self.failed("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
 
     def _report_expression(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:
         """Report an error in an expression, where in it, and where the names that it uses come from."""
         where, help = self._place_and_help(problem, piece, text, place)
-        owners = {name: self.owner(name) for name in ([] if problem.unknown else names_in(piece.text))}
-        names = {name: owner.places[name].span for name, owner in owners.items() if owner}
-        values = {name: owner.values[name] for name, owner in owners.items() if owner and name in owner.values}
+        used = [] if problem.unknown else names_in(piece.text)
+        owners = {name: owner for name in used if (owner := self.owner(name)) is not None}
+        names = {name: owner.places[name].span for name, owner in owners.items()}
+        values = {name: owner.values[name] for name, owner in owners.items() if name in owner.values}
         if not help:
             number = next((name for name, value in values.items() if is_like_a_number(value)), "")
             if number:  # reported once for all expressions that use it, where it was written
@@ -462,17 +457,13 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
 
     Without a ``for`` that is the scope around it, once. Raises Failed after reporting.
     """
-    loops = item.get("for")
+    loops, scopes, via = item.get("for"), [outer], outer.via or item.via
     if loops is None:
         yield outer
         return
-    via = outer.via or item.via
     if not isinstance(loops, Map) or not loops:
-        place = Place(item.value_spans["for"], via)
-        raise outer.failed(
-            "wrong-type", "for maps a name to the values that it takes", place, "write for: {side: [left, right]}"
-        )
-    scopes = [outer]
+        place, help = Place(item.value_spans["for"], via), "write for: {side: [left, right]}"
+        raise outer.failed("wrong-type", "for maps a name to the values that it takes", place, help)
     for names, values in loops.items():
         where = Place(loops.value_spans[names], via)
         split = [name.strip() for name in names.split(",")]
@@ -487,7 +478,7 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 outer_via, at = scope.via or via, where.span
                 if isinstance(values, Seq):
                     at = span
-                elif at != span:  # the values come from elsewhere
+                if at != span:  # the values come from elsewhere
                     outer_via = Instance("which is written here", span, outer_via)
                 inner = Scope(outer.expansion, scope, Instance(f"{names} = {_short(value)}", at, outer_via, made=True))
                 row = value if len(split) > 1 else [value]
@@ -516,9 +507,12 @@ def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any]
 def _short(value: Any) -> str:
     if isinstance(value, list) and not any(isinstance(item, (list, Mapping)) for item in value):
         return ", ".join(map(str, value))[:40]
-    if isinstance(value, (list, Mapping)):
-        return f"{'a list' if isinstance(value, list) else 'a table'} of {len(value)}"
-    return str(value)[:40]
+    is_table = isinstance(value, Mapping)
+    return (
+        f"{'a table' if is_table else 'a list'} of {len(value)}"
+        if is_table or isinstance(value, list)
+        else str(value)[:40]
+    )
 
 
 def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:

@@ -16,8 +16,7 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.units import UNITS, parse_unit
 
 from .annotations import ANNOTATIONS
-from .schema import LAST, of_parts, schema
-from .section_registry import plugged_sections
+from .schema import LAST, of_parts, plugged_sections, schema
 
 Schema = dict[str, Any]
 

@@ -23,9 +23,8 @@ from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
 
-from ..api_arguments import as_text
 from ..element_names import Reference, renamed, with_files
-from ..expression.functions import kind_of
+from ..expression.functions import FUNCTIONS, KindError, kind_of
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
@@ -320,11 +319,11 @@ def _check_include(entry: Map, scope: Scope) -> None:
 
 def _argument(values: Map, name: str, scope: Scope) -> str:
     """Return an argument as a xacro takes it. Raises Failed after reporting."""
-    text = as_text(values[name])
-    if text is None:
+    try:
+        return str(FUNCTIONS["str"](values[name]))
+    except KindError:
         message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(values[name])}'
-        raise scope.failed("bad-argument", message, place_of(values, name, scope))
-    return text
+        raise scope.failed("bad-argument", message, place_of(values, name, scope)) from None
 
 
 def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:

@@ -18,8 +18,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, aside, failed
 from rosorin_compile.source.tree import Map, Path
 
-from ..schema import fragment_at, resolve, schema
-from ..section_registry import plugged
+from ..schema import fragment_at, plugged, resolve, schema
 from ..symbols import SymbolTable
 from .records import Problem, named_records, plain, record_of
 

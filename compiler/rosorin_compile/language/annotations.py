@@ -39,28 +39,13 @@ def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
 
 # What else has a name where one of a kind is asked for: a frame is a site of the MJCF too, an actuator is called as its
 # joint and a camera as its sensor where they have no name of their own, and shapes are LINK_collision_1.
-ALSO: Mapping[str, tuple[str, ...]] = {
-    "site": ("link",),
-    "actuator": ("joint",),
-    "camera": ("sensor",),
-    "shape": ("link",),
-    "sensor": ("hardware sensor",),
-    "link or joint": ("link", "joint"),
-}
+ALSO: dict[str, tuple[str, ...]] = {"site": ("link",), "actuator": ("joint",), "camera": ("sensor",)}
+ALSO |= {"shape": ("link",), "sensor": ("hardware sensor",), "link or joint": ("link", "joint")}
 # The ways to mirror a mapping (x-mirror), each with the keys that it changes, of which a schema has one at least; the
 # sides of wheels are keys themselves.
-MIRRORED_KEYS: Mapping[str, tuple[str, ...]] = {
-    "pose": ("xyz", "rpy"),
-    "axis": ("axis",),
-    "direction": ("direction",),
-    "dir": ("dir",),
-    "at": ("at",),
-    "grid": ("origin", "heights", "bottom"),
-    "inertia": ("ixy", "ixz", "iyz"),
-    "bounds": ("min", "max"),
-    "scale": ("scale",),
-    "gear": ("gear",),
-}
+MIRRORED_KEYS: dict[str, tuple[str, ...]] = {"pose": ("xyz", "rpy"), "grid": ("origin", "heights", "bottom")}
+MIRRORED_KEYS |= {"inertia": ("ixy", "ixz", "iyz"), "bounds": ("min", "max")}
+MIRRORED_KEYS |= {key: (key,) for key in ("axis", "direction", "dir", "at", "scale", "gear")}
 MIRROR, GIVES, NAMES, INSIDE, SPELT = "x-mirror", "x-gives", "x-names", "x-names-in", "x-spelt"
 ROBOT, WORLD = "robot", "world"
 SIMULATION, DESCRIPTION = "simulation", "description"

@@ -8,22 +8,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import (
-    STATIC_TRANSFORM_PUBLISHER,
-    Box,
-    Ellipsoid,
-    Geometry,
-    HeightMap,
-    Joint,
-    Link,
-    Mesh,
-    Pose,
-    Publisher,
-    Robot,
-    Vector,
-)
+from rosorin_compile.model import Joint, Link, Pose, Publisher, Robot, Vector
 from rosorin_compile.model import Transform as Rigid
-from rosorin_compile.model.joint import NODE, UNPUBLISHED
+from rosorin_compile.model.joint import NODE, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED
+from rosorin_compile.model.shape import Box, Ellipsoid, Geometry, HeightMap, Mesh
 from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, nearest
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path, at

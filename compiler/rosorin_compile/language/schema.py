@@ -15,18 +15,8 @@ from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, broken, load
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, check_texts, find
 
-from .annotations import (
-    DESCRIPTION,
-    GIVES,
-    NAMES,
-    WITHIN,
-    Node,
-    annotated_sections,
-    check_annotations,
-    describe_path,
-    kinds_of,
-    own_schema,
-)
+from . import annotations
+from .annotations import GIVES, NAMES, WITHIN, Node, describe_path, kinds_of, own_schema
 from .annotations import Steps as Steps
 from .validator import check_schema
 
@@ -93,7 +83,7 @@ def _looked_up(fragment: Any) -> Any:
         return fragment
     made = {key: _looked_up(item) for key, item in fragment.items()}
     is_usual = fragment.get("x-names", "link") in ("link", "joint")  # which are looked up there anyway
-    return made if is_usual else {"x-among": DESCRIPTION, **made}
+    return made if is_usual else {"x-among": annotations.DESCRIPTION, **made}
 
 
 def _is_taken(name: str) -> bool:
@@ -107,7 +97,7 @@ def _marks(section: Section[Any]) -> Collection[str]:
         raise TypeError("its checks are functions under @rule")
     own = {"type": "object", "properties": {section.name: section.schema}}
     check_schema(own, {**own_schema(), **own})
-    check_annotations(piece(section), own_schema())
+    annotations.check_annotations(piece(section), own_schema())
     rules = [rule for check in section.checks for rule in check.rules]
     for rule in rules:
         check_texts(rule)
@@ -148,7 +138,7 @@ def keys_of_xml() -> frozenset[str]:
 @cache
 def sections() -> Mapping[str, Node]:
     """Return the annotations of each section of a description that has any."""
-    return annotated_sections(schema())
+    return annotations.annotated_sections(schema())
 
 
 @cache

@@ -14,25 +14,9 @@ from rosorin_compile.source.tree import Map, Seq, at, locate
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
 from rosorin_compile.source.wording import counted, in_words, unseen
 
+from . import suggestions
 from .expand.provenance import problem_at
 from .schema import Steps, backend_of, has_entries, part_at, resolve, sections, subject, unit_at, with_outputs
-from .suggestions import (
-    fallen_out,
-    flag_meant,
-    is_meant,
-    items_meant,
-    key_meant,
-    list_meant,
-    mapping_meant,
-    number_in,
-    number_meant,
-    numbers_in,
-    text_meant,
-    text_tails,
-    way_out,
-    word_meant,
-    words_for,
-)
 from .validator import Misfit, misfits_of, validator_of
 
 if TYPE_CHECKING:
@@ -181,24 +165,13 @@ def _dimensions(path: tuple[str | int, ...]) -> _Dimensions | None:
 # Sections that expansion removes: the schema of the plain tree lacks them.
 _EXPANDED = ("parts", "sensor_types", "use")
 _SIGNS = {"&": "an anchor", "#": "a comment", "!": "a tag"}
-_LIMITS = {
-    "minimum": "{where} is {value}, less than {limit}",
-    "maximum": "{where} is {value}, more than {limit}",
-    "exclusiveMinimum": "{where} is {value}, and has to be more than {limit}",
-    "exclusiveMaximum": "{where} is {value}, and has to be less than {limit}",
-    "multipleOf": "{where} is {value}, no multiple of {limit}",
-    "maxLength": "{where} is longer than {limit}",
-    "minLength": "{where} is shorter than {limit}",
-    "uniqueItems": "{where} has an item twice",
-}
-_TYPES = {
-    "string": "text",
-    "number": "a number",
-    "integer": "a whole number",
-    "boolean": "true or false",
-    "object": "a mapping",
-    "array": "a list",
-}
+_LIMITS = {"minimum": "{where} is {value}, less than {limit}", "maximum": "{where} is {value}, more than {limit}"}
+_LIMITS |= {"exclusiveMinimum": "{where} is {value}, and has to be more than {limit}"}
+_LIMITS |= {"exclusiveMaximum": "{where} is {value}, and has to be less than {limit}"}
+_LIMITS |= {"multipleOf": "{where} is {value}, no multiple of {limit}", "uniqueItems": "{where} has an item twice"}
+_LIMITS |= {"maxLength": "{where} is longer than {limit}", "minLength": "{where} is shorter than {limit}"}
+_TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "boolean": "true or false"}
+_TYPES |= {"object": "a mapping", "array": "a list"}
 
 
 class _Report:
@@ -217,7 +190,9 @@ class _Report:
             count = f"at {'least' if self.keyword == 'minItems' else 'most'} {wanted}"
             count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
             message = f"{where} has {counted(len(value), 'item')}, not {count}"
-            return self._make("wrong-length", message, lambda: items_meant(value, self.part) or self.meaning)
+            return self._make(
+                "wrong-length", message, lambda: suggestions.items_meant(value, self.part) or self.meaning
+            )
         if self.keyword == "minLength" and not value:
             return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
         if words := _LIMITS.get(self.keyword):
@@ -264,16 +239,18 @@ class _Report:
         if not self.path:
             known = {**known, **dict.fromkeys(_EXPANDED)}
         unexpected = dict.fromkeys(self.misfit.unexpected())
-        tails = text_tails(self.value, unexpected)
+        tails = suggestions.text_tails(self.value, unexpected)
         for key in unexpected:
             if key not in tails:
-                help = partial(key_meant, key, self.value, known, self.kind, self.path)
+                help = partial(suggestions.key_meant, key, self.value, known, self.kind, self.path)
                 yield from self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
 
     def _missing_key(self) -> list[Diagnostic]:
         key = self.misfit.key
         legal = self.part.get("properties", {})
-        meant = [other for other in self.value if other not in legal and is_meant(other, key, self.kind, legal)]
+        meant = [
+            other for other in self.value if other not in legal and suggestions.is_meant(other, key, self.kind, legal)
+        ]
         if key == "inertia" and any("of" in swaps(other) for other in self.value):
             return []  # which is in the place of it, and reported
         if meant and self.path[:1] != ["outputs"]:
@@ -295,9 +272,9 @@ class _Report:
         wanted += f" ({' or '.join(filter(None, units))})" if units else ""
         parent = at(self.tree, tuple(self.path[:-1]))
         is_only = isinstance(parent, Seq) and len(parent) == 1 and "number" in types
-        if is_only and isinstance(self.value, str) and len(numbers_in(self.value)) > 1:
+        if is_only and isinstance(self.value, str) and len(suggestions.numbers_in(self.value)) > 1:
             return []  # the length of the list is reported
-        fallen = fallen_out(self.tree, self.path, self.part)
+        fallen = suggestions.fallen_out(self.tree, self.path, self.part)
         if fallen and not (fallen[1] and "null" in types):
             return []
         help: str | Callable[[], str] = partial(self._type_help, types, units)
@@ -313,21 +290,23 @@ class _Report:
             if sign in _SIGNS:
                 return f'"{sign}" begins {_SIGNS[sign]} here: put the text in quotes'
         if set(types) & {"number", "integer"} and isinstance(value, str):
-            return number_meant(value, units, key)
+            return suggestions.number_meant(value, units, key)
         if "integer" in types and isinstance(value, Quantity):
             return f"write {float(value):g}: a plain number, without a unit"
-        if "number" in types and (help := number_in(value, key)):
+        if "number" in types and (help := suggestions.number_in(value, key)):
             return help
         if "array" in types:
-            return list_meant(value, key, self.part)
+            return suggestions.list_meant(value, key, self.part)
         if "object" in types:
             first = next(iter(value[0]), "") if isinstance(value, Seq) and value and isinstance(value[0], Map) else ""
-            return way_out(first, words_for(self.kind)) or mapping_meant(value, self.path, self.part)
+            return suggestions.way_out(first, suggestions.words_for(self.kind)) or suggestions.mapping_meant(
+                value, self.path, self.part
+            )
         if value is None and "number" in types:
             return "write the number behind the colon, or leave the key out"
         if types == ["boolean"]:
-            return flag_meant(value) or "write true or false"
-        return text_meant(value, key, self.part) if "string" in types else ""
+            return suggestions.flag_meant(value) or "write true or false"
+        return suggestions.text_meant(value, key, self.part) if "string" in types else ""
 
 
 def not_allowed(
@@ -344,9 +323,9 @@ def not_allowed(
     def suggest() -> str:
         if isinstance(value, str) and value in names:  # true is a word of YAML, "true" a text
             return f"write {value} without quotes"
-        help = word_meant(str(value), names, kind)
+        help = suggestions.word_meant(str(value), names, kind)
         if isinstance(value, str) and "true" in names:
-            help = flag_meant(value) or help
+            help = suggestions.flag_meant(value) or help
         return f"{help} (one of {', '.join(names)})" if help.startswith(("did", "write")) else help
 
     error = problem_at(scope, tree, path, "wrong-value", f'{subject(path)} cannot be "{value}"')

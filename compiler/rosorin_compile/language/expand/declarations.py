@@ -32,15 +32,8 @@ RULES = (
 )
 
 KEYS = ("type", "default", "one_of", "help")
-TYPES: dict[str, tuple[type, ...]] = {
-    "any": (object,),
-    "text": (str,),
-    "boolean": (bool,),
-    "integer": (int,),
-    "number": (int, float),
-    "list": (list,),
-    "table": (dict,),
-}
+TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}
+TYPES |= {"number": (int, float), "list": (list,), "table": (dict,)}
 # A unit of each dimension that has one, to suggest what a text may mean.
 _SI = {"length": ["m"], "mass": ["kg"], "time": ["s"], "angle": ["rad"], "force": ["N"], "torque": ["N*m"]}
 _SI |= {"inertia": ["kg*m^2"], "speed": ["m/s"], "angular_speed": ["rad/s"], "frequency": ["Hz"], "density": ["kg/m^3"]}

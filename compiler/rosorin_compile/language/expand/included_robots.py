@@ -63,13 +63,8 @@ _FEW = 4
 _MJCF = "mjcf"
 _DEFAULT = ("integrator", "Euler")  # of an MJCF without an option
 # Elements of URDF whose name has to be unique, by the element around: they get the prefix whatever it is.
-_UNIQUE = {
-    ("robot", "ros2_control"),
-    ("robot", "transmission"),
-    ("transmission", "actuator"),
-    ("ros2_control", "gpio"),
-    ("ros2_control", "sensor"),
-}
+_UNIQUE = {("robot", "ros2_control"), ("robot", "transmission"), ("transmission", "actuator")}
+_UNIQUE |= {("ros2_control", "gpio"), ("ros2_control", "sensor")}
 # Elements whose name is a word of another program, and parts of the names of attributes that name no link or joint.
 _WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "property"}
 _NO_NAMES = re.compile("topic|service|namespace|remapping|uri|filename|material", re.IGNORECASE)
@@ -364,12 +359,8 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
         accept = Seq(made["accept"].span, made["accept"].via)
         for entry, span in zip(made["accept"], made["accept"].value_spans, strict=True):
             if entry["rule"] != "owns-world-frame":  # a frame with a prefix is no longer one of the world
-                of = {
-                    key: map_items(entry[key], lambda name: prefix + name if name in things else name)
-                    for key in entry
-                    if key == "of"
-                }
-                accept.put(entry.like(of), span)
+                names_of = map_items(entry.get("of", Seq(span)), lambda name: prefix + name if name in things else name)
+                accept.put(entry.like({"of": names_of} if "of" in entry else {}), span)
         made["accept"] = accept
     return made, changed
 

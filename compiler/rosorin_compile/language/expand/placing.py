@@ -8,7 +8,7 @@ becomes R' = S R S and p' = S p.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.language.element_names import renamed
@@ -298,18 +298,9 @@ def _gear(actuator: Map, axis: int) -> dict[str, Any]:
 
 
 # By the annotation ``x-mirror``, whose keys are ``annotations.MIRRORED_KEYS``.
-MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
-    "pose": _vectors(("xyz",), ("rpy",)),
-    "axis": _axis,
-    "direction": _vectors(("direction",)),
-    "dir": _vectors(("dir",)),
-    "at": _vectors(("at",)),
-    "grid": _grid,
-    "inertia": _inertia,
-    "bounds": _bounds,
-    "scale": _scale,
-    "gear": _gear,
-}
+MIRRORED: dict[str, Callable[[Map, int], dict[str, Any]]] = {"pose": _vectors(("xyz",), ("rpy",)), "axis": _axis}
+MIRRORED |= {"grid": _grid, "inertia": _inertia, "bounds": _bounds, "scale": _scale, "gear": _gear}
+MIRRORED |= {key: _vectors((key,)) for key in ("direction", "dir", "at")}
 
 
 def side(role: str, axis: int | None) -> str:

@@ -21,16 +21,7 @@ from rosorin_compile.source.wording import counted, first_of
 from rosorin_compile.source.xml.elements import fitted
 
 from ..expression import CHOICES, Piece, compiled, evaluate, names_in, pieces
-from ..expression.functions import (
-    BUILT_IN,
-    CONSTANTS,
-    FUNCTIONS,
-    OF_DESCRIPTIONS,
-    ExpressionError,
-    KindError,
-    functions,
-    kind_of,
-)
+from ..expression.functions import CONSTANTS, FUNCTIONS, OF_DESCRIPTIONS, ExpressionError, KindError, functions, kind_of
 from ..expression.syntax import weight
 from ..schema import keys_of_xml
 from ..suggestions import flag_meant, number_meant, unit_meant
@@ -386,12 +377,8 @@ class Scope:
         if found := _OF_XACRO.search(piece.text):
             rest = found[2].strip()
             name = (rest.split() or ["NAME"])[0]
-            help = {
-                "find": f"write package://{name}",
-                "eval": f"write ${{{rest}}}",
-                "dirname": "write the path from here",
-            }
-            way_out = help.get(found[1], f"write ${{{name}}}, with {name} under args")
+            ways_out = {"find": f"write package://{name}", "eval": f"write ${{{rest}}}", "dirname": "write the path"}
+            way_out = ways_out.get(found[1], f"write ${{{name}}}, with {name} under args")
             where = _within(place, text, piece.offset + found.start())
             raise self.failed("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
 
@@ -433,7 +420,7 @@ class Scope:
         if problem.unit is not None and (meant := unit_meant(problem.unit[1], [])):
             help = f"write {problem.unit[0]} {meant}"
         elif unknown.endswith("()"):
-            help = did_you_mean(unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
+            help = did_you_mean(unknown[:-2], {*functions(), *OF_DESCRIPTIONS})
         elif unknown in ("math", "np", "numpy", "xacro", "self"):
             help = "functions and constants stand by themselves: pi, sin(x), load('file.yaml')"
         elif unknown:

@@ -158,10 +158,8 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
 
 
 def _pose(name: str, entry: Mapping[str, Any], lowering: Lowering) -> JointPose:
-    positions, controls = (
-        {key: float(value) for key, value in sorted(entry.get(group, {}).items())}
-        for group in ("positions", "controls")
-    )
+    positions = {key: float(value) for key, value in sorted(entry.get("positions", {}).items())}
+    controls = {key: float(value) for key, value in sorted(entry.get("controls", {}).items())}
     pulses = dict(sorted(entry.get("pulses", {}).items()))
     for joint, pulse in pulses.items():
         path: Path = ("poses", name, "pulses", joint)
@@ -209,6 +207,10 @@ def _root(tree: Mapping[str, Any], _: Problem) -> Root:
     return record_of(Root, entry, values=values, placed="xyz" in entry or "rpy" in entry)
 
 
+def _disabled_contacts(tree: Mapping[str, Any], _: Problem) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(one["links"]) for one in tree["disabled_contacts"])
+
+
 CORE: tuple[Section[Any], ...] = (
     Section("publishers", Publisher, lower=_publishers),
     Section("edges", Edge, form=ITEMS, lower=_edges),
@@ -223,10 +225,6 @@ CORE: tuple[Section[Any], ...] = (
     Section("source", Source, form=ONE, lower=lambda tree, _: source_of(tree["source"])),
     Section("materials", Material, lower=_materials),
     Section("root", Root, form=ONE, lower=_root),
-    Section(
-        "disabled_contacts",
-        form=ITEMS,
-        lower=lambda tree, _: tuple(tuple(one["links"]) for one in tree["disabled_contacts"]),
-    ),
+    Section("disabled_contacts", form=ITEMS, lower=_disabled_contacts),
     Section("mjcf_elements", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf_elements"])),
 )

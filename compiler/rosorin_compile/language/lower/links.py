@@ -8,22 +8,10 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Geometry,
-    HeightMap,
-    Inertial,
-    Link,
-    Mesh,
-    Shape,
-    Sphere,
-    Transform,
-)
+from rosorin_compile.model import Inertial, Link, Transform
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.mass import inertial_of, together
+from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Marked
 from rosorin_compile.source.rule_registry import NUMBERS, Rule
 from rosorin_compile.source.tree import Path
@@ -34,14 +22,7 @@ from .records import record_of, source_of, vector_of
 
 RULES = (
     Rule("shape-kind", "A shape has no kind or several; a box has no size or several.", "Write one.", NUMBERS),
-    Rule(
-        "shape-size",
-        "A size is not above zero; a corner `max` is not above `min`.",
-        "Correct it.",
-        NUMBERS,
-        accept="link",
-        imported="always",
-    ),
+    Rule("shape-size", "A size is not above zero.", "Correct it.", NUMBERS, accept="link", imported="always"),
     Rule("height-map-rows", "A height map has rows of several lengths, or heights below 0.", "Correct it.", NUMBERS),
 )
 _GEOMETRIES: dict[str, type[Geometry]] = {"box": Box, "cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}

@@ -101,16 +101,10 @@ def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: P
         link, pose = (frames.optical, None) if frames.optical else (frames.sensor, frames.optical_pose)
     if frame != "sensor" and own is not None:
         pose = own if pose is None else pose_of(pose.transform().then(own.transform()))
-    return Simulated(
-        kind=kinds[0],
-        element=entry[kinds[0]],
-        name=f"{sensor}_{entry['name']}" if entry.get("name") is not None else sensor,
-        link=link,
-        pose=pose,
-        attributes=values_of(entry.get("attributes")),
-        replicas=_replicas(entry["replicate"], (*path, "replicate")) if "replicate" in entry else None,
-        section=entry.get("section", ""),
-    )
+    name = f"{sensor}_{entry['name']}" if entry.get("name") is not None else sensor
+    replicas = _replicas(entry["replicate"], (*path, "replicate")) if "replicate" in entry else None
+    attributes, section = values_of(entry.get("attributes")), entry.get("section", "")
+    return Simulated(kinds[0], entry[kinds[0]], name, link, pose, attributes, replicas=replicas, section=section)
 
 
 def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:

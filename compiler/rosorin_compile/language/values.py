@@ -23,12 +23,7 @@ from .expand.scope import Scope
 from .expression import all_names, pieces
 
 RULES = (
-    Rule(
-        "unused",
-        "A warning: nothing names a declared argument, value, part, publisher or mode.",
-        "Remove it.",
-        ARGUMENTS,
-    ),
+    Rule("unused", "A warning: nothing names an argument, value, part, publisher or mode.", "Remove it.", ARGUMENTS),
 )
 
 _WORD = re.compile(r"[^\W\d]\w*")

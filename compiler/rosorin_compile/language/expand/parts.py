@@ -52,7 +52,6 @@ class Parts:
         self.files: dict[Path, tuple[Map, Scope] | None] = {}
         self.sound: dict[int, bool] = {}
         self.found: dict[str, Part] = {}
-        self.expansion.instantiate = self.instance
 
     def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
         """Add what each ``use`` entry makes to a tree; return True if there were no errors."""

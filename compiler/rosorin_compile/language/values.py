@@ -7,7 +7,7 @@ Warnings about unused names leave out files that another description may include
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from itertools import chain, islice
 from typing import Any
 
@@ -29,7 +29,7 @@ RULES = (
 _WORD = re.compile(r"[^\W\d]\w*")
 _NO_NAMES: frozenset[str] = frozenset()
 # Names that parts and sensor types always have.
-_BUILT_IN = {"parts": frozenset(("name", "mirrored")), "sensor_types": frozenset(("name", "frame", "parent"))}
+_BUILT_IN = {"parts": ("name", "mirrored"), "sensor_types": ("name", "frame", "parent")}
 # Keys below which nothing refers to parts, types or publishers; large robots have many of them.
 _BODIES = ("visual", "collision", "inertial", "limit", "dynamics", "source", "xyz", "rpy", "axis", "mjcf", "help")
 _MAX_FILES = 500
@@ -92,8 +92,7 @@ class ValueTable:
         """Yield the names in all expressions that may be names of the description: those of parts are left out."""
         for section, built_in in _BUILT_IN.items():
             for _, body in _entries(self.root, section):
-                own = built_in.union(_places(body.get("params")), _places(body.get("let")))
-                yield from (use for use in self._uses(body, None) if use[0] not in own)
+                yield from self._uses(body, None, {*built_in, *_places(body.get("params")), *_places(body.get("let"))})
         for key, value in self.root.items():
             if key not in (*_BUILT_IN, "modes"):
                 yield from self._uses(value, Place(self.root.value_spans[key], self.root.via))
@@ -102,7 +101,7 @@ class ValueTable:
         for value in (*self.reader.offered, *(robot.item for robot in self.reader.robots)):
             yield from self._uses(value, None)
 
-    def _uses(self, value: Any, place: Place | None, bound: frozenset[str] = _NO_NAMES) -> Iterator[_Use]:
+    def _uses(self, value: Any, place: Place | None, bound: Set[str] = _NO_NAMES) -> Iterator[_Use]:
         if self.is_constant(value):
             return
         if isinstance(value, str):
@@ -133,11 +132,11 @@ class ValueTable:
                             yield message, place, f"write ${{{inner}}} where {whose} value belongs, or remove it"
         used = {name for name, _ in self._outer_uses()}
         arguments = _places(self.root.get("args"))
-        lets = {name: place for name, _, place, _ in self.reader.lets if name not in arguments}
-        for name, place in (*arguments.items(), *lets.items()):
+        lets = {name: place for name, _, place, _ in self.reader.lets}
+        for name, place in {**lets, **arguments}.items():
             if name.partition("(")[0] not in used:
-                message = f'the value "{name}" of let' if name in lets else f'the argument "{name}"'
-                yield f"nothing uses {message}", place, f"write ${{{name}}} where it belongs, or remove it"
+                what = f'the argument "{name}"' if name in arguments else f'the value "{name}" of let'
+                yield f"nothing uses {what}", place, f"write ${{{name}}} where it belongs, or remove it"
 
     def _unused_parts(self) -> Iterator[_Unused]:
         sections = [*self.root.items(), *(("let", value) for _, value, _, _ in self.reader.lets)]
@@ -168,7 +167,7 @@ class ValueTable:
             if name not in owners and "$" not in name:
                 message = f'publisher "{name}" publishes no joint and no edge, and stamps nothing'
                 yield message, place, f"write publisher: {name} where it does, or remove it"
-        conditions = _texts_at(values, ("when",)) | set(_all_texts(root.get("outputs")))
+        conditions = _texts_at(values, ("when",)) | _texts_at(root.get("outputs"))
         named = {word for condition in conditions for word in _WORD.findall(condition)}
         for name, place in modes.items() if not any("$" in condition for condition in conditions) else ():
             if name not in named:
@@ -184,27 +183,19 @@ def _loop_names(entry: Any) -> frozenset[str]:
     return frozenset(name.strip() for names in loops for name in names.split(","))
 
 
-def _texts_at(value: Any, keys: tuple[str, ...]) -> set[str]:
-    """Return the texts at keys anywhere in a value, and those that load a file."""
+def _texts_at(value: Any, keys: tuple[str, ...] = ()) -> set[str]:
+    """Return the texts at keys anywhere in a value, and those that load a file; without keys all texts."""
     found: set[str] = set()
-    waiting = [value]
+    waiting = [("", value)]
     while waiting:
-        item = waiting.pop()
-        if isinstance(item, Map):
-            waiting += [inner for key, inner in item.items() if isinstance(inner, (Map, Seq)) and key not in _BODIES]
-            texts = ((key, inner) for key, inner in item.items() if isinstance(inner, str))
-            found |= {text for key, text in texts if key in keys or "load(" in text}
+        key, item = waiting.pop()
+        if isinstance(item, str):
+            found |= {item} if not keys or key in keys or "load(" in item else set()
         elif isinstance(item, list):
-            waiting += [inner for inner in item if isinstance(inner, (Map, Seq))]
+            waiting += [("", one) for one in item]
+        elif isinstance(item, Map):
+            waiting += [(inner, one) for inner, one in item.items() if inner not in _BODIES]
     return found
-
-
-def _all_texts(value: Any) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, (Map, Seq)):
-        for item in value.values() if isinstance(value, Map) else value:
-            yield from _all_texts(item)
 
 
 def _entries(root: Map, section: str) -> Iterable[tuple[str, Map]]:

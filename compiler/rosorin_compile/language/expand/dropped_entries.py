@@ -67,8 +67,9 @@ class _Dropped:
             text = "its if" if isinstance(condition, bool) else only[0].text.strip() if len(only) == 1 else condition
             why = f"{text} is false"
             help += f', if: "{condition}"' if isinstance(condition, str) else ""
-        name = key if self.wild or "$" not in key else self.scope.name(key, item.span, self.scope.via)
-        what = f'"{name}"' if key else "an item of a list"
+        with suppress(Failed):
+            key = key if self.wild or "$" not in key else self.scope.name(key, item.span, self.scope.via)
+        what = f'"{key}"' if key else "an item of a list"
         message = f"{first.message}: {what} is left out at {span.source.path}:{span.line} ({why})"
         related = [Related("left out here", span)]
         related += [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_SHOWN]]

@@ -265,8 +265,7 @@ class IncludedRobots:
         for include, robot in self.included if names else ():
             entry, span = include.entry, include.entry.span
             settings = (robot.get("outputs") or {}).get(_MJCF) or {}
-            is_only = len(self.included) == 1
-            lost: list[str] = []
+            is_only, lost = len(self.included) == 1, list[str]()
             tree["outputs"] = outputs = copy(tree["outputs"])
             for name in names:
                 output = outputs[name] = copy(outputs[name])
@@ -281,9 +280,8 @@ class IncludedRobots:
                     output.setdefault_at("contacts", settings["contacts"], span)
                 if settings.get("base") == "free" and entry.get("parent") is None:
                     output.setdefault_at("base", "free", span)
-                    if output["base"] != "free":
-                        lost.append("a free base")
-                    elif "root" in robot and is_only:
+                    lost += [] if output["base"] == "free" else ["a free base"]
+                    if output["base"] == "free" and is_only and "root" in robot:
                         tree.setdefault_at("root", robot["root"], span)
             if lost:
                 file = Path(entry["file"]).name

@@ -85,7 +85,7 @@ class Parts:
             scope.report("part-cycle", message, place, "a part that uses itself ends with an if")
             self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # reported once, not for each branch
             raise Failed
-        prefix = prefix_of(name, entry)
+        prefix = str(entry.get("prefix", f"{name}_") or "")
         message = f'part "{part.name}" used here as "{name}"'
         via = Instance(message, place.span, scope.via or place.via, True, scope.prefix + prefix)
         inner = Scope(self.expansion, part.scope, via)
@@ -232,9 +232,3 @@ class Parts:
             home.define_all(tree.get("let"))
             self.files[path] = (tree, home)
         return self.files[path]
-
-
-def prefix_of(name: str, entry: Map) -> str:
-    """Return what a use puts before the names of its part: its ``prefix``, or its own name."""
-    prefix = entry.get("prefix", f"{name}_")
-    return "" if prefix is None else str(prefix)

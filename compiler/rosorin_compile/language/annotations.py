@@ -53,11 +53,7 @@ ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 
 class Node(NamedTuple):
-    """What the schema says of the values at a place.
-
-    ``of`` is what is found here or anywhere below: the kinds of names that are looked up, and MIRROR, GIVES, INSIDE,
-    SPELT.
-    """
+    """What the schema says of the values at a place."""
 
     names: str = ""
     gives: str = ""

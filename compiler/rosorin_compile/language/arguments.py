@@ -51,10 +51,7 @@ class Argument(NamedTuple):
 def declared(
     path: Path, arguments: Mapping[str, Any], packages: Mapping[str, Path] | None = None
 ) -> tuple[list[Argument], list[Diagnostic]]:
-    """Return the arguments of the description whose first file is ``path``, and problems with their values.
-
-    They are also listed for a description with other mistakes, as long as its files can be read.
-    """
+    """Return the arguments of the description whose first file is ``path``, and problems with their values."""
     reader = Reader(path, None, packages)
     root = reader.whole()
     if root is None or has_errors(reader.diagnostics):
@@ -112,10 +109,7 @@ def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
 
 
 def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
-    """Return the arguments of at least one YAML file; later files override earlier ones, ``texts`` override files.
-
-    Only those of the files have a place. Raises LoadError.
-    """
+    """Return the arguments of at least one YAML file; later files override earlier ones, ``texts`` override files."""
     first, *others = (load_mapping(path, shown(path)) for path in paths)
     merged = Map(first.span)
     for values in (first, *others):

@@ -11,9 +11,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Joint, Link, Pose, Publisher, Robot, Vector
 from rosorin_compile.model import Transform as Rigid
 from rosorin_compile.model.joint import NODE, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED
-from rosorin_compile.model.shape import Box, Ellipsoid, Geometry, HeightMap, Mesh
 from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, nearest
-from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path, at
 
 from .expand.description import Expanded
@@ -84,11 +82,9 @@ class Placed(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """A shape of a link in a few words, and its numbers."""
+    """A shape of a link, its numbers and its place."""
 
     purpose: str
-    kind: str
-    words: str
     numbers: tuple[Number, ...]
     where: Where
 
@@ -340,7 +336,6 @@ class _Frames:
         return list(dict.fromkeys(reference.path[:-1] for reference in references if reference.name == name))
 
     def _numbers_of_joint(self, joint: Joint) -> Iterator[Number]:
-        """Yield the limits of a joint, its mimic, its simulation, and the numbers of entries that refer to it."""
         path = self.places["joint", joint.name]
         for key in () if path[0] in self.robot.sections.said else _KEYS_OF_JOINT:
             yield from self.numbers((*path, key), joint)
@@ -375,10 +370,9 @@ class _Frames:
     def _shapes(self, link: Link) -> Iterator[Shape]:
         path = self.places["link", link.name]
         for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
-            for index, shape in enumerate(shapes):
+            for index in range(len(shapes)):
                 here: Path = (*path, purpose, index)
-                numbers = tuple(_inner(self.numbers(here)))
-                yield Shape(purpose, *_size_in_words(shape.geometry), numbers, self.origins.at(here)[0])
+                yield Shape(purpose, tuple(_inner(self.numbers(here))), self.origins.at(here)[0])
 
 
 def _name_of(steps: Path) -> str:
@@ -402,17 +396,3 @@ def _in_words(publisher: Publisher) -> str:
     static = "the static_transform_publisher " if publisher.kind == STATIC_TRANSFORM_PUBLISHER else ""
     about = f" ({publisher.about})" if publisher.kind == NODE and publisher.about else ""
     return f"published by {static}{publisher.name}{about}"
-
-
-def _size_in_words(geometry: Geometry) -> tuple[str, str]:
-    if isinstance(geometry, Box):
-        return "box", " x ".join(exact(round(length, 12)) for length in geometry.size) + " m"
-    if isinstance(geometry, Mesh):
-        return "mesh", geometry.file
-    if isinstance(geometry, HeightMap):
-        rows, columns = len(geometry.heights), len(geometry.heights[0])
-        return "height map", f"{rows} x {columns} cells of {exact(geometry.cell)} m"
-    if isinstance(geometry, Ellipsoid):
-        return "ellipsoid", "radii " + " x ".join(map(exact, geometry.radii)) + " m"
-    sizes = [(name, getattr(geometry, name)) for name in ("radius", "length") if hasattr(geometry, name)]
-    return type(geometry).__name__.lower(), ", ".join(f"{name} {exact(value)} m" for name, value in sizes)

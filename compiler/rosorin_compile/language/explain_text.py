@@ -57,7 +57,7 @@ def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
     if found.shapes:
         yield "Shapes:"
         for shape in found.shapes:
-            yield f"  {shape.purpose} {shape.kind}, {shape.words}  {_place(shape.where)}"
+            yield f"  {shape.purpose}  {_place(shape.where)}  {shape.where.text}"
             yield from _numbers(shape.numbers, found.stack)
         yield ""
 
@@ -78,10 +78,7 @@ def _edge(edge: Edge) -> Iterator[str]:
 
 
 def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
-    """Yield a line per number, then its origin; what several numbers share follows the last of them.
-
-    The stack ``known`` is not printed again.
-    """
+    """Yield a line per number, then its origin; what several numbers share follows the last of them."""
     rows = []
     for number in _merge_zeros(numbers):
         degrees = f" ({fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""
@@ -110,7 +107,6 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
 
 
 def _merge_zeros(numbers: Sequence[Number]) -> Iterator[Number]:
-    """Yield numbers, a position or an orientation that is not written as a single line."""
     index = 0
     while index < len(numbers):
         three = numbers[index : index + 3]

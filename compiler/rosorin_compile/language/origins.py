@@ -1,8 +1,4 @@
-"""Origins: where a value of the expanded tree was written, and what the names in its expression stand for.
-
-``Written`` has the files as they are written, before expressions are evaluated: the text at a position, and the entry
-that it is in.
-"""
+"""Origins: where a value of the expanded tree was written, and what the names in its expression stand for."""
 
 from __future__ import annotations
 
@@ -115,10 +111,7 @@ class Where(NamedTuple):
 
 
 class Meaning(NamedTuple):
-    """The value of a name in an expression, in SI units, and what defined it.
-
-    ``where`` is None for the command line; ``names`` are the names in the defining expression.
-    """
+    """The value of a name in an expression, in SI units, and what defined it."""
 
     name: str
     value: str
@@ -204,7 +197,6 @@ class Origins:
         return piece.value if is_use and piece is not None else None
 
     def _combined_pose(self, span: Span, place: Place) -> Origin:
-        """Return the origin of a calculated pose: that of the entry in its part, then those of the part's mounts."""
         parts = list(self._poses(self.written.value(span), place.via))
         via: Instance | None = place.via
         while via is not None:
@@ -225,10 +217,7 @@ class Origins:
                 yield Origin(where._replace(text=f"{key}: {where.text}"), self._meanings_of(piece, via, via))
 
     def _meanings_of(self, piece: Piece | None, holder: Instance | None, via: Instance | None) -> tuple[Meaning, ...]:
-        """Return the meanings of the names in a value of a file.
-
-        ``holder`` is the instance that what holds the value belongs to, ``via`` that of the value itself.
-        """
+        """Return the meanings of the names in a value of a file."""
         if piece is None:
             return ()
         scope = scope_of(self.root, holder)
@@ -241,7 +230,6 @@ class Origins:
         return tuple(self._names(piece.value, scope, 0))
 
     def _names(self, value: Any, scope: Scope, level: int) -> Iterator[Meaning]:
-        """Yield the meanings of the names in the expressions of a value, each once."""
         found: dict[str, tuple[Place, Scope]] = {}
         for node, name in _names_used(value):
             if (owner := scope.owner(name)) is not None:
@@ -280,10 +268,7 @@ class Origins:
 
 
 def _names_used(value: Any) -> Iterator[tuple[ast.expr, str]]:
-    """Yield the names in the expressions of a value, each with the keys that follow it: body, body.length, rows[0].
-
-    Names bound by a list comprehension are left out.
-    """
+    """Yield the names in the expressions of a value, each with the keys that follow it: body, body.length, rows[0]."""
     if isinstance(value, (Map, Seq)):
         for item in value.values() if isinstance(value, Map) else value:
             yield from _names_used(item)

@@ -76,7 +76,6 @@ def piece(section: Section[Any]) -> dict[str, Any]:
 
 
 def _looked_up(fragment: Any) -> Any:
-    """Return a fragment of a schema in which each name is looked up in the description."""
     if isinstance(fragment, list):
         return [_looked_up(item) for item in fragment]
     if not isinstance(fragment, Mapping):
@@ -205,11 +204,7 @@ def backend_of(name: str, entry: Mapping[str, Any]) -> str:
 
 
 def subject(path: Steps) -> str:
-    """Return a path in words: ``joint "joint1" limit lower``.
-
-    >>> subject(["joints", "joint1", "xyz", 2])
-    'joint "joint1" xyz[2]'
-    """
+    """Return a path in words: ``joint "joint1" limit lower``."""
     return describe_path(path, schema())
 
 
@@ -230,10 +225,7 @@ def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
 
 
 def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
-    """Return the unit (or units) that the schema asks for at a path of a description; "" for a plain number.
-
-    None where the schema has no number at all.
-    """
+    """Return the unit (or units) that the schema asks for at a path of a description; "" for a plain number."""
     node = fragment_at(path)
     if node.get("type") not in ("number", "integer") and "x-unit" not in node:  # a number, or a list of them
         return None
@@ -256,10 +248,7 @@ def joint_unit(path: Sequence[str | int], slides: bool, leader_slides: bool | No
 
 
 def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:
-    """Return what the schema says of the value at a path of a description; nothing where it says nothing.
-
-    Of what is said beside a reference and behind it, the nearer one counts.
-    """
+    """Return what the schema says of the value at a path of a description; nothing where it says nothing."""
     # The names of entries and the indices of items make no difference: what is asked for is found once for all.
     steps = [0 if isinstance(step, int) else step for step in path]
     if len(steps) > 1 and has_entries(str(steps[0])):

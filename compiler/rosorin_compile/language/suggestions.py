@@ -98,11 +98,7 @@ _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*
 
 
 def unit_meant(text: str, wanted: Sequence[str]) -> str:
-    """Return the unit that a text may stand for, one of the kinds of ``wanted`` if possible, or an empty string.
-
-    >>> unit_meant("degrees", []), unit_meant("kgm2", ["kg*m^2"]), unit_meant("KG", ["kg"])
-    ('deg', 'kg*m^2', 'kg')
-    """
+    """Return the unit that a text may stand for, one of the kinds of ``wanted`` if possible, or an empty string."""
     unit = text.strip()
     for sign, written in _SIGNS.items():
         unit = unit.replace(sign, written)
@@ -143,10 +139,7 @@ _UNKNOWN = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "
 
 
 def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
-    """Return the help for a text where a number belongs; ``wanted`` are the units that are valid there.
-
-    Under a ``key`` without any it is a plain number, counted in the unit that the key names.
-    """
+    """Return the help for a text where a number belongs; ``wanted`` are the units that are valid there."""
     number = text.strip()
     if help := _of_digits(text, number, wanted, key) or _of_reference(number):
         return help
@@ -215,11 +208,7 @@ def _is_number(text: str) -> bool:
 
 
 def numbers_in(text: str) -> list[str]:
-    """Return the numbers and quantities that a text lists; none if it contains anything else.
-
-    >>> numbers_in("0 0 20 mm"), numbers_in("(1, 2.5; 3)"), numbers_in("no")
-    (['0', '0', '20 mm'], ['1', '2.5', '3'], [])
-    """
+    """Return the numbers and quantities that a text lists; none if it contains anything else."""
     found: list[str] = []
     for word in re.split(r"[\s,;]+", text.strip("()[]{}<> \t\n")):
         if _is_number(word):
@@ -367,10 +356,7 @@ def _short(value: Any) -> str:
 
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: Sequence[str | int] = ()) -> str:
-    """Return the help for a key that the entry at a path cannot have.
-
-    ``known`` are the keys that it may have, with their fragments of the schema; ``kind`` is that of the entry.
-    """
+    """Return the help for a key that the entry at a path cannot have."""
     table, inner = words_for(kind), entry.get(key)
     said, key = key, key.removeprefix("xacro:")
     if help := _of_layout(said, entry, known) or way_out(key, table):

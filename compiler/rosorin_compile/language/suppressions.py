@@ -38,10 +38,7 @@ class Settled(NamedTuple):
 
 
 def names_at(tree: Map, path: Path) -> tuple[str, ...]:
-    """Return the names under which a problem at a path may be accepted: the link; the joint and its child.
-
-    They are those of the innermost entry on the way for which the schema has ``x-accepted``; else the name there.
-    """
+    """Return the names under which a problem at a path may be accepted: the link; the joint and its child."""
     found: tuple[str, ...] = ()
     node: Node = Node(properties=sections())
     value: Any = tree
@@ -90,10 +87,7 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
 
 
 def settled(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> Settled:
-    """Remove accepted warnings and notes, and merge accepted errors to one note a rule.
-
-    ``acceptable`` are the rules whose errors may be accepted, by id.
-    """
+    """Remove accepted warnings and notes, and merge accepted errors to one note a rule."""
     entries = _entries(tree)
     left: list[Diagnostic] = []
     groups: dict[str, list[Diagnostic]] = {}

@@ -107,10 +107,7 @@ class SymbolTable:
                 yield Reference(node.gives, name, path, key)
 
     def references(self, kinds: Collection[str] = (), section: str = "") -> Iterator[Reference]:
-        """Yield the uses of names of some kinds, or of all, in the order of the schema and of the description.
-
-        Uses that have a rule of their own, or none (``x-said`` is false), are left out.
-        """
+        """Yield the uses of names of some kinds, or of all, in the order of the schema and of the description."""
         for node, name, path, key in self._occurrences(kinds, section, rules=True):
             if node.names and node.said is not False and isinstance(name, str) and (not kinds or node.names in kinds):
                 what = node.said.format(*path) if node.said else f"the {path[-1]} of {_entry(path)}"
@@ -145,11 +142,7 @@ class SymbolTable:
 
 @dataclass(frozen=True)
 class Names:
-    """The names that a fragment of a description defines, by kind.
-
-    ``mounted``: something in it is attached to the mount, or refers to it; ``inside``: it has values that contain
-    names.
-    """
+    """The names that a fragment of a description defines, by kind."""
 
     of: Mapping[str, frozenset[str]]
     mounted: bool
@@ -172,7 +165,6 @@ class Names:
 
 
 def _entry(path: Path) -> str:
-    """Return an entry in words: battery "main", markers[0], payload."""
     section = sections()[str(path[0])]
     if len(path) > 2 and isinstance(path[1], int):
         return f"{path[0]}[{path[1]}]"

@@ -128,7 +128,6 @@ class _Walk:
             self.done.add(id(value))
 
     def _allowed(self, path: tuple[str | int, ...]) -> _Dimensions | None:
-        """Return the dimensions that a number at a path may have; None where no number belongs."""
         if path[0] == "outputs" and len(path) == 3:
             entry = self.tree["outputs"][path[1]]
             format = self.formats.get(str(entry.get("backend", backend_of(str(path[1]), entry))))
@@ -333,7 +332,6 @@ def not_allowed(
 
 
 def _odd_letter(name: str) -> str:
-    """Return the help for a name with an invisible letter, or a space that is not of the space bar."""
     odd = unseen(name) or next((letter for letter in name if letter.isspace() and letter not in " \n\t"), "")
     return f"it contains {in_words(odd)}: type the name again" if odd else ""
 

@@ -57,10 +57,7 @@ def validator(name: str) -> Any:
 
 
 def inlined(whole: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a schema with each reference replaced by its target; our schemas are not recursive.
-
-    Draft 7 ignores what is next to a reference. Raises ValueError for one without a target.
-    """
+    """Return a schema with each reference replaced by its target; our schemas are not recursive."""
     done: dict[str, Any] = {}
 
     def of(part: Any) -> Any:

@@ -63,10 +63,7 @@ class Parameter(NamedTuple):
     sound: bool = True
 
     def accepts(self, value: Any) -> bool:
-        """Return True if a value is of the requested kind: that of the type, or of the default.
-
-        False for a list or a table: no kind is requested for what is in it.
-        """
+        """Return True if a value is of the requested kind: that of the type, or of the default."""
         if isinstance(value, (list, dict)):
             return False
         if self.type not in ("", "any"):
@@ -268,10 +265,7 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
 
 
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
-    """Report a loop or a condition beside the entries of a section; return True if there is none.
-
-    An entry may be named like a control: its value tells them apart.
-    """
+    """Report a loop or a condition beside the entries of a section; return True if there is none."""
     good = True
     for section in sections:
         entries = tree.get(section)

@@ -200,10 +200,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
 
 
 def _given(value: Any, kind: Any, span: Span) -> Any:
-    """Return the value of an argument as in a tree; items of a list or table of Python have its place.
-
-    A text is read as in YAML, but "007" is a text if a text is requested, and 0 and 1 may be booleans.
-    """
+    """Return the value of an argument as in a tree; items of a list or table of Python have its place."""
     if type(value) is str:
         if kind == "boolean" and value in ("0", "1"):
             return value == "1"

@@ -69,10 +69,7 @@ class IncludeError(Exception):
 
 
 class Reader:
-    """Reads a file and what it includes; collects named values, included robots, files and diagnostics.
-
-    ``cache`` keeps the parsed files for another reader, which uses them as long as the files are equal.
-    """
+    """Reads a file and what it includes; collects named values, included robots, files and diagnostics."""
 
     def __init__(
         self,
@@ -156,7 +153,6 @@ class Reader:
         return "package" in item or (isinstance(name, str) and name.lower().endswith(self.robot_endings()))
 
     def _include(self, item: Map, by: Path, place: Place, within: tuple[Path, ...]) -> Map | None:
-        """Return an included description; None after reporting why it cannot be included."""
         check_include(item, self.scope, INCLUDE_KINDS)
         name, package, values = item.get("file"), item.get("package"), item.get("args")
         if isinstance(values, Map):

@@ -256,10 +256,7 @@ class IncludedRobots:
         return made
 
     def settle(self, tree: Map) -> None:
-        """Give the MJCF outputs of a description the settings of the simulation of the included robots.
-
-        What an output defines itself is kept; of two includes the first decides. What is lost is reported.
-        """
+        """Give the MJCF outputs of a description the settings of the simulation of the included robots."""
         outputs = tree["outputs"] if isinstance(tree.get("outputs"), Map) else {}
         names = [name for name, one in outputs.items() if isinstance(one, Map) and backend_of(name, one) == _MJCF]
         for include, robot in self.included if names else ():
@@ -311,7 +308,6 @@ def _check_include(entry: Map, scope: Scope) -> None:
 
 
 def _argument(values: Map, name: str, scope: Scope) -> str:
-    """Return an argument as a xacro takes it. Raises Failed after reporting."""
     try:
         return str(FUNCTIONS["str"](values[name]))
     except KindError:
@@ -320,10 +316,7 @@ def _argument(values: Map, name: str, scope: Scope) -> str:
 
 
 def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
-    """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here.
-
-    Also return the names that were changed in elements for the URDF, each with how often.
-    """
+    """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here."""
     fragment = Map(tree.span, via)
     for key, value in tree.items():
         if key not in sections() or not sections()[key].whole:

@@ -127,7 +127,6 @@ def _is_table_of_entries(value: Any) -> bool:
 
 
 def _is_same(key: str, have: Map, more: Map) -> bool:
-    """Return True if two uses of one part define a key equally, about something outside of the part."""
     return bool(have[key] == more[key]) and have.value_spans[key] == more.value_spans[key]
 
 

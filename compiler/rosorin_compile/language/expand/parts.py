@@ -207,7 +207,6 @@ class Parts:
         return Part(name, body, home)
 
     def _near(self, short: str) -> str:
-        """Return a suggestion for a part that does not exist: parts of the library with a similar name."""
         names: dict[str, list[str]] = {}
         for path in sorted(data_folder("parts_library").glob("*.yaml")):
             with suppress(LoadError):

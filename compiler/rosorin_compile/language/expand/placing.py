@@ -100,7 +100,6 @@ def map_table(table: Map, rename: Rename, change: Callable[[Any], Any] = lambda 
 
 
 def _renamed_text(text: Any, change: Rename) -> Any:
-    """Return elements of XML after a change, which still know the part that made them."""
     made = change(text) if isinstance(text, str) else text
     if made == text:
         return text
@@ -193,7 +192,6 @@ class _Placer:
         return {key: value for key, value in made.items() if key in keys}
 
     def _inside(self, how: str, value: Any) -> Any:
-        """Return a value of another language in which names are renamed."""
         if how == "parameters":
             return self._parameters(value)
         if how == "urdf":
@@ -230,8 +228,6 @@ def _vector(value: Any) -> tuple[float, float, float]:
 
 
 def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[Map, int], dict[str, Any]]:
-    """Return a function that reflects the points and directions, and the rotations, under some keys."""
-
     def changes(entry: Map, axis: int) -> dict[str, Any]:
         found = {key: entry[key] for key in (*polar, *axial) if entry.get(key) is not None and is_vector(entry[key])}
         return {key: listed(_reflected(values, axis, key in axial), values) for key, values in found.items()}

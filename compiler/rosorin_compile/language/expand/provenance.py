@@ -215,7 +215,6 @@ def text_at(span: Span) -> str:
 
 
 def _lone_name(span: Span) -> tuple[str, str]:
-    """Return the name that is all that is written at a place, and the keys behind it; else two empty texts."""
     text = text_at(span)
     found = pieces(text)
     match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None

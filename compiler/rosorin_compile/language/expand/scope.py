@@ -73,10 +73,7 @@ class Scope:
     # Names
 
     def define(self, name: str, value: Any, place: Place, value_place: Place | None = None) -> None:
-        """Add a named value, evaluated later: named at ``place``, written at ``value_place``.
-
-        ``box(x, y)`` is one that takes values itself. A name that is taken or not possible is reported.
-        """
+        """Add a named value, evaluated later: named at ``place``, written at ``value_place``."""
         value_place = value_place or place
         call = re.fullmatch(r"([^(]*)\((.*)\)", name, re.DOTALL)
         own, parameters = (call[1], [one.strip() for one in call[2].split(",") if call[2]]) if call else (name, [])
@@ -100,10 +97,7 @@ class Scope:
             self.pending[own] = value, value_place
 
     def _call(self, name: str, parameters: Sequence[str], body: Any, place: Place, *arguments: Any) -> Any:
-        """Return the value of ``box(x, y)`` under ``let``, whose body sees the names here and its arguments.
-
-        Raises ExpressionError, or Failed after an error in the body.
-        """
+        """Return the value of ``box(x, y)`` under ``let``, whose body sees the names here and its arguments."""
         signature, count = f"{name}({', '.join(parameters)})", len(parameters)
         if len(arguments) != count:
             raise ExpressionError(f"{signature} takes {counted(count, 'value')}, not {len(arguments)}")
@@ -193,10 +187,7 @@ class Scope:
         related: Sequence[Related] = (),
         of_kinds: bool | None = None,
     ) -> None:
-        """Add an error at a place, or at the argument behind it, with the includes and parts that led to it.
-
-        ``of_kinds``: whether it is an error of kinds; by default the rule decides.
-        """
+        """Add an error at a place, or at the argument behind it, with the includes and parts that led to it."""
         kinds = rule in OF_KINDS if of_kinds is None else of_kinds
         origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, kinds)
         self.report_origin(rule, message, place, help, related, origin)
@@ -272,7 +263,6 @@ class Scope:
         return made
 
     def _add_entries(self, made: Map, value: Map, key: str, via: Instance | None) -> None:
-        """Add the entries that one entry with a loop, a condition or an expression in its name makes."""
         item, key_span, span = value[key], value.key_spans[key], value.value_spans[key]
         for scope, entry in self.entries(item, key):
             name = scope.name(key, key_span, via) if "$" in key else key
@@ -313,10 +303,7 @@ class Scope:
         return made
 
     def entries(self, item: Any, key: str = "", is_use: bool = False) -> Iterator[tuple[Scope, Any]]:
-        """Yield an entry with the scope to evaluate it in: for each round of its ``for``, if its ``if`` is true.
-
-        Entries that are removed by that are recorded under their ``key``.
-        """
+        """Yield an entry with the scope to evaluate it in: for each round of its ``for``, if its ``if`` is true."""
         if not _is_controlled(item):
             yield self, item
             return
@@ -383,7 +370,6 @@ class Scope:
             raise self.failed("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
 
     def _report_expression(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:
-        """Report an error in an expression, where in it, and where the names that it uses come from."""
         where, help = self._place_and_help(problem, piece, text, place)
         used = [] if problem.unknown else names_in(piece.text)
         owners = {name: owner for name in used if (owner := self.owner(name)) is not None}
@@ -415,7 +401,6 @@ class Scope:
         self.report_origin("expression", problem.message, where, help, related, origin)
 
     def _place_and_help(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> tuple[Place, str]:
-        """Return where in the text at a place an expression has an error, and a suggestion."""
         help, unknown = problem.help, problem.unknown
         if problem.unit is not None and (meant := unit_meant(problem.unit[1], [])):
             help = f"write {problem.unit[0]} {meant}"

@@ -38,11 +38,7 @@ class ChangedSensor(Seq):
 
 
 def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
-    """Add the values of its type to every sensor of a tree.
-
-    ``own`` are the types of the description; they replace those of the library file. A sensor with errors is reported
-    and stays as it is.
-    """
+    """Add the values of its type to every sensor of a tree."""
     sensors: Any = tree.get("sensors")
     types = own if isinstance(own, Map) else {}
     shared: Any = None

@@ -66,10 +66,7 @@ class Function(NamedTuple):
 
 
 def function(name: str, help: str) -> Callable[[Callable[..., Any]], Function]:
-    """Make a Python function a function of the language, for an entry point of ``rosorin_compile.functions``.
-
-    ``help`` is its line in the reference, in Markdown.
-    """
+    """Make a Python function a function of the language, for an entry point of ``rosorin_compile.functions``."""
     return lambda apply: Function(name, help, apply)
 
 
@@ -309,7 +306,6 @@ def reserved_names() -> frozenset[str]:
 
 
 def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
-    """Return the function of a plug-in, with any exception in it as an ExpressionError."""
     who = f"{one.name}() of {plugin.distribution} {plugin.version}"
 
     def plain(value: Any) -> Any:

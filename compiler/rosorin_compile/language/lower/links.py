@@ -176,7 +176,6 @@ def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Map
 
 
 def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
-    """Return the inertial of a shape of density 1 kg/m^3, in the frame of its link."""
     from rosorin_compile.model.mesh_triangles import ExtractProblem, mesh_inertial
 
     mesh = shape.geometry

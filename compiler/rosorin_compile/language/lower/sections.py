@@ -1,7 +1,4 @@
-"""Lower sections by their records: sections of the tool and of plug-ins are converted in the same way.
-
-A section is converted by the fields of its dataclass; one whose record has ``lower`` by that function.
-"""
+"""Lower sections by their records: sections of the tool and of plug-ins are converted in the same way."""
 
 from __future__ import annotations
 
@@ -109,10 +106,7 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 
 
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
-    """Return the entries of a section, each after those that define what it refers to.
-
-    None for a circle, or a reference to a link or a joint that neither the robot nor the section has.
-    """
+    """Return the entries of a section, each after those that define what it refers to."""
     existing = {"link": robot.link, "joint": robot.joint}
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     needs: dict[Any, set[Any]] = {}

@@ -85,7 +85,6 @@ def add_frames(lowering: Lowering, sensors: list[Sensor]) -> None:
 
 
 def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapping[str, _Above]) -> None:
-    """Report a frame that does not exist, and keys of a joint that the sensor does not bring."""
     path: Path = ("sensors", name)
     frame, links = entry["frame"], lowering.tree.get("links") or {}
     if frame not in links and frame not in above:

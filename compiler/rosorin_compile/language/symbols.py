@@ -130,8 +130,10 @@ class SymbolTable:
             if node.inside:
                 inside = True
                 mounted = mounted or _uses_mount(node.inside, value)
-                for kind, name in _of_elements(node.inside, value):
-                    found.setdefault(kind, set()).add(name)
+                elements = found_in(value) if node.inside in ("mjcf", "mjcf_body") and isinstance(value, str) else ()
+                for one in (one for element in elements for one in given(element, node.inside == "mjcf")):
+                    for kind in (KINDS.get(one.kind, one.kind), _ELEMENT) if one.attribute else ():
+                        found.setdefault(kind, set()).add(one.name)
         for section, node in sections().items():
             entries = self.tree.get(section) if node.keys is not None and node.keys.gives == "joint" else None
             for name, entry in entries.items() if isinstance(entries, Map) else ():
@@ -170,12 +172,6 @@ def _entry(path: Path) -> str:
         return f"{path[0]}[{path[1]}]"
     by_name = section.keys is not None or section.others is not None
     return f'{section.called or path[0]} "{path[1]}"' if len(path) > 2 and by_name else section.called or str(path[0])
-
-
-def _of_elements(inside: str, text: Any) -> Iterator[tuple[str, str]]:
-    if inside in ("mjcf", "mjcf_body") and isinstance(text, str):
-        for one in (one for found in found_in(text) for one in given(found, inside == "mjcf") if one.attribute):
-            yield from ((KINDS.get(one.kind, one.kind), one.name), (_ELEMENT, one.name))
 
 
 def _uses_mount(inside: str, text: Any) -> bool:

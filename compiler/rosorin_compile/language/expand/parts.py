@@ -157,21 +157,8 @@ class Parts:
     def check_unused(self) -> None:
         """Report errors in the parts of the description that nothing uses, as far as that is possible."""
         for name, body in self.own.items():
-            if id(body) in self.sound or not check_part(name, self.own, self.scope):
-                continue
-            with self.expansion.unlimited():
-                probe = Scope(self.expansion, self.scope)
-                lets = body.get("let") or ()
-                own = ("name", "mirrored", *(() if "prefix" in lets else ("prefix",)))
-                for parameter in (*own, *(body.get("params") or ())):  # nothing is reported of broken names
-                    probe.places[parameter] = Place(body.span, body.via)
-                    probe.broken.add(parameter)
-                probe.define_all(lets)
-                for key in (*of_parts(), "use"):
-                    if body.get(key) is not None:
-                        with suppress(Failed):
-                            probe.resolve(body[key], value_place(body, key), key in keys_of_xml())
-                probe.evaluate_rest()
+            if id(body) not in self.sound:
+                check_part(name, self.own, self.scope)
 
     def _find(self, entry: Map, scope: Scope, place: Place) -> Part:
         name = entry.get("part")

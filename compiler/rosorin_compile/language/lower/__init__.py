@@ -29,11 +29,10 @@ from ..schema import backend_of
 from ..suggestions import name_meant
 from ..suppressions import accepted
 from . import links
-from .joints import lower_joint, node
+from .joints import add_frames, lower_joint, lower_sensor, node
 from .lowering import Lowering
 from .records import Problem, entries_of, pose_of_entry, record_of, renamed_values, source_of, values_of
 from .sections import lower_sections, with_sections
-from .sensors import add_frames, lower_sensor
 
 RULES = (
     Rule("duplicate-name", "Two entries have the same name.", "Rename one, or use another `prefix`.", FILES),

@@ -191,7 +191,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
 
     ``requested`` are outputs: names under ``outputs``, or of formats, which get their default options.
     """
-    plugged = (*plugged_functions().diagnostics, *plugged_diagnostics(), *plugged_sections().diagnostics)
+    plugged = (*plugged_functions()[1], *plugged_diagnostics(), *plugged_sections().diagnostics)
     if expanded.tree is None:
         return Understood(expanded, None, arrange([*expanded.diagnostics, *plugged, *rules.plugged().diagnostics]))
     tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)

@@ -25,6 +25,7 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Path, Seq, Text, locate, prefix_at
 from rosorin_compile.source.units import UNITS, Dimension, Quantity, parse_unit
 
+from .expression import ExpressionError, compiled
 from .schema import keys_of_xml, of_parts, resolve, schema
 from .symbols import MOUNT
 
@@ -192,8 +193,6 @@ def _of_reference(text: str) -> str:
         return f"write {float(fraction[1]) / float(fraction[2]):g} {fraction[3]}"
     if len(text) > MAX_SHOWN:
         return ""
-    from .expression import ExpressionError, compiled
-
     is_formula = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
     try:
         is_formula = formula in ("pi", "tau") or (is_formula and compiled(formula))

@@ -27,9 +27,8 @@ from .expansion import Failed
 from .files import Reader
 from .included_robots import IncludedRobots
 from .joining import copy, join
-from .parts import Parts
+from .parts import Parts, apply_types
 from .scope import Scope
-from .sensor_types import apply_types
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import RobotReader

@@ -25,6 +25,7 @@ from rosorin_compile.source.wording import first_of
 
 from ..element_names import Reference, renamed, with_files
 from ..expression.functions import FUNCTIONS, KindError, kind_of
+from ..expression.syntax import weight
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
@@ -110,7 +111,7 @@ class IncludedRobots:
         """Return the sections of a robot, prefixed and attached. Raises Failed after reporting."""
         entry, tree = include.entry, self._tree(include)
         self.included.append((include, tree))
-        include.scope.count(_size(tree), *include.place)
+        include.scope.count(weight(tree), *include.place)
         prefix = entry.get("prefix") or ""
         made, changed = prefixed(tree, prefix, include.via)
         if changed:
@@ -290,11 +291,6 @@ class IncludedRobots:
 def _moving_joints(tree: Map) -> int:
     joints = (tree.get("joints") or {}).values()
     return sum(isinstance(joint, Map) and joint.get("type") != "fixed" for joint in joints)
-
-
-def _size(node: Any) -> int:
-    items = node.values() if isinstance(node, Map) else node if isinstance(node, list) else ()
-    return 1 + sum(map(_size, items))
 
 
 def _check_include(entry: Map, scope: Scope) -> None:

@@ -131,9 +131,8 @@ class Scope:
                 return scope.values[name]
             if name in scope.pending or name in scope.broken:
                 return scope._evaluate(name)
-            if name.endswith(CHOICES) and name.removesuffix(CHOICES) in scope.places:
-                break  # this scope has another value of that name
-            scope = scope.parent
+            # A scope with another value of that name hides its choices.
+            scope = None if name.endswith(CHOICES) and name.removesuffix(CHOICES) in scope.places else scope.parent
         raise KeyError(name)
 
     def _evaluate(self, name: str) -> Any:
@@ -234,9 +233,7 @@ class Scope:
             return value
         if isinstance(value, Map):
             return self._mapping(value)
-        if isinstance(value, Seq):
-            return self._sequence(value, xml)
-        return self.text(value, place.span, place.via, xml)
+        return self._sequence(value, xml) if isinstance(value, Seq) else self.text(value, place.span, place.via, xml)
 
     def _mapping(self, value: Map) -> Map:
         """Return a mapping with its keys and values evaluated.
@@ -279,8 +276,6 @@ class Scope:
     def name(self, key: str, span: Span, via: Instance | None) -> str:
         """Return a key with its expressions evaluated, which has to be text or a number."""
         name = self.text(key, span, via)
-        if type(name) is str:
-            return name
         if isinstance(name, (str, int, float)):
             return str(FUNCTIONS["str"](name))
         raise self.failed("wrong-type", f"a name is text, not {kind_of(name)}", Place(span, via), "put it inside text")
@@ -414,8 +409,7 @@ class Scope:
             help = guess if guess.startswith("did") else f"known here: {listed}" if listed else "name it in let"
         where = _within(place, text, piece.offset + 2)
         if "\n" not in piece.text and where.span != place.span:
-            indent = len(piece.text) - len(piece.text.lstrip())
-            column = where.span.column + indent + max(0, problem.column)
+            column = where.span.column + len(piece.text) - len(piece.text.lstrip()) + max(0, problem.column)
             where = Place(where.span._replace(column=column, length=1), where.via)
         return where, help
 
@@ -503,7 +497,7 @@ def _within(place: Place, text: str, offset: int) -> Place:
     if span.length < len(text):
         return place
     first = span.source.line(span.line)[span.column - 1 : span.column]
-    quote = 1 if first in ("'", '"') and not text.startswith(first) else 0
+    quote = int(first in ("'", '"') and not text.startswith(first))
     length = max(1, span.length - quote - offset)
     return Place(span._replace(column=span.column + quote + offset, length=length), place.via)
 

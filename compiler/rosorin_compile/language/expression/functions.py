@@ -8,7 +8,7 @@ points of ``rosorin_compile.functions``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -268,18 +268,11 @@ CONSTANTS: dict[str, Any] = {"pi": math.pi, "tau": math.tau, "e": math.e}
 CONSTANTS |= {"true": True, "false": False, "none": None}
 
 
-class Plugged(NamedTuple):
-    """The functions of plug-ins, and problems with these plug-ins."""
-
-    functions: tuple[tuple[Plugin, Function], ...]
-    diagnostics: tuple[Diagnostic, ...]
-
-
 @cache
-def plugged() -> Plugged:
-    """Return the functions of plug-ins: entry points of ``rosorin_compile.functions``."""
+def plugged() -> tuple[Sequence[tuple[Plugin, Function]], Sequence[Diagnostic]]:
+    """Return the functions of plug-ins (entry points of ``rosorin_compile.functions``), and problems with them."""
     taken = {*FUNCTIONS, *OF_DESCRIPTIONS, *CONSTANTS, *UNITS}
-    return Plugged(*load("functions", Function, _names, taken.__contains__))
+    return load("functions", Function, _names, taken.__contains__)
 
 
 def _names(one: Function) -> list[str]:
@@ -295,7 +288,7 @@ def _names(one: Function) -> list[str]:
 @cache
 def functions() -> Mapping[str, Callable[..., Any]]:
     """Return the functions by name, including those of plug-ins."""
-    more = plugged().functions
+    more = plugged()[0]
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 
 

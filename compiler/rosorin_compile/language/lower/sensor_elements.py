@@ -24,7 +24,7 @@ from rosorin_compile.model.simulation import (
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
-from ..expand.sensor_types import ChangedSensor
+from ..expand.parts import ChangedSensor
 from .lowering import Lowering, LoweringError
 from .records import pose_of_entry, values_of
 

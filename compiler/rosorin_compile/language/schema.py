@@ -38,7 +38,11 @@ class Plugged(NamedTuple):
 @cache
 def plugged() -> Plugged:
     """Return the sections of plug-ins that name only kinds of things that some section defines."""
-    loaded, diagnostics = load("sections", Section, _marks, _is_taken)
+
+    def is_taken(name: str) -> bool:
+        return name in own_schema()["properties"] or name in _RESERVED or ("-" in name and bool(find([name])))
+
+    loaded, diagnostics = load("sections", Section, _marks, is_taken)
     known = kinds_of(own_schema(), GIVES) | kinds_of(own_schema(), NAMES) if loaded else set()
     known |= {kind for _, section in loaded for kind in kinds_of(section.schema, GIVES)}
     sections, problems = [], [*diagnostics]
@@ -83,10 +87,6 @@ def _looked_up(fragment: Any) -> Any:
     made = {key: _looked_up(item) for key, item in fragment.items()}
     is_usual = fragment.get("x-names", "link") in ("link", "joint")  # which are looked up there anyway
     return made if is_usual else {"x-among": annotations.DESCRIPTION, **made}
-
-
-def _is_taken(name: str) -> bool:
-    return name in own_schema()["properties"] or name in _RESERVED or ("-" in name and bool(find([name])))
 
 
 def _marks(section: Section[Any]) -> Collection[str]:

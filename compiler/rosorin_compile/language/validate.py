@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
@@ -183,7 +183,7 @@ class _Report:
         self.meaning = _sentence(str(self.part.get("description", "")))
         self.value = at(tree, tuple(self.path))
 
-    def diagnostics(self) -> Iterable[Diagnostic]:
+    def diagnostics(self) -> list[Diagnostic]:
         wanted, where, value = self.misfit.wanted, self.where, self.value
         if self.keyword in ("minItems", "maxItems"):
             count = f"at {'least' if self.keyword == 'minItems' else 'most'} {wanted}"
@@ -198,15 +198,6 @@ class _Report:
             limit = counted(wanted, "letter") if self.keyword.endswith("Length") else wanted
             message = words.format(where=where, value=value, limit=limit)
             return self._make("wrong-value", message, "" if self.keyword in ("minimum", "maximum") else self.meaning)
-        keys = ", ".join(self.part.get("properties", {}))
-        if self.keyword == "minProperties":
-            return self._make("missing-key", f"{where} is empty", f"legal keys: {keys}")
-        if self.keyword == "maxProperties":
-            return self._make("wrong-value", f"{where} has more than one key", f"write one of {keys}")
-        if self.keyword == "const":
-            return self._make("wrong-value", f"{where} cannot be {value}", f"this tool knows only {wanted}")
-        if self.keyword == "pattern":
-            return self._make("bad-name", f'{where} cannot be "{value}"', _odd_letter(str(value)) or self.meaning)
         if self.keyword == "propertyNames":
             name = self.misfit.value
             form = "no markup, no quotes; spaces only within" if self.defined else "use letters, digits and _"
@@ -216,40 +207,41 @@ class _Report:
             kind = {"joint": "joint type", "source": "status"}.get(self.kind, "")
             kind = "which gazebo" if self.path[-1] == "gazebo" else kind
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
-        if self.keyword in ("required", "dependencies"):
-            return self._missing_key()
-        if self.keyword == "additionalProperties":
-            return self._unknown_keys()
-        if self.keyword == "type":
-            return self._wrong_type()
-        return self._make("wrong-shape", f"{where} does not fit the schema: {self.keyword}", self.meaning)
+        reports = {"required": self._missing_key, "dependencies": self._missing_key, "type": self._wrong_type}
+        if report := {**reports, "additionalProperties": self._unknown_keys}.get(self.keyword):
+            return report()
+        keys = ", ".join(self.part.get("properties", {}))
+        others = {
+            "minProperties": ("missing-key", f"{where} is empty", f"legal keys: {keys}"),
+            "maxProperties": ("wrong-value", f"{where} has more than one key", f"write one of {keys}"),
+            "const": ("wrong-value", f"{where} cannot be {value}", f"this tool knows only {wanted}"),
+            "pattern": ("bad-name", f'{where} cannot be "{value}"', _odd_letter(str(value)) or self.meaning),
+        }
+        unknown = ("wrong-shape", f"{where} does not fit the schema: {self.keyword}", self.meaning)
+        return self._make(*others.get(self.keyword, unknown))
 
     def _make(
         self, rule: str, message: str, help: str | Callable[[], str] = "", path: Steps | None = None, key: bool = False
     ) -> list[Diagnostic]:
-        """Return an error; a help that is a function is called by ``messages``."""
-        path = self.path if path is None else path
-        if isinstance(help, str):
-            return [problem_at(self.scope, self.tree, path, rule, message, help, key=key)]
-        return [replace(problem_at(self.scope, self.tree, path, rule, message, key=key), suggest=help)]
+        problem = problem_at(self.scope, self.tree, path or self.path, rule, message, key=key)
+        return [replace(problem, help=help) if isinstance(help, str) else replace(problem, suggest=help)]
 
-    def _unknown_keys(self) -> Iterator[Diagnostic]:
+    def _unknown_keys(self) -> list[Diagnostic]:
         known = self.part.get("properties", {})
         if not self.path:
             known = {**known, **dict.fromkeys(_EXPANDED)}
         unexpected = dict.fromkeys(self.misfit.unexpected())
-        tails = suggestions.text_tails(self.value, unexpected)
-        for key in unexpected:
-            if key not in tails:
-                help = partial(suggestions.key_meant, key, self.value, known, self.kind, self.path)
-                yield from self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
+        tails, found = suggestions.text_tails(self.value, unexpected), list[Diagnostic]()
+        for key in (key for key in unexpected if key not in tails):
+            help = partial(suggestions.key_meant, key, self.value, known, self.kind, self.path)
+            found += self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
+        return found
 
     def _missing_key(self) -> list[Diagnostic]:
         key = self.misfit.key
         legal = self.part.get("properties", {})
-        meant = [
-            other for other in self.value if other not in legal and suggestions.is_meant(other, key, self.kind, legal)
-        ]
+        others = [other for other in self.value if other not in legal]
+        meant = [other for other in others if suggestions.is_meant(other, key, self.kind, legal)]
         if key == "inertia" and any("of" in swaps(other) for other in self.value):
             return []  # which is in the place of it, and reported
         if meant and self.path[:1] != ["outputs"]:
@@ -298,9 +290,8 @@ class _Report:
             return suggestions.list_meant(value, key, self.part)
         if "object" in types:
             first = next(iter(value[0]), "") if isinstance(value, Seq) and value and isinstance(value[0], Map) else ""
-            return suggestions.way_out(first, suggestions.words_for(self.kind)) or suggestions.mapping_meant(
-                value, self.path, self.part
-            )
+            way_out = suggestions.way_out(first, suggestions.words_for(self.kind))
+            return way_out or suggestions.mapping_meant(value, self.path, self.part)
         if value is None and "number" in types:
             return "write the number behind the colon, or leave the key out"
         if types == ["boolean"]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -230,10 +231,9 @@ class Reader:
 
     def inside(self, target: Path) -> bool:
         """Return True if a file is in the project of the description, links followed, or in a package it names."""
-        try:
+        with suppress(OSError, RuntimeError, ValueError):
             return any(map(resolve(target).is_relative_to, self.projects)) or bool(self._package_of(target))
-        except (OSError, RuntimeError, ValueError):
-            return False
+        return False
 
     def _package_of(self, path: Path) -> str:
         absolute = Path(os.path.abspath(path))
@@ -268,11 +268,9 @@ class Reader:
         if folder is None or not file or os.sep in file or file.startswith("."):
             return None
         path = folder / f"{file}.yaml"
-        if not is_file(path):
-            return None
-        if colon and path not in self.files:
+        if colon and is_file(path) and path not in self.files:
             self.files.append(path)
-        return path
+        return path if is_file(path) else None
 
     def load_function(self) -> Callable[[Any], Any]:
         """Return the function ``load`` of expressions: a YAML file of the project or of a package, read once."""
@@ -291,10 +289,9 @@ class Reader:
                 except IncludeError as problem:
                     raise ExpressionError(problem.message, help=problem.help) from None
                 except LoadError as problem:
-                    diagnostic = problem.diagnostic
-                    span = diagnostic.span
+                    found, span = problem.diagnostic, problem.diagnostic.span
                     where = f" ({span.source.path}:{span.line}:{span.column})" if span else ""
-                    raise ExpressionError(f"{diagnostic.message}{where}", help=diagnostic.help) from None
+                    raise ExpressionError(f"{found.message}{where}", help=found.help) from None
             return loaded[name]
 
         return load
@@ -308,11 +305,10 @@ class Reader:
                 raise ExpressionError("find takes the name of a ROS package, and a value for where there is none")
             if name not in found:
                 found[name] = self.package(name, self.packages, self.root)
-            folder = found[name]
-            if folder is None and not fallback:
+            if found[name] is None and not fallback:
                 help = f"say where it is, --package {name}=FOLDER, or source its workspace"
                 raise ExpressionError(f'the package "{name}" is not found', help=help)
-            return fallback[0] if folder is None else str(folder)
+            return fallback[0] if found[name] is None else str(found[name])
 
         return find
 

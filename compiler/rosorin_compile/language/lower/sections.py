@@ -45,11 +45,9 @@ def _value(section: Section[Any], tree: Mapping[str, Any], problem: Problem) -> 
     if section.lower is not None:
         return section.lower(tree, problem)
     entries = _contents(section, tree)
-    if section.form == ENTRIES:
-        return named_records(section.entry, entries)
     if section.form == ITEMS:
         return tuple(record_of(section.entry, entry) for entry in entries)
-    return record_of(section.entry, entries)
+    return named_records(section.entry, entries) if section.form == ENTRIES else record_of(section.entry, entries)
 
 
 def _contents(section: Section[Any], tree: Mapping[str, Any]) -> Any:
@@ -67,9 +65,8 @@ def completed(fragment: Mapping[str, Any], value: Any) -> Any:
         value = {}
     if not isinstance(value, Mapping):
         return value
-    defaults = {
-        key: resolved["default"] for key, inner in properties.items() if "default" in (resolved := resolve(inner))
-    }
+    resolved = {key: resolve(inner) for key, inner in properties.items()}
+    defaults = {key: inner["default"] for key, inner in resolved.items() if "default" in inner}
     return {key: completed(properties.get(key, others), item) for key, item in {**defaults, **value}.items()}
 
 
@@ -90,9 +87,7 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
     joint that does not exist adds nothing: the rules report that.
     """
     made, symbols = robot, SymbolTable(tree)
-    waiting = [
-        (plugin, section) for plugin, section in plugged().sections if section.adds and section in robot.sections
-    ]
+    waiting = [(plugin, one) for plugin, one in plugged().sections if one.adds and one in robot.sections]
     while ready := [(item, order) for item in waiting if (order := _in_order(made, symbols, item[1].name)) is not None]:
         (plugin, section), order = ready[0]
         waiting.remove((plugin, section))

@@ -62,13 +62,11 @@ def declared(
     found = []
     for name in entries:
         argument = _argument(name, entries, written)
-        if name in arguments:
-            place = arguments.value_spans.get(name) if isinstance(arguments, Map) else None
+        if name in arguments or name in reader.given:
+            spans = getattr(arguments, "value_spans", {})
+            place = spans.get(name) if name in arguments else reader.given[name][1].span
             text = str(arguments[name]) if place is None else written.text(place)
             argument = argument._replace(value=text, set_at=place)
-        elif name in reader.given:
-            place = reader.given[name][1].span
-            argument = argument._replace(value=written.text(place), set_at=place)
         found.append(argument)
     return found, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)
 

@@ -107,13 +107,12 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
 
 
 def _merge_zeros(numbers: Sequence[Number]) -> Iterator[Number]:
-    index = 0
-    while index < len(numbers):
-        three = numbers[index : index + 3]
+    while numbers:
+        three = numbers[:3]
         names = " ".join(number.name for number in three)
         merge = names in ("x y z", "roll pitch yaw") and all(n.origin is None and n.value == 0 for n in three)
         yield three[0]._replace(name=names) if merge else three[0]
-        index += 3 if merge else 1
+        numbers = numbers[3 if merge else 1 :]
 
 
 def _row(values: Sequence[float]) -> str:

@@ -272,5 +272,4 @@ def _fragment_at(path: tuple[str | int, ...]) -> Mapping[str, Any]:
 
 def resolve(node: dict[str, Any]) -> dict[str, Any]:
     """Return what a fragment of the schema of descriptions refers to, or the fragment itself."""
-    reference = node.get("$ref")
-    return schema()["$defs"][reference.rsplit("/", 1)[1]] if reference else node
+    return schema()["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node

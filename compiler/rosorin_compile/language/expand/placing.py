@@ -236,9 +236,8 @@ def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[M
 
 
 def _axis(joint: Map, axis: int) -> dict[str, Any]:
-    # What has no type is no joint; its axis is one to turn about.
     values = joint.get("axis")
-    kind = joint.get("type", "revolute" if values is not None else "")
+    kind = joint.get("type", "revolute" if values is not None else "")  # what has no type is no joint
     if kind not in ("revolute", "continuous", "prismatic", "planar") or not is_vector(values):
         return {}
     values = listed((1, 0, 0), joint) if values is None else values
@@ -251,9 +250,8 @@ def _grid(grid: Map, axis: int) -> dict[str, Any]:
     Along z the heights change sign, which a rule reports: a map counts them up from z = 0.
     """
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
-    if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
-        return {}
-    if not isinstance(origin, Seq) or len(origin) != 2 or not all(map(is_number, (*origin, cell))):
+    is_table = isinstance(heights, Seq) and heights and all(isinstance(row, Seq) for row in heights)
+    if not is_table or not isinstance(origin, Seq) or len(origin) != 2 or not all(map(is_number, (*origin, cell))):
         return {}
     if axis == AXES["z"]:
         negative = [listed([_negative(v) if is_number(v) else v for v in row], row) for row in heights]
@@ -314,10 +312,8 @@ def is_number(value: Any, dimension: Dimension | None = None) -> bool:
 
 def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
     """Return True for three finite numbers, of a dimension if one is requested, or None."""
-    if value is None:
-        return True
     if not isinstance(value, list) or len(value) != 3:
-        return False
+        return value is None
     return all(is_number(v, dimension) and math.isfinite(v) for v in value)
 
 
@@ -335,7 +331,6 @@ def _reflected(values: Iterable[Any], axis: int, axial: bool) -> list[Any]:
 
 
 def _negative(value: float) -> float:
-    # A quantity stays one, and zero stays as it is.
-    if not value:
-        return value
-    return Quantity(-value, value.dimension, value.text) if isinstance(value, Quantity) else -value
+    if value and isinstance(value, Quantity):
+        return Quantity(-value, value.dimension, value.text)
+    return -value if value else value  # no negative zero

@@ -162,15 +162,16 @@ class _Search:
 
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
         """Return where the value of a name, or of an entry of it, comes from; None if nobody wrote it."""
-        owner = scope.owner(name)
         if name == _MOUNT:
-            owner = scope
-            while owner is not None and owner.mount is None:
-                owner = owner.parent
+            user: Scope | None = scope
+            while user is not None and user.mount is None:
+                user = user.parent
+            if user is None or user.mount is None:
+                return None
+            return _Definition(user.mount.span, self.outside(user), None, True, False)
+        owner = scope.owner(name)
         if owner is None:
             return None
-        if owner.mount is not None and name == _MOUNT:
-            return _Definition(owner.mount.span, self.outside(owner), None, True, False)
         local = owner.local.get(name)
         if name in _OF_USE and name not in owner.declared and local is None:
             return None

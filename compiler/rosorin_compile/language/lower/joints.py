@@ -51,14 +51,13 @@ class Publishing(NamedTuple):
 
     def of_optical(self) -> Publishing:
         """Return who publishes the optical frame by default: the same, but a static publisher needs a second node."""
-        turns = tuple(turn._replace(publisher=_optical(turn.publisher)) for turn in self.turns)
-        return Publishing(_optical(self.always), turns)
 
+        def second(node: Publisher) -> Publisher:
+            is_static = node.kind == STATIC_TRANSFORM_PUBLISHER
+            return Publisher(STATIC_TRANSFORM_PUBLISHER, f"{node.name}_optical") if is_static else node
 
-def _optical(publisher: Publisher) -> Publisher:
-    if publisher.kind != STATIC_TRANSFORM_PUBLISHER:
-        return publisher
-    return Publisher(STATIC_TRANSFORM_PUBLISHER, f"{publisher.name}_optical")
+        turns = tuple(turn._replace(publisher=second(turn.publisher)) for turn in self.turns)
+        return Publishing(second(self.always), turns)
 
 
 def lower_joint(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Joint:

@@ -33,8 +33,7 @@ from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.formats.schemas import schema_names, schema_text
-from rosorin_compile.language import api_arguments
-from rosorin_compile.language.arguments import Argument, declared
+from rosorin_compile.language.arguments import Argument, as_texts, declared, of_api, takes_no_arguments
 from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
@@ -277,7 +276,7 @@ def diff(
     second = _side(b, arguments, b_arguments, packages, trust)
     diagnostics += [*first.diagnostics, *second.diagnostics]
     if arguments and first.deaf and second.deaf:
-        diagnostics.append(api_arguments.deaf(first.deaf))
+        diagnostics.append(takes_no_arguments(first.deaf))
     if first.side is None or second.side is None or has_errors(diagnostics):
         return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
     try:
@@ -316,7 +315,7 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
     if imported is None or imported.tree is None:
         return _Loaded(Side(label, YAML, found.robot, folder=path.parent), diagnostics)
     if requests[1].arguments and not imported.takes_arguments:
-        diagnostics.append(api_arguments.deaf(path))
+        diagnostics.append(takes_no_arguments(path))
     reduced = replace(found.robot, outputs=())
     side = Side(label, FORMATS[imported.format], reduced, printed(imported.tree.span.source.text), path.parent)
     return _Loaded(side, diagnostics, imported.left_out, None if imported.takes_arguments else path)
@@ -949,8 +948,8 @@ def _read_options(
     arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
     """Return how a robot in another format is read, and the errors in the arguments and packages."""
-    found = api_arguments.ask("", arguments, packages)
-    texts, wrong = api_arguments.as_texts(found.arguments)
+    found = of_api("", arguments, packages)
+    texts, wrong = as_texts(found.arguments)
     return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 

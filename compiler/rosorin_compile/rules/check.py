@@ -13,7 +13,7 @@ from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.lower.links import RULES as LINK_RULES
 from rosorin_compile.language.lower.sections import is_resolved
-from rosorin_compile.language.section_registry import plugged as plugged_sections
+from rosorin_compile.language.schema import plugged as plugged_sections
 from rosorin_compile.language.suppressions import accepted, unused
 from rosorin_compile.language.suppressions import settled as without_accepted
 from rosorin_compile.model import Robot

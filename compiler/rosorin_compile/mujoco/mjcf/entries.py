@@ -122,7 +122,7 @@ def add_sensors(reading: Reading) -> None:
             )
     if sensors:
         put(reading.tree, "sensors", sensors)
-    order = [one.index for some in groups.values() for one in some] + kept
+    order = [one.number for some in groups.values() for one in some] + kept
     if order != sorted(order):
         first = reading.elements_of("sensor", nodes)[order[0]]
         reading.changed("sensors of the language are before others: data of sensors is in another order", first.span)
@@ -131,7 +131,7 @@ def add_sensors(reading: Reading) -> None:
 class Measured(NamedTuple):
     """A sensor at a site: its place in the list, its name in the description, as an element, in the text, the site."""
 
-    index: int
+    number: int
     name: str
     node: Node
     element: Element

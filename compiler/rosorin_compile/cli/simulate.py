@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rosorin_compile import api
-from rosorin_compile.mujoco.simulate.judging import LIMITS
+from rosorin_compile.mujoco.simulate.simulation import LIMITS
 
 from .answer import FINE, PROBLEMS
 from .command import Options, choice, command, flag, option, path_option, robot_argument, robot_options, texts

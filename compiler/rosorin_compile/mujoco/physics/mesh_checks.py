@@ -7,16 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import Inertial, Link, Mesh, Shape
+from rosorin_compile.model import Link, Mesh, Shape
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import PHYSICS, Rule
 
 from ..mjcf.bodies import weld_groups
-from .overlaps import split_accepted
+from .overlaps import Member, note
 from .solids import PURPOSES, Meshes, MeshShape, Solid
 
 if TYPE_CHECKING:
@@ -28,122 +27,173 @@ RULES = (
         "A warning: a mesh is hundreds of times longer than the rest of the robot, or shorter than a millimetre: it "
         "was drawn in another unit.",
         "`scale: [0.001, 0.001, 0.001]` makes metres of millimetres.",
-        Heading.PHYSICS,
+        PHYSICS,
     ),
     Rule(
         "mesh-mass",
         "A warning: the mass of a link is more than its meshes could weigh if they were of osmium, or less than air.",
         "Check the unit of the mass, and the scale of the mesh.",
-        Heading.PHYSICS,
+        PHYSICS,
     ),
     Rule(
         "mesh-inertia",
-        "A warning: the inertia of a link is larger than that of its mass at the far end of its meshes, or less than a "
-        "hundredth of what they have with even density.",
+        "A warning: the inertia of a link is larger than that of its mass at the far end of its meshes.",
         "Compute it again: `inertia: {of: collision}`, or from the CAD program, about the centre of mass and in "
         "kg*m^2.",
-        Heading.PHYSICS,
+        PHYSICS,
     ),
     Rule(
         "mesh-centre-of-mass",
         "A warning: the centre of mass of a link is outside the box around its shapes.",
-        "Check `xyz` of the inertial: it is seen from the frame of the link, in metres.",
-        Heading.PHYSICS,
+        "Check `xyz` of the inertial: it is relative to the frame of the link, in metres.",
+        PHYSICS,
     ),
     Rule(
         "mesh-apart",
         "A warning: the collision shapes of a link are not where its visuals are.",
         "Check the `xyz`, `rpy` and `scale` of both.",
-        Heading.PHYSICS,
+        PHYSICS,
     ),
     Rule(
         "mesh-not-closed",
         "A note: collision meshes are inside out or have holes, so that they have no volume of their own. Simulators "
         "take their hulls.",
         "Close the holes in the program that made them.",
-        Heading.PHYSICS,
+        PHYSICS,
     ),
 )
 
 LONGEST_PART, SHORTEST_PART = 20.0, 1e-3  # m: no part of a robot is longer, or shorter
 TIMES = 200.0  # longer than all else in the robot: millimetres are 1,000 times, and parts are not all of a size
 HEAVIEST, LIGHTEST = 25_000.0, 1.0  # kg/m^3: osmium has 22,600, air 1.2
-SMALL_INERTIA = 0.01  # of that of the hull with even density
 FAR_INERTIA = 1.2  # of that of all mass at the farthest corner
 OUTSIDE = 0.1  # of the longest side of the box, beyond which a centre of mass is outside
 APART = 0.25  # of the longest side: so far the boxes of what collides and of what is seen may be apart
-_SHOWN = 5
 
 
 def check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> Iterator[Diagnostic]:
     """Yield a diagnostic for each link or mesh that cannot be right; ``meshes`` are those that could be read."""
     read = [shape for shape in shapes if shape.mesh in meshes]
+    skipped = {shape.link for shape in shapes if shape.mesh not in meshes}
+    lengths = {mesh: _longest(loaded.outline) for mesh, loaded in meshes.items()}
     wrong_size: dict[Mesh, Diagnostic] = {}
-    of_wrong_size: set[str] = set()
     for shape in read:
-        found = _size(case, meshes, shape, read)
-        if found is not None:
+        if (found := _size(case, meshes, lengths, shape)) is not None:
             wrong_size.setdefault(shape.mesh, found)
-            of_wrong_size.add(shape.link)
+            skipped.add(shape.link)
     yield from wrong_size.values()
-    groups = weld_groups(case.robot).values()
-    for name in dict.fromkeys(shape.link for shape in read if shape.link not in of_wrong_size):
-        names = next(group for group in groups if name in group)
-        link, fixed = case.robot.link[name], [one for one in case.robot.links if one.name in names]
-        if link.inertial is not None and link.inertial.mass > 0:
-            volume = _wrong_volume(meshes, link, fixed)
-            if volume:
-                yield _mass(case, link, link.inertial.mass, volume)
-            else:
-                yield from _inertia(case, meshes, link, link.inertial, fixed)
-        yield from _apart(case, meshes, link)
-    yield from _not_closed(case, meshes, [shape for shape in read if shape.purpose == "collision"])
+    for name in dict.fromkeys(shape.link for shape in read):
+        if name not in skipped:
+            yield from _check_link(case, meshes, case.robot.link[name])
+    kinds: dict[str, dict[str, MeshShape]] = {"not closed": {}, "inside out": {}}
+    for shape in read:
+        surface = meshes[shape.mesh].surface
+        if shape.purpose == "collision" and not (surface.is_watertight and surface.volume >= 0):
+            kind = "inside out" if surface.is_watertight else "not closed"
+            kinds[kind].setdefault(_file(shape), shape)
+    for kind, help in (("not closed", "close it in the program that made it"), ("inside out", "turn its faces round")):
+        message = f"collision meshes that are {kind} ({{count}}): {{names}}; simulators take the hull"
+        members = [Member((one.link,), _file(one), _path(case, one, "file")) for one in kinds[kind].values()]
+        yield from note(case, "mesh-not-closed", members, message, help)
 
 
-def _size(case: Case, meshes: Meshes, shape: MeshShape, read: Sequence[MeshShape]) -> Diagnostic | None:
-    """Return a warning about a mesh whose size does not fit the rest of the robot."""
-    ways = [math.dist((0, 0, 0), joint.origin.xyz) for joint in case.robot.joints]
-    solids = [solid for link in case.robot.links for one in link.collision for solid in one.solids()]
-    sides = [_box_of([solid], meshes) for solid in solids if not isinstance(solid.geometry, Mesh)]
-    others = sorted(meshes[other.mesh].longest for other in read if other.mesh.file != shape.mesh.file)
-    median = others[len(others) // 2 : len(others) // 2 + 1]
-    rest = max([*ways, *(float((box[1] - box[0]).max()) for box in sides if box), *median], default=0.0)
-    longest = meshes[shape.mesh].longest
-    message = f'the mesh {_file(shape)} of link "{shape.link}" is {float(f"{longest:.3g}"):.6g} m long'
-    if longest > LONGEST_PART or (rest > SHORTEST_PART and longest > TIMES * rest):
-        than = f", {longest / rest:,.4g} times as long as all else in the robot" if longest > TIMES * rest > 0 else ""
-        message, help = f"{message}{than}: that looks like millimetres", "scale: [0.001, 0.001, 0.001]"
-    elif longest < SHORTEST_PART:
-        message += ": that looks shrunk by 1,000"
-        help = "check the scale, and the unit that it was exported in"
-    else:
-        return None
-    key = "scale" if shape.mesh.scale != (1, 1, 1) else "file"
-    path = case.link(shape.link, shape.purpose, shape.number, "mesh", key)
-    return case.problem("mesh-size", message, path, help, severity=WARNING)
+def _longest(points: Floats) -> float:
+    """Return the longest side (m) of the box around points (n, 3)."""
+    return float((points.max(axis=0) - points.min(axis=0)).max())
+
+
+def _path(case: Case, shape: MeshShape, key: str) -> Any:
+    return case.link(shape.link, shape.purpose, shape.number, "mesh", key)
 
 
 def _file(shape: MeshShape) -> str:
     return shape.mesh.file.rpartition("/")[2]
 
 
-def _corners(solid: Shape, meshes: Meshes) -> Floats | None:
-    """Return corners (n, 3) around a shape in the frame of its link, or None for a mesh that was not read."""
-    mesh = meshes.get(solid.geometry) if isinstance(solid.geometry, Mesh) else None
-    if mesh is None and isinstance(solid.geometry, Mesh):
+def _size(case: Case, meshes: Meshes, lengths: dict[Mesh, float], shape: MeshShape) -> Diagnostic | None:
+    """Return a warning about a mesh whose size does not fit the rest of the robot."""
+    sizes = [math.dist((0, 0, 0), joint.origin.xyz) for joint in case.robot.joints]
+    for link in case.robot.links:
+        primitives = [one for one in link.collision if not isinstance(one.geometry, Mesh)]
+        sizes += [_longest(_corners([one], meshes)) for one in primitives]
+    others = sorted(length for mesh, length in lengths.items() if mesh.file != shape.mesh.file)
+    rest = max([*sizes, *others[len(others) // 2 : len(others) // 2 + 1]], default=0.0)
+    longest = lengths[shape.mesh]
+    message = f'the mesh {_file(shape)} of link "{shape.link}" is {float(f"{longest:.3g}"):.6g} m long'
+    if longest > LONGEST_PART or (rest > SHORTEST_PART and longest > TIMES * rest):
+        than = f", {longest / rest:,.4g} times as long as all else in the robot" if longest > TIMES * rest > 0 else ""
+        message, help = f"{message}{than}: that looks like millimetres", "scale: [0.001, 0.001, 0.001]"
+    elif longest < SHORTEST_PART:
+        message, help = f"{message}: that looks shrunk by 1,000", "check the scale, and the unit of its export"
+    else:
         return None
-    return Solid("", 0, solid, solid.origin().transform(), mesh).corners()
+    key = "scale" if shape.mesh.scale != (1, 1, 1) else "file"
+    return case.problem("mesh-size", message, _path(case, shape, key), help, severity=WARNING)
 
 
-def _box_of(solids: Sequence[Shape], meshes: Meshes) -> tuple[Floats, Floats] | None:
-    """Return the lower and upper corner around shapes, or None without any or with a mesh that was not read."""
+def _solids(shapes: Sequence[Shape], meshes: Meshes) -> Iterator[Solid]:
+    """Yield the shapes of a link in its frame, without the meshes that were not read."""
+    for piece in (piece for shape in shapes for piece in shape.solids()):
+        mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
+        if mesh is not None or not isinstance(piece.geometry, Mesh):
+            yield Solid("", 0, piece, piece.origin().transform(), mesh)
+
+
+def _corners(shapes: Sequence[Shape], meshes: Meshes) -> Floats:
+    """Return corners (n, 3) around shapes in the frame of their link."""
     import numpy as np
 
-    corners = [found for found in (_corners(solid, meshes) for solid in solids) if found is not None]
-    if not corners or len(corners) < len(solids):
-        return None
-    every = np.concatenate(corners)
-    return every.min(axis=0), every.max(axis=0)
+    return np.concatenate([np.empty((0, 3)), *(solid.corners() for solid in _solids(shapes, meshes))])
+
+
+def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
+    import numpy as np
+
+    def problem(rule: str, message: str, *path: str | int, help: str, within: bool = False) -> Diagnostic:
+        return case.problem(rule, message, case.link(link.name, *path), help, severity=WARNING, within=within)
+
+    fixed = next(group for group in weld_groups(case.robot).values() if link.name in group)
+    links = [one for one in case.robot.links if one.name in fixed]
+    inertial = link.inertial
+    if inertial is not None and inertial.mass > 0:
+        volume = _wrong_volume(meshes, link, links)
+        poses = case.robot.poses_in_root({})
+        points = np.empty((0, 3))
+        for one in links:
+            way = poses[link.name].inverse().then(poses[one.name])
+            corners = _corners((*one.collision, *one.visual), meshes)
+            points = np.concatenate([points, corners @ np.array(way.rows).T + np.array(way.xyz)])
+        centre, lower, upper = np.array(inertial.pose.xyz), points.min(axis=0), points.max(axis=0)
+        beyond = float(np.maximum(lower - centre, centre - upper).max())
+        reach = float(np.linalg.norm(points - centre, axis=1).max())
+        gyration = math.sqrt(max(0.0, inertial.principal_moments[2]) / inertial.mass)
+        if volume:
+            density = inertial.mass / volume
+            message = (
+                f'link "{link.name}" weighs {inertial.mass:.6g} kg, and the hull of its shapes has {1000 * volume:.3g}'
+                f" litres: that is {density:,.3g} kg/m^3, {'too much' if density > 1 else 'less than air'}"
+            )
+            help = "check the unit of the mass (grams?) and the scale of the mesh (millimetres?)"
+            yield problem("mesh-mass", message, "inertial", "mass", help=help)
+        elif beyond > OUTSIDE * float((upper - lower).max()):
+            message = (
+                f'the centre of mass of link "{link.name}" is {1000 * beyond:.1f} mm outside the box around its shapes'
+            )
+            help = "xyz of the inertial is relative to the frame of the link, in metres"
+            yield problem("mesh-centre-of-mass", message, "inertial", "xyz", help=help)
+        if not volume and gyration > FAR_INERTIA * reach:
+            message = (
+                f'the inertia of link "{link.name}" is too large: {inertial.mass:.6g} kg would be {gyration:.3g} m away'
+                f" from the centre of mass, and its shapes reach {reach:.3g} m"
+            )
+            help = "inertia is about the centre of mass, in kg*m^2; inertia: {of: collision} computes it for primitives"
+            yield problem("mesh-inertia", message, "inertial", "inertia", help=help, within=True)
+    solid, seen = _corners(link.collision, meshes), _corners(link.visual, meshes)
+    if len(solid) and len(seen):
+        gaps = np.maximum(solid.min(axis=0) - seen.max(axis=0), seen.min(axis=0) - solid.max(axis=0))
+        if gaps.max() > APART * max(_longest(solid), _longest(seen)):
+            message = f'the collision shapes of link "{link.name}" are {1000 * gaps.max():.1f} mm away from its visuals'
+            yield problem("mesh-apart", message, "collision", 0, help="check xyz, rpy and scale of both")
 
 
 def _wrong_volume(meshes: Meshes, link: Link, fixed: Sequence[Link]) -> float:
@@ -151,133 +201,16 @@ def _wrong_volume(meshes: Meshes, link: Link, fixed: Sequence[Link]) -> float:
 
     A mass is too large if it is so for the collision and for the visual shapes: a few spheres can stand for a foot.
     """
-    groups = ([link], fixed)
-    masses = [sum(one.inertial.mass for one in group if one.inertial) for group in groups]
-    by_purpose = [[_volume(meshes, group, purpose) for group in groups] for purpose in PURPOSES]
-    known = [volumes for volumes in by_purpose if volumes[0] > 0]
-    pairs = [pair for volumes in known for pair in zip(masses, volumes, strict=True)]
-    if pairs and all(mass > HEAVIEST * volume for mass, volume in pairs):
-        return max(volumes[0] for volumes in known)
-    if pairs and all(mass < LIGHTEST * volume for mass, volume in pairs):
-        return min(volumes[0] for volumes in known)
-    return 0.0
 
+    def volume(links: Sequence[Link], purpose: str) -> float:
+        solids = [solid for one in links for solid in _solids(getattr(one, purpose), meshes)]
+        return sum(solid.volume for solid in solids if solid.hull or not solid.mesh)
 
-def _volume(meshes: Meshes, links: Sequence[Link], purpose: str) -> float:
-    """Return the volume (m^3) of the shapes of links, of meshes that of their hulls."""
-    total = 0.0
-    for shape in (shape for link in links for shape in getattr(link, purpose)):
-        if isinstance(shape.geometry, Mesh):
-            mesh = meshes.get(shape.geometry)
-            total += mesh.hull.volume if mesh and mesh.hull else 0.0
-        else:
-            total += shape.volume
-    return total
-
-
-def _mass(case: Case, link: Link, mass: float, volume: float) -> Diagnostic:
-    density = mass / volume
-    than = "no material is as heavy" if density > HEAVIEST else "less than air"
-    message = (
-        f'link "{link.name}" weighs {mass:.6g} kg, and the hull of its shapes has'
-        f" {float(f'{1000 * volume:.3g}'):.6g} litres: that is {density:,.3g} kg/m^3, {than}"
-    )
-    help = "check the unit of the mass (grams?) and the scale of the mesh (millimetres?)"
-    return case.problem("mesh-mass", message, case.link(link.name, "inertial", "mass"), help, severity=WARNING)
-
-
-def _inertia(case: Case, meshes: Meshes, link: Link, inertial: Inertial, fixed: Sequence[Link]) -> Iterator[Diagnostic]:
-    """Yield a warning if the centre of mass or the moments do not fit the shapes of all that is fixed to a link."""
-    import numpy as np
-
-    poses = case.robot.poses_in_root({})
-    back, placed = poses[link.name].inverse(), []
-    for one in fixed:
-        way = back.then(poses[one.name])
-        for solid in (solid for shape in (*one.collision, *one.visual) for solid in shape.solids()):
-            corners = _corners(solid, meshes)
-            if corners is not None:
-                placed.append(corners @ np.array(way.rows).T + np.array(way.xyz))
-    points, centre = np.concatenate(placed), np.array(inertial.pose.xyz)
-    lower, upper = points.min(axis=0), points.max(axis=0)
-    beyond = float(np.maximum(lower - centre, centre - upper).max())
-    if beyond > OUTSIDE * float((upper - lower).max()):
-        message = (
-            f'the centre of mass of link "{link.name}" is {1000 * beyond:.1f} mm outside the box around its shapes'
-        )
-        help = "xyz of the inertial is seen from the frame of the link, in metres"
-        path = case.link(link.name, "inertial", "xyz")
-        yield case.problem("mesh-centre-of-mass", message, path, help, severity=WARNING)
-    largest = inertial.principal_moments[2]
-    if largest <= 0:
-        return
-    reach = float(np.linalg.norm(points - centre, axis=1).max())
-    gyration = math.sqrt(largest / inertial.mass)
-    own = [meshes.get(shape.geometry) for shape in (*link.collision, *link.visual) if isinstance(shape.geometry, Mesh)]
-    even = max((_even_moment(mesh.hull.corners) for mesh in own if mesh and mesh.hull), default=0.0) * inertial.mass
-    if gyration > FAR_INERTIA * reach:
-        message = (
-            f'the inertia of link "{link.name}" is too large: {inertial.mass:.6g} kg would be'
-            f" {float(f'{gyration:.3g}'):.6g} m away from the centre of mass, and its shapes reach"
-            f" {float(f'{reach:.3g}'):.6g} m"
-        )
-    elif largest < SMALL_INERTIA * even:
-        message = (
-            f'the inertia of link "{link.name}" is too small: its largest moment is {largest:.6g} kg*m^2, and'
-            f" {inertial.mass:.6g} kg in the hull of its mesh have {float(f'{even:.3g}'):.6g} kg*m^2"
-        )
-    else:
-        return
-    help = "inertia is about the centre of mass, in kg*m^2; inertia: {of: collision} computes it for primitives"
-    path = case.link(link.name, "inertial", "inertia")
-    yield case.problem("mesh-inertia", message, path, help, severity=WARNING, within=True)
-
-
-def _even_moment(corners: Floats) -> float:
-    """Return the largest moment of a convex body of even density and mass 1 about its middle (m^2)."""
-    import trimesh
-
-    hull = trimesh.convex.convex_hull(corners)
-    return float(max(hull.principal_inertia_components)) / float(hull.volume)
-
-
-def _apart(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
-    """Yield a warning if the collision shapes of a link are not where its visuals are."""
-    import numpy as np
-
-    pieces = ([piece for shape in shapes for piece in shape.solids()] for shapes in (link.collision, link.visual))
-    solid, seen = (_box_of(several, meshes) for several in pieces)
-    if solid is None or seen is None:
-        return
-    (low, high), (lower, upper) = solid, seen
-    longest = float(max((upper - lower).max(), (high - low).max()))
-    if float(np.maximum(low - upper, lower - high).max()) <= APART * longest:
-        return
-    between = float(np.linalg.norm((low + high) / 2 - (lower + upper) / 2))
-    message = (
-        f'the collision shapes of link "{link.name}" have their middle {1000 * between:.1f} mm away from that of its'
-        f" visuals, and do not touch them"
-    )
-    related = [case.related("the visual", case.link(link.name, "visual", 0))]
-    help, path = "check xyz, rpy and scale of both", case.link(link.name, "collision", 0)
-    yield case.problem("mesh-apart", message, path, help, related=related, severity=WARNING)
-
-
-def _not_closed(case: Case, meshes: Meshes, shapes: Sequence[MeshShape]) -> Iterator[Diagnostic]:
-    """Yield a note about collision meshes with holes, and one about those that are inside out."""
-    kinds: dict[str, dict[str, MeshShape]] = {"not closed": {}, "inside out": {}}
-    for shape in shapes:
-        surface = meshes[shape.mesh].surface
-        if not surface.is_watertight:
-            kinds["not closed"].setdefault(_file(shape), shape)
-        elif surface.volume < 0:
-            kinds["inside out"].setdefault(_file(shape), shape)
-    for kind, help in (("not closed", "close it in the program that made it"), ("inside out", "turn its faces round")):
-        accepted, left = split_accepted(case, "mesh-not-closed", list(kinds[kind].values()), lambda one: (one.link,))
-        yield from accepted
-        if left:
-            names = first_of([_file(shape) for shape in left], _SHOWN)
-            verb = "mesh is" if len(left) == 1 else "meshes are"
-            message = f"{len(left)} collision {verb} {kind}: {names}; simulators take the hull"
-            path = case.link(left[0].link, left[0].purpose, left[0].number, "mesh", "file")
-            yield replace(case.problem("mesh-not-closed", message, path, help, severity=NOTE), related=(), of=())
+    volumes = {purpose: own for purpose in PURPOSES if (own := volume([link], purpose)) > 0}
+    densities = []
+    for links in ([link], fixed):
+        mass = sum(one.inertial.mass for one in links if one.inertial)
+        densities += [mass / volume(links, purpose) for purpose in volumes]
+    if densities and min(densities) > HEAVIEST:
+        return max(volumes.values())
+    return min(volumes.values()) if densities and max(densities) < LIGHTEST else 0.0

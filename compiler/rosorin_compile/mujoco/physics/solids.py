@@ -10,7 +10,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Geometry, Mesh, Shape, Sphere, Transform
+from rosorin_compile.model import Box, Cylinder, Ellipsoid, Mesh, Shape, Sphere, Transform
 from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -36,6 +36,17 @@ class Hull(NamedTuple):
     planes: Floats
     volume: float
 
+    @classmethod
+    def around(cls, points: Floats) -> Hull | None:
+        """Return the convex hull of points (n, 3), or None if they are in one plane."""
+        from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
+
+        try:
+            hull = ConvexHull(points)
+        except (QhullError, ValueError):
+            return None
+        return cls(hull.points[hull.vertices], hull.equations, float(hull.volume))
+
 
 @dataclass(frozen=True, eq=False)
 class LoadedMesh:
@@ -45,27 +56,28 @@ class LoadedMesh:
     triangles: Floats
 
     @cached_property
-    def box(self) -> tuple[Floats, Floats]:
-        """The lower and the upper corner (3,) in metres."""
-        return self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
-
-    @property
-    def longest(self) -> float:
-        """The longest side of the box (m)."""
-        return float((self.box[1] - self.box[0]).max())
-
-    @cached_property
     def outline(self) -> Floats:
         """All corners (n, 3) of the convex hull; of a flat mesh all its corners."""
         corners: Floats = self.triangles.reshape(-1, 3)
-        hull = _convex_hull(corners)
+        hull = Hull.around(corners)
         return corners if hull is None else hull.corners
 
     @cached_property
     def hull(self) -> Hull | None:
-        """The convex hull with at most ``MOST_CORNERS`` corners, or None if the mesh is flat."""
+        """The convex hull with at most ``MOST_CORNERS`` corners, or None if the mesh is flat.
+
+        Of more, these are the farthest in as many directions, on a spiral around the sphere.
+        """
+        import numpy as np
+
         corners = self.outline
-        return _convex_hull(corners if len(corners) <= MOST_CORNERS else _farthest(corners))
+        if len(corners) > MOST_CORNERS:
+            steps = np.arange(MOST_CORNERS) + 0.5
+            height, turn = 1 - 2 * steps / MOST_CORNERS, math.pi * (1 + math.sqrt(5)) * steps
+            radius = np.sqrt(1 - height**2)
+            directions = np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=1)
+            corners = corners[np.unique((directions @ corners.T).argmax(axis=1))]
+        return Hull.around(corners)
 
     @cached_property
     def surface(self) -> Any:
@@ -77,28 +89,6 @@ class LoadedMesh:
         surface = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
         surface.merge_vertices()
         return surface
-
-
-def _convex_hull(points: Floats) -> Hull | None:
-    from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
-
-    try:
-        hull = ConvexHull(points)
-    except (QhullError, ValueError):
-        return None
-    return Hull(hull.points[hull.vertices], hull.equations, float(hull.volume))
-
-
-def _farthest(corners: Floats) -> Floats:
-    """Return the corners (n, 3) that are farthest in one of many directions on a spiral around the sphere."""
-    import numpy as np
-
-    steps = np.arange(MOST_CORNERS) + 0.5
-    height = 1 - 2 * steps / MOST_CORNERS
-    radius, turn = np.sqrt(1 - height**2), math.pi * (1 + math.sqrt(5)) * steps
-    directions = np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=1)
-    farthest: Floats = corners[np.unique((directions @ corners.T).argmax(axis=1))]
-    return farthest
 
 
 class MeshShape(NamedTuple):
@@ -115,11 +105,10 @@ Meshes = Mapping[Mesh, LoadedMesh]  # those that could be read
 
 def mesh_shapes(case: Case) -> Iterator[MeshShape]:
     """Yield the shapes with meshes, in the order of the description."""
-    for link in case.robot.links:
-        for purpose in PURPOSES:
-            for number, shape in enumerate(getattr(link, purpose)):
-                if isinstance(shape.geometry, Mesh):
-                    yield MeshShape(link.name, purpose, number, shape.geometry)
+    for link, purpose in product(case.robot.links, PURPOSES):
+        for number, shape in enumerate(getattr(link, purpose)):
+            if isinstance(shape.geometry, Mesh):
+                yield MeshShape(link.name, purpose, number, shape.geometry)
 
 
 def read_meshes(
@@ -139,34 +128,12 @@ def read_meshes(
     return meshes, list(problems.values())
 
 
-class Primitive(NamedTuple):
-    """A primitive as MuJoCo has it: type, ``size``, and half the sides (m) of the box around it."""
-
-    type: str
-    size: list[float]
-    half: tuple[float, float, float]
-
-
-def primitive(geometry: Geometry) -> Primitive:
-    """Return a primitive geometry in the terms of MuJoCo."""
-    if isinstance(geometry, Box):
-        x, y, z = (side / 2 for side in geometry.size)
-        return Primitive("mjGEOM_BOX", [x, y, z], (x, y, z))
-    if isinstance(geometry, Sphere):
-        return Primitive("mjGEOM_SPHERE", [geometry.radius] * 3, (geometry.radius,) * 3)
-    if isinstance(geometry, Ellipsoid):
-        return Primitive("mjGEOM_ELLIPSOID", list(geometry.radii), geometry.radii)
-    if isinstance(geometry, (Cylinder, Capsule)):
-        radius, half = geometry.radius, geometry.length / 2
-        if isinstance(geometry, Cylinder):
-            return Primitive("mjGEOM_CYLINDER", [radius, half, radius], (radius, radius, half))
-        return Primitive("mjGEOM_CAPSULE", [radius, half, radius], (radius, radius, half + radius))
-    raise TypeError(f"{type(geometry).__name__} is not a primitive")
-
-
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A collision shape: its number in ``link.collision``, its place in its body, and its mesh, which is not flat."""
+    """A collision shape: its number in ``link.collision``, its place in its body, and its mesh, which is not flat.
+
+    ``type`` and ``size`` are those of MuJoCo's geom, ``half`` half the sides (m) of the box around a primitive.
+    """
 
     link: str
     number: int
@@ -178,6 +145,30 @@ class Solid:
     def hull(self) -> Hull | None:
         """The hull of the mesh, or None for a primitive."""
         return self.mesh.hull if self.mesh else None
+
+    @property
+    def type(self) -> str:
+        """The name of the type of the geom in MuJoCo."""
+        return f"mjGEOM_{type(self.shape.geometry).__name__.upper()}"
+
+    @property
+    def size(self) -> list[float]:
+        """The sizes of the geom of a primitive."""
+        geometry: Any = self.shape.geometry
+        if isinstance(geometry, Box):
+            return [side / 2 for side in geometry.size]
+        if isinstance(geometry, Ellipsoid):
+            return list(geometry.radii)
+        length = geometry.radius if isinstance(geometry, Sphere) else geometry.length / 2
+        return [geometry.radius, length, geometry.radius]
+
+    @property
+    def half(self) -> list[float]:
+        """Half the sides (m) of the box around a primitive."""
+        if isinstance(self.shape.geometry, (Box, Ellipsoid, Sphere)):
+            return self.size
+        radius, length, _ = self.size
+        return [radius, radius, length if isinstance(self.shape.geometry, Cylinder) else length + radius]
 
     @property
     def volume(self) -> float:
@@ -197,7 +188,7 @@ class Solid:
 
         local = (points - np.array(self.place.xyz)) @ np.array(self.place.rows)
         if exact and self.mesh is not None:
-            return np.asarray(winding(self.mesh.triangles, local) > 0.5)
+            return np.asarray(_winding(self.mesh.triangles, local) > 0.5)
         return self._contains(local)
 
     def _contains(self, points: Floats) -> Flags:
@@ -205,35 +196,30 @@ class Solid:
 
         if self.hull is not None:
             return np.asarray((points @ self.hull.planes[:, :3].T + self.hull.planes[:, 3] <= 0).all(axis=1))
-        geometry, half = self.shape.geometry, primitive(self.shape.geometry).half
-        if isinstance(geometry, Box):
+        half = self.half
+        if isinstance(self.shape.geometry, Box):
             return np.asarray((np.abs(points) <= half).all(axis=1))
-        if isinstance(geometry, (Sphere, Ellipsoid)):
+        if isinstance(self.shape.geometry, (Sphere, Ellipsoid)):
             return np.asarray(((points / half) ** 2).sum(axis=1) <= 1)
-        radius, _, length = half
-        across, along = (points[:, :2] ** 2).sum(axis=1), np.abs(points[:, 2])
-        if isinstance(geometry, Cylinder):
-            return np.asarray((across <= radius**2) & (along <= length))
-        return np.asarray(across + np.maximum(along - length + radius, 0) ** 2 <= radius**2)
+        radius, across, along = half[0], (points[:, :2] ** 2).sum(axis=1), np.abs(points[:, 2])
+        if isinstance(self.shape.geometry, Cylinder):
+            return np.asarray((across <= radius**2) & (along <= half[2]))
+        return np.asarray(across + np.maximum(along - half[2] + radius, 0) ** 2 <= radius**2)
 
     def corners(self) -> Floats:
         """Return corners (n, 3) around the solid in the frame of its body."""
         import numpy as np
 
         if self.mesh is not None:
-            return self.in_body(self.hull.corners if self.hull else np.array(self.mesh.box))
-        half = primitive(self.shape.geometry).half
-        return self.in_body(np.array(list(product(*((-side, side) for side in half)))))
+            return self.in_body(self.hull.corners if self.hull else self.mesh.triangles.reshape(-1, 3))
+        return self.in_body(np.array(list(product(*((-side, side) for side in self.half)))))
 
     def sample(self, count: int, generator: Any) -> Floats:
         """Return at most ``count`` random points (n, 3) inside the solid in the frame of its body."""
         import numpy as np
 
-        if self.hull is not None:
-            lower, upper = self.hull.corners.min(axis=0), self.hull.corners.max(axis=0)
-        else:
-            upper = np.array(primitive(self.shape.geometry).half)
-            lower = -upper
+        upper = np.array(self.half) if self.hull is None else self.hull.corners.max(axis=0)
+        lower = -upper if self.hull is None else self.hull.corners.min(axis=0)
         points = lower + generator.random((4 * count, 3)) * (upper - lower)
         return self.in_body(points[self._contains(points)][:count])
 
@@ -252,19 +238,18 @@ def solids_of(shapes: Sequence[Shape], link: str, place: Transform, meshes: Mesh
     """Return the shapes of a link that have a volume; ``place`` is the frame of the link in its body."""
     solids = []
     for number, shape in enumerate(shapes):
-        for solid in shape.solids():
-            mesh = None
-            if isinstance(solid.geometry, Mesh):
-                mesh = meshes.get(solid.geometry)
-                if mesh is None or mesh.hull is None or mesh.hull.volume < _SMALLEST**3:
-                    continue
-            elif not all(math.isfinite(size) and size > _SMALLEST for size in primitive(solid.geometry).size):
-                continue
-            solids.append(Solid(link, number, solid, place.then(solid.origin().transform()), mesh))
+        for piece in shape.solids():
+            mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
+            solid = Solid(link, number, piece, place.then(piece.origin().transform()), mesh)
+            if isinstance(piece.geometry, Mesh):
+                has_volume = solid.hull is not None and solid.volume >= _SMALLEST**3
+            else:
+                has_volume = all(math.isfinite(size) and size > _SMALLEST for size in solid.size)
+            solids += [solid] if has_volume else []
     return solids
 
 
-def winding(triangles: Floats, points: Floats) -> Floats:
+def _winding(triangles: Floats, points: Floats) -> Floats:
     """Return how often a surface of triangles (m, 3, 3) winds around points (n, 3): 1 inside a closed one, 0 outside.
 
     The sum of the solid angles (A. Van Oosterom, J. Strackee, 1983); a surface with holes gives something between

@@ -1,7 +1,7 @@
 """Scenarios: the robot holds its poses, drives, moves its joints over their ranges, and swings without damping.
 
-Each scenario starts again and returns numbers, which ``judging`` compares with limits. One that diverges has ``broken``
-and what was measured until then. ``curves`` are for the page.
+Each scenario starts again and returns numbers, which ``simulation`` compares with limits. One that diverges has
+``broken`` and what was measured until then. ``curves`` are for the page.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -62,20 +63,19 @@ class Result:
         except SimulationDiverged as problem:
             self.broken = Stop(str(problem), problem.time, problem.joint)
 
+    def values(self, name: str, unit: str) -> list[float]:
+        """Return the values of a curve so far."""
+        return next((curve.values for curve in self.curves if curve[:2] == (name, unit)), [])
+
     def add(self, time: float, unit: str, /, **values: float) -> None:
         """Append a sample of quantities of one unit to their curves, which are made at the first one."""
         for name, value in values.items():
-            curve = next((one for one in self.curves if (one.name, one.unit) == (name, unit)), None)
+            curve = next((one for one in self.curves if one[:2] == (name, unit)), None)
             if curve is None:
                 curve = Curve(name, unit, [], [])
                 self.curves.append(curve)
             curve.times.append(time)
             curve.values.append(value)
-
-    def last(self, name: str, unit: str, count: int) -> list[float]:
-        """Return the last values of a curve."""
-        found = next((curve.values for curve in self.curves if (curve.name, curve.unit) == (name, unit)), [])
-        return found[-max(1, count) :]
 
 
 @dataclass
@@ -84,8 +84,7 @@ class PoseTrial(Result):
 
     ``errors`` are the mean errors at the end (rad or m) by joint. ``drift`` (m) and ``turned`` (rad) are how far the
     base moved over the floor, ``leans`` (rad) how far it leans over, ``ripple`` (m) how much its height changes at the
-    end. ``touches`` are the links that touch there, ``stands_on`` those that touch the floor, ``above`` the wheels that
-    do not, by joint, with their height (m).
+    end. ``touches`` are the links that touch there, ``stands_on`` those that touch the floor.
     """
 
     pose: str
@@ -97,7 +96,6 @@ class PoseTrial(Result):
     ripple: float = 0.0
     touches: list[Touch] = field(default_factory=list)
     stands_on: list[str] = field(default_factory=list)
-    above: dict[str, float] = field(default_factory=dict)
 
     @property
     def worst(self) -> tuple[str, float] | None:
@@ -107,15 +105,14 @@ class PoseTrial(Result):
 
 @dataclass
 class Driven(Result):
-    """A command that was driven: ``asked`` and ``measured`` (m/s, rad/s), and the ripple of the height (m).
+    """A command that was driven, scaled to the limits of the wheels, and the velocity that was measured (m/s, rad/s).
 
-    ``asked`` is scaled to the limits of the wheels. ``off`` is the largest error of a commanded part of the velocity,
-    as a share of it; ``cross`` the largest part (m/s or rad/s) that was not commanded; ``touches`` are the links that
-    touch at the end.
+    ``off`` is the largest error of a commanded part of the velocity, as a share of it; ``cross`` the largest part (m/s
+    or rad/s) that was not commanded; ``ripple`` (m) the change of the height; ``touches`` the links that touch at last.
     """
 
     command: str
-    asked: Twist
+    commanded: Twist
     measured: Twist = field(default_factory=Twist)
     off: float = 0.0
     cross: float = 0.0
@@ -129,7 +126,7 @@ class End(NamedTuple):
     ``first_touch`` is the first contact on the way, ``touch_position`` the position of the joint then (rad or m).
     """
 
-    asked: float
+    target: float
     error: float
     touches: list[Touch]
     first_touch: Touch | None = None
@@ -156,35 +153,40 @@ class Swung(Result):
     lightest: str = ""
 
 
-@dataclass
-class Results:
+class Scenarios(NamedTuple):
     """The results of all scenarios of a robot."""
 
-    poses: list[PoseTrial] = field(default_factory=list)
-    drives: list[Driven] = field(default_factory=list)
-    sweeps: list[Swept] = field(default_factory=list)
-    swung: Swung | None = None
+    poses: tuple[PoseTrial, ...]
+    drive: tuple[Driven, ...]
+    ranges: tuple[Swept, ...]
+    energy: Swung | None
 
 
-def run_scenarios(world: World, seconds: float) -> Results:
+def run_scenarios(world: World, seconds: float) -> Scenarios:
     """Run all scenarios; each pose is held for ``seconds`` (at least twice ``LAST``)."""
-    results, poses = Results(), poses_of(world.robot)
-    home = poses[0][1]
-    commands = commands_of(world.robot) if world.robot.drive is not None and world.base == FREE else {}
-    joints = swept_joints(world)
-    total = len(poses) + len(commands) + len(joints) + 1
-    for number, (name, positions) in enumerate(poses):
-        Progress.step("simulating", number, total)
-        results.poses.append(hold(world, name, positions, seconds))
-    for number, (name, twist) in enumerate(commands.items(), len(poses)):
-        Progress.step("simulating", number, total)
-        results.drives.append(drive(world, home, name, twist))
-    for number, (joint, ends) in enumerate(joints, len(poses) + len(commands)):
-        Progress.step("simulating", number, total)
-        results.sweeps.append(sweep(world, home, joint, ends))
-    if single_joints(world.robot):
-        results.swung = swing(world, home)
-    return results
+    robot, poses, joints = world.robot, poses_of(world.robot), swept_joints(world)
+    home, commands = poses[0][1], dict[str, Twist]()
+    if robot.drive is not None and world.base == FREE:
+        others = {"turn": TURN}
+        if robot.driving.slides:
+            others = {"sideways": SIDEWAYS, "turn": TURN}
+        elif robot.driving.steering:
+            others = {"curve": CURVE}
+        commands = {"forward": FORWARD, **others}
+    done, total = 0, len(poses) + len(commands) + len(joints) + 1
+
+    def step(scenario: Callable[..., Any], *arguments: Any) -> Any:
+        nonlocal done
+        Progress.step("simulating", done, total)
+        done += 1
+        return scenario(world, *arguments)
+
+    return Scenarios(
+        tuple(step(hold, *pose, seconds) for pose in poses),
+        tuple(step(drive, home, *command) for command in commands.items()),
+        tuple(step(sweep, home, *joint) for joint in joints),
+        step(swing, home) if single_joints(robot) else None,
+    )
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
@@ -195,64 +197,51 @@ def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
 
 def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> PoseTrial:
     """Leave the robot to its actuators in a pose for some seconds."""
-    result, root, samples = PoseTrial(pose, positions), world.robot.root, round(LAST / world.sample)
+    result, root, robot = PoseTrial(pose, positions), world.robot.root, world.robot
     world.reset(positions)
-    held = {joint: world.robot.position(joint, positions) for joint in _held_joints(world)}
+    actuated = set(world.targets) - set(world.own)
+    held = [joint for joint in single_joints(robot) if actuated.intersection((joint.name, _leader(robot, joint).name))]
+    targets = {joint.name: robot.position(joint, positions) for joint in held}
     turn_before, place_before = world.place(root)
     with result.recording():
         for time in world.run(seconds):
-            for joint, target in held.items():
-                result.add(time, joint.unit, **{joint.name: world.position(joint.name) - target})
+            for joint in held:
+                result.add(time, joint.unit, **{joint.name: world.position(joint.name) - targets[joint.name]})
             if world.base == FREE:
                 result.add(time, "m", height=float(world.place(root)[1][2]))
+    samples = max(1, round(LAST / world.sample))
     for joint in held:
-        tail = result.last(joint.name, joint.unit, samples)
-        if tail:
+        if tail := result.values(joint.name, joint.unit)[-samples:]:
             result.errors[joint.name] = abs(sum(tail) / len(tail))
     if result.broken is None:
         result.touches, result.stands_on = world.touches(), world.stands_on()
-        result.above = world.above_floor()
     if result.broken is None and world.base == FREE:
         turn, place = world.place(root)
         result.drift = math.hypot(*(place - place_before)[:2])
         result.turned = abs(math.remainder(_yaw(turn) - _yaw(turn_before), math.tau))
         result.leans = math.acos(max(-1.0, min(1.0, float(turn_before[2] @ turn[2]))))
-        height = result.last("height", "m", samples)
+        height = result.values("height", "m")[-samples:]
         result.ripple = max(height) - min(height)
     return result
 
 
-def _held_joints(world: World) -> list[Joint]:
-    """Return the joints that an actuator of the robot holds, or that follow such a joint."""
-    held = set(world.targets) - set(world.own)
-    joints = []
-    for joint in single_joints(world.robot):
-        leader = joint
-        while leader.mimic is not None:
-            leader = world.robot.joint[leader.mimic.joint]
-        if leader.name in held or joint.name in held:
-            joints.append(joint)
-    return joints
+def _leader(robot: Robot, joint: Joint) -> Joint:
+    while joint.mimic is not None:
+        joint = robot.joint[joint.mimic.joint]
+    return joint
 
 
 def _yaw(turn: Any) -> float:
     return math.atan2(turn[1][0], turn[0][0])
 
 
-def commands_of(robot: Robot) -> dict[str, Twist]:
-    """Return the commands that the drive of a robot can follow, by name."""
-    if robot.driving.slides:
-        return {"forward": FORWARD, "sideways": SIDEWAYS, "turn": TURN}
-    return {"forward": FORWARD, "curve": CURVE} if robot.driving.steering else {"forward": FORWARD, "turn": TURN}
-
-
-def drive(world: World, positions: Mapping[str, float], command: str, asked: Twist) -> Driven:
+def drive(world: World, positions: Mapping[str, float], command: str, twist: Twist) -> Driven:
     """Drive a command from a pose: half a second to get to speed, a second to settle, and one that counts."""
     driving = world.robot.driving
-    scale = _scale(world, asked)
-    asked = Twist(*(scale * part for part in asked))
-    result, angles = Driven(command, asked), driving.angles(asked)
-    speeds, centre = driving.speeds(asked, angles), (*driving.centre, 0.0)
+    scale = _scale(world, twist)
+    twist = Twist(*(scale * part for part in twist))
+    result, angles = Driven(command, twist), driving.angles(twist)
+    speeds, centre = driving.speeds(twist, angles), (*driving.centre, 0.0)
     world.reset({**positions, **angles})
     states: list[tuple[float, ...]] = []  # time, x, y, yaw of the centre of the drive
 
@@ -280,26 +269,26 @@ def drive(world: World, positions: Mapping[str, float], command: str, asked: Twi
         count = max(1, round(DRIVING / 2 / world.sample))
         last = [_velocity(*pair) for pair in pairwise(states)][-count:]
         result.measured = Twist(*(sum(parts) / len(last) for parts in zip(*last, strict=True)))
-        parts = list(zip(result.measured, asked, strict=True))
+        parts = list(zip(result.measured, twist, strict=True))
         result.off = max(abs(part - aim) / abs(aim) for part, aim in parts if aim)
         result.cross = max((abs(part) for part, aim in parts if not aim), default=0.0)
-        heights = result.last("height", "m", count)
+        heights = result.values("height", "m")[-count:]
         result.ripple, result.touches = max(heights) - min(heights), world.touches()
     return result
 
 
-def _velocity(one: Sequence[float], other: Sequence[float]) -> Twist:
+def _velocity(before: Sequence[float], after: Sequence[float]) -> Twist:
     """Return the velocity in the axes of the base between two states of time (s), x, y (m) and yaw (rad)."""
-    seconds, turned = other[0] - one[0], math.remainder(other[3] - one[3], math.tau)
-    x, y, middle = other[1] - one[1], other[2] - one[2], one[3] + turned / 2
+    seconds, turned = after[0] - before[0], math.remainder(after[3] - before[3], math.tau)
+    x, y, middle = after[1] - before[1], after[2] - before[2], before[3] + turned / 2
     cosine, sine = math.cos(middle), math.sin(middle)
     return Twist((cosine * x + sine * y) / seconds, (cosine * y - sine * x) / seconds, turned / seconds)
 
 
-def _scale(world: World, asked: Twist) -> float:
+def _scale(world: World, twist: Twist) -> float:
     """Return the share of a command (0 to 1) that the limits of the wheels allow."""
     scale = 1.0
-    for name, speed in world.robot.driving.speeds(asked).items():
+    for name, speed in world.robot.driving.speeds(twist).items():
         servo, limit = world.servo(name, VELOCITY), world.robot.joint[name].limit
         ends = (servo.targets() if servo else None) or ()
         known = [one for one in (*map(abs, ends), limit.known("velocity") if limit else None) if one]
@@ -327,18 +316,23 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
     """Move a joint from a pose to its lower end, and from there to its upper one."""
-    result = Swept(joint.name)
+    result, clock = Swept(joint.name), 0.0
+    velocity = joint.limit.known("velocity") if joint.limit else None
+    speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
-    at_start = {one.links for one in world.touches()}
-    here, clock = world.position(joint.name), 0.0
+    at_start, here = {one.links for one in world.touches()}, world.position(joint.name)
+
+    def move(start: float, end: float, seconds: float, now: float) -> None:
+        world.hold(joint.name, start + (end - start) * min(1.0, now / seconds))
+
     with result.recording():
         for end in ends:
-            seconds = _seconds(joint, abs(end - here))
+            seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
             errors: deque[float] = deque(maxlen=max(1, round(LAST / world.sample / 2)))
             first, first_position, before = None, 0.0, at_start | {one.links for one in world.touches()}
-            for time in world.run(seconds + _AT_END, _moving(world, joint.name, here, end, seconds)):
+            for time in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
                 now, touches = world.position(joint.name), world.touches()
-                result.add(clock + time, joint.unit, **{joint.name: now, "asked for": world.targets[joint.name]})
+                result.add(clock + time, joint.unit, **{joint.name: now, "target": world.targets[joint.name]})
                 errors.append(abs(now - end))
                 fresh = [one for one in touches if one.links not in before]
                 if fresh and first is None:
@@ -347,17 +341,6 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
             result.ends.append(End(end, sum(errors) / len(errors), left, first, first_position))
             clock, here = clock + seconds + _AT_END, end
     return result
-
-
-def _moving(world: World, joint: str, start: float, end: float, seconds: float) -> Callable[[float], None]:
-    return lambda now: world.hold(joint, start + (end - start) * min(1.0, now / seconds))
-
-
-def _seconds(joint: Joint, way: float) -> float:
-    """Return how long a joint is moved over a way (rad or m)."""
-    velocity = joint.limit.known("velocity") if joint.limit else None
-    speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
-    return min(_LONGEST, max(_SHORTEST, way / speed))
 
 
 def swing(world: World, positions: Mapping[str, float]) -> Swung:

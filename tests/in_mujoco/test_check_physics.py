@@ -108,7 +108,7 @@ def test_an_error_is_not_accepted(home: Path, capsys: Shown) -> None:
     path = home / "descriptions/bad/robot.yaml"
     path.write_text(path.read_text() + "accept: [{rule: explodes-at-rest, reason: why not}]\n")
     assert main(["check", "physics"]) == 1
-    assert "error[explodes-at-rest]" in capsys.readouterr().err
+    assert "error[accept-refused]" in capsys.readouterr().err
 
 
 def test_a_robot_in_another_format_is_checked(home: Path, capsys: Shown) -> None:

@@ -57,7 +57,7 @@ class Contacts(Bodies):
     def __init__(self, planning: Planning, meshes: Meshes, excluded: Iterable[Pair] = ()) -> None:
         links = sorted(planning.solids)
         solids = {name: solids_of(planning.solids[name], name, Transform(), meshes) for name in links}
-        super().__init__(planning.robot, solids, lambda mesh: mesh.outline, excluded)
+        super().__init__(planning.robot, solids, excluded)
         self.model.geom_margin[:] = TOUCH
         self.geoms: dict[str, list[int]] = {name: [] for name in links}
         for geom, solid in enumerate(self.solids):

@@ -39,7 +39,7 @@ RULES = (
     ),
     Rule(
         "part-inside-part",
-        "A warning: a part is inside another one with most of its volume, or a wheel of the drive with half of it.",
+        "A warning: a part is inside another one with most of its volume.",
         "Check `xyz` of the joint and of the shape; a pair that is meant goes under `disabled_contacts`.",
         PHYSICS,
     ),
@@ -75,7 +75,6 @@ RULES = (
 ZERO = ""  # the name of the state in which every joint is at zero
 MOST_INSIDE = 0.9  # of its volume: no bearing and no cover holds a part like that
 CORNER = 0.2  # of its volume: less is a corner at a joint
-WHEEL_INSIDE = 0.5  # of the volume of a wheel of the drive: a wheel turns beside the body
 SHOWN = 5  # names in a note
 STEP, MOST_STEPS = math.radians(5), 72  # of a hinge
 SLIDE_STEPS = 24
@@ -126,8 +125,7 @@ def note(
 
 def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -> Iterator[Diagnostic]:
     """Yield diagnostics for parts that overlap at rest; ``always`` are the pairs that overlap in every position."""
-    drive, warnings, limiting = case.robot.drive, list[tuple[float, Diagnostic]](), dict[Joint, None]()
-    wheels = {case.robot.joint[name].child for name in drive.wheels} if drive else set()
+    warnings, limiting = list[tuple[float, Diagnostic]](), dict[Joint, None]()
     summed_up: dict[str, list[tuple[float, Member]]] = {"design": [], "hulls": [], "beyond": []}
     for pair in dict.fromkeys(pair for state in states for pair in state.overlaps):
         where = [state for state in states if pair in state.overlaps]
@@ -137,16 +135,13 @@ def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Se
         share = scene.share(small, large, at)
         chains = [set(scene.robot.chain(link)) for link in pair]
         limits = [joint for joint in scene.robot.joints if joint in chains[0] ^ chains[1] and nearest_to_zero(joint)]
-        is_inside = share >= MOST_INSIDE and scene.share(small, large, at, exact=True) >= MOST_INSIDE
         kind = ""
         if [state.name for state in where] == [ZERO] and limits:
             kind = "beyond"
             limiting |= dict.fromkeys(limits)
-        elif is_inside or (share >= WHEEL_INSIDE and small in wheels):
+        elif share >= MOST_INSIDE and scene.share(small, large, at, exact=True) >= MOST_INSIDE:
             outer, inner = overlap.solids if overlap.solids[1].link == small else overlap.solids[::-1]
-            what = (
-                f'{"link" if is_inside else "wheel"} "{small}" is inside link "{large}" with {share:.0%} of its volume'
-            )
+            what = f'link "{small}" is inside link "{large}" with {share:.0%} of its volume'
             warnings.append((overlap.depth, _overlap(case, scene, "part-inside-part", what, where, inner, outer)))
         elif pair in always or (scene.joint_of(pair) is not None and share < CORNER):
             kind = "design"
@@ -283,23 +278,16 @@ def sweep(scene: Scene, states: Sequence[State], tick: Callable[[], None]) -> tu
     for state in states:
         for joint, lower, upper in joints:
             steps = max(2, round(factor * counts[joint]))
-            positions = [lower + (upper - lower) * index / steps for index in range(steps + 1)]
-            overlaps = _overlaps_on_the_way(scene, state, joint, positions)
+            every = [lower + (upper - lower) * index / steps for index in range(steps + 1)]
+            start = state.positions.get(joint.name, 0.0)  # a start outside the range is left at once
+            positions = [p for p in reversed(every) if p < start] + [p for p in every if p > start]
+            rows = scene.rows([{**state.positions, joint.name: position} for position in positions])
+            overlaps = dict(zip(positions, map(scene.overlaps_at, rows), strict=True))
             always = always.intersection(*overlaps.values())
             for meeting in _meetings(scene, state, joint, overlaps):
                 meetings.setdefault((joint.name, meeting.pair), meeting)
             tick()
     return list(meetings.values()), always
-
-
-def _overlaps_on_the_way(
-    scene: Scene, state: State, joint: Joint, positions: Sequence[float]
-) -> dict[float, dict[Pair, Overlap]]:
-    """Return the overlaps at each position of a joint but that of the state, from there to each end."""
-    start = state.positions.get(joint.name, 0.0)
-    positions = [p for p in reversed(positions) if p < start] + [p for p in positions if p > start]
-    rows = scene.rows([{**state.positions, joint.name: position} for position in positions])
-    return dict(zip(positions, map(scene.overlaps_at, rows), strict=True))
 
 
 def _meetings(

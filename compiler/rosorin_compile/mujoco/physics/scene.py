@@ -6,14 +6,14 @@ neighbours it lets collide. Meshes are their convex hulls, as simulators take th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Joint, Robot, Transform
 
-from .solids import SAMPLES, LoadedMesh, Meshes, Solid, solids_of
+from .solids import SAMPLES, Meshes, Solid, solids_of
 
 if TYPE_CHECKING:
     from .solids import Floats
@@ -40,10 +40,9 @@ class Bodies:
         self,
         robot: Robot,
         solids: Mapping[str, Sequence[Solid]],
-        corners: Callable[[LoadedMesh], Floats],
         excluded: Iterable[Pair] = (),
     ) -> None:
-        """Build the bodies of ``solids`` by link; ``corners`` are those of a mesh, ``excluded`` pairs never touch."""
+        """Build the bodies of ``solids`` by link; ``excluded`` pairs never touch."""
         self.mujoco = mujoco = import_module("mujoco")
         self.robot = robot
         self.kinematics = replace(robot, edges=()).kinematics  # by the joints alone
@@ -57,11 +56,12 @@ class Bodies:
             for solid in solids[name]:
                 values: dict[str, Any] = {"pos": solid.place.xyz, "quat": solid.place.quaternion()}
                 if solid.mesh is not None:
-                    mesh = spec.add_mesh(name=str(len(spec.meshes)), uservert=corners(solid.mesh).ravel())
+                    mesh = spec.add_mesh(name=str(len(spec.meshes)), uservert=solid.hull.vertices.ravel())
                     values["meshname"] = mesh.name
                 else:
                     values["size"] = solid.size
-                body.add_geom(type=getattr(mujoco.mjtGeom, solid.type), **values)
+                kind = f"mjGEOM_{type(solid.shape.geometry).__name__.upper()}"
+                body.add_geom(type=getattr(mujoco.mjtGeom, kind), **values)
         for pair in excluded:
             if solids.keys() >= set(pair):
                 spec.add_exclude(bodyname1=f"link {pair[0]}", bodyname2=f"link {pair[1]}")
@@ -145,7 +145,7 @@ class Scene(Bodies):
                 if joint is not None:
                     self.joint_between[frozenset((self.top[joint.parent], link.name))] = joint
             bodies[self.top[link.name]] += solids_of(link.collision, link.name, places[link.name], meshes)
-        super().__init__(robot, bodies, lambda mesh: mesh.hull.corners if mesh.hull else mesh.outline)
+        super().__init__(robot, bodies)
         self.disabled = {frozenset(pair) for pair in robot.disabled_contacts}
         self._points: dict[str, Floats] = {}
 
@@ -174,7 +174,7 @@ class Scene(Bodies):
 
     def by_volume(self, pair: Pair) -> tuple[str, str]:
         """Return the two links, the one with less volume first."""
-        small, large = sorted(pair, key=lambda name: sum(solid.volume for solid in self.solids_of(name)))
+        small, large = sorted(pair, key=lambda name: sum(solid.hull.volume for solid in self.solids_of(name)))
         return small, large
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
@@ -186,8 +186,8 @@ class Scene(Bodies):
 
         inner, outer = self.solids_of(small), self.solids_of(large)
         if small not in self._points:
-            generator, volume = np.random.default_rng(1), sum(solid.volume for solid in inner) or 1.0
-            counts = [max(8, round(SAMPLES * solid.volume / volume)) for solid in inner]
+            generator, volume = np.random.default_rng(1), sum(solid.hull.volume for solid in inner) or 1.0
+            counts = [max(8, round(SAMPLES * solid.hull.volume / volume)) for solid in inner]
             samples = [solid.sample(count, generator) for solid, count in zip(inner, counts, strict=True)]
             self._points[small] = np.concatenate(samples)
         self.put(self.rows([positions])[0])

@@ -10,7 +10,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.model import Box, Cylinder, Ellipsoid, Mesh, Shape, Sphere, Transform
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Transform
 from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -20,75 +20,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
-    Flags = NDArray[np.bool_]
 
-PURPOSES = ("collision", "visual")
-MOST_CORNERS = 250  # of a hull: more make collisions slow, and the hull not half a per cent larger
 SAMPLES = 600  # points that fill a link
 _ON_SURFACE = 4_000  # points on the surface of a mesh
 _SMALLEST = 1e-6  # m: a smaller shape is a point
-
-
-class Hull(NamedTuple):
-    """A convex body: ``corners`` (n, 3) in metres and ``planes`` (m, 4), of which all are below zero inside."""
-
-    corners: Floats
-    planes: Floats
-    volume: float
-
-    @classmethod
-    def around(cls, points: Floats) -> Hull | None:
-        """Return the convex hull of points (n, 3), or None if they are in one plane."""
-        from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
-
-        try:
-            hull = ConvexHull(points)
-        except (QhullError, ValueError):
-            return None
-        return cls(hull.points[hull.vertices], hull.equations, float(hull.volume))
-
-
-@dataclass(frozen=True, eq=False)
-class LoadedMesh:
-    """A mesh file with its scale applied: ``triangles`` (n, 3, 3) in metres."""
-
-    file: str
-    triangles: Floats
-
-    @cached_property
-    def outline(self) -> Floats:
-        """All corners (n, 3) of the convex hull; of a flat mesh all its corners."""
-        corners: Floats = self.triangles.reshape(-1, 3)
-        hull = Hull.around(corners)
-        return corners if hull is None else hull.corners
-
-    @cached_property
-    def hull(self) -> Hull | None:
-        """The convex hull with at most ``MOST_CORNERS`` corners, or None if the mesh is flat.
-
-        Of more, these are the farthest in as many directions, on a spiral around the sphere.
-        """
-        import numpy as np
-
-        corners = self.outline
-        if len(corners) > MOST_CORNERS:
-            steps = np.arange(MOST_CORNERS) + 0.5
-            height, turn = 1 - 2 * steps / MOST_CORNERS, math.pi * (1 + math.sqrt(5)) * steps
-            radius = np.sqrt(1 - height**2)
-            directions = np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=1)
-            corners = corners[np.unique((directions @ corners.T).argmax(axis=1))]
-        return Hull.around(corners)
-
-    @cached_property
-    def surface(self) -> Any:
-        """A ``trimesh.Trimesh`` with equal corners merged."""
-        import numpy as np
-        import trimesh
-
-        corners = self.triangles.reshape(-1, 3)
-        surface = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
-        surface.merge_vertices()
-        return surface
 
 
 class MeshShape(NamedTuple):
@@ -100,12 +35,12 @@ class MeshShape(NamedTuple):
     mesh: Mesh
 
 
-Meshes = Mapping[Mesh, LoadedMesh]  # those that could be read
+Meshes = Mapping[Mesh, Any]  # those that could be read, as ``trimesh.Trimesh`` in metres, with equal corners merged
 
 
 def mesh_shapes(case: Case) -> Iterator[MeshShape]:
     """Yield the shapes with meshes, in the order of the description."""
-    for link, purpose in product(case.robot.links, PURPOSES):
+    for link, purpose in product(case.robot.links, ("collision", "visual")):
         for number, shape in enumerate(getattr(link, purpose)):
             if isinstance(shape.geometry, Mesh):
                 yield MeshShape(link.name, purpose, number, shape.geometry)
@@ -115,7 +50,10 @@ def read_meshes(
     case: Case, shapes: Sequence[MeshShape], files: Mapping[str, Path], tick: Callable[[], None] = lambda: None
 ) -> tuple[Meshes, list[Diagnostic]]:
     """Read the meshes of shapes; return them with a warning for each that cannot be read. Calls ``tick`` per shape."""
-    meshes: dict[Mesh, LoadedMesh] = {}
+    import numpy as np
+    import trimesh
+
+    meshes: dict[Mesh, Any] = {}
     problems: dict[Mesh, Diagnostic] = {}
     for shape in shapes:
         if shape.mesh not in meshes and shape.mesh not in problems:
@@ -123,57 +61,64 @@ def read_meshes(
             if isinstance(found, Diagnostic):
                 problems[shape.mesh] = found
             else:
-                meshes[shape.mesh] = LoadedMesh(shape.mesh.file, found.triangles)
+                corners = found.triangles.reshape(-1, 3)
+                mesh = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+                mesh.merge_vertices()
+                meshes[shape.mesh] = mesh
         tick()
     return meshes, list(problems.values())
 
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A collision shape: its number in ``link.collision``, its place in its body, and its mesh, which is not flat.
+    """A collision shape: its number in ``link.collision``, its place in its body, and its ``trimesh.Trimesh``, if any.
 
-    ``type`` and ``size`` are those of MuJoCo's geom, ``half`` half the sides (m) of the box around a primitive.
+    A primitive is a polyhedron where points are concerned, and itself in MuJoCo.
     """
 
     link: str
     number: int
     shape: Shape
     place: Transform
-    mesh: LoadedMesh | None = None
-
-    @property
-    def hull(self) -> Hull | None:
-        """The hull of the mesh, or None for a primitive."""
-        return self.mesh.hull if self.mesh else None
-
-    @property
-    def type(self) -> str:
-        """The name of the type of the geom in MuJoCo."""
-        return f"mjGEOM_{type(self.shape.geometry).__name__.upper()}"
+    mesh: Any = None
 
     @property
     def size(self) -> list[float]:
-        """The sizes of the geom of a primitive."""
+        """The sizes of the geom of a primitive in MuJoCo."""
         geometry: Any = self.shape.geometry
         if isinstance(geometry, Box):
             return [side / 2 for side in geometry.size]
         if isinstance(geometry, Ellipsoid):
             return list(geometry.radii)
-        length = geometry.radius if isinstance(geometry, Sphere) else geometry.length / 2
-        return [geometry.radius, length, geometry.radius]
+        is_long = isinstance(geometry, (Cylinder, Capsule))
+        return [geometry.radius, geometry.length / 2 if is_long else geometry.radius, geometry.radius]
+
+    @cached_property
+    def hull(self) -> Any:
+        """The convex hull as a ``trimesh.Trimesh`` in the frame of the shape, or None for a flat mesh."""
+        import trimesh
+        from scipy.spatial import QhullError  # type: ignore[import-untyped,unused-ignore]
+
+        geometry: Any = self.shape.geometry
+        if isinstance(geometry, Mesh):
+            try:
+                return self.mesh.convex_hull
+            except (QhullError, ValueError):
+                return None
+        if isinstance(geometry, Box):
+            return trimesh.creation.box(geometry.size)
+        if isinstance(geometry, Cylinder):
+            return trimesh.creation.cylinder(geometry.radius, geometry.length)
+        if isinstance(geometry, Capsule):
+            return trimesh.creation.capsule(geometry.length, geometry.radius)
+        return trimesh.creation.icosphere(3).apply_scale(self.size)
 
     @property
-    def half(self) -> list[float]:
-        """Half the sides (m) of the box around a primitive."""
-        if isinstance(self.shape.geometry, (Box, Ellipsoid, Sphere)):
-            return self.size
-        radius, length, _ = self.size
-        return [radius, radius, length if isinstance(self.shape.geometry, Cylinder) else length + radius]
-
-    @property
-    def volume(self) -> float:
-        """The volume in m^3, of a mesh that of its hull."""
-        return self.hull.volume if self.hull else self.shape.volume
+    def is_body(self) -> bool:
+        """Whether it has a volume."""
+        if isinstance(self.shape.geometry, Mesh):
+            return self.mesh is not None and self.hull is not None and self.hull.volume >= _SMALLEST**3
+        return all(math.isfinite(size) and size > _SMALLEST for size in self.size)
 
     def in_body(self, points: Floats) -> Floats:
         """Transform points (n, 3) from the frame of the shape to that of its body."""
@@ -182,46 +127,22 @@ class Solid:
         placed: Floats = points @ np.array(self.place.rows).T + np.array(self.place.xyz)
         return placed
 
-    def contains(self, points: Floats, exact: bool = False) -> Flags:
+    def contains(self, points: Floats, exact: bool = False) -> Any:
         """Return which points (n, 3) in the frame of the body are inside; ``exact``: in the mesh, not in its hull."""
         import numpy as np
 
         local = (points - np.array(self.place.xyz)) @ np.array(self.place.rows)
-        if exact and self.mesh is not None:
-            return np.asarray(_winding(self.mesh.triangles, local) > 0.5)
-        return self._contains(local)
+        return _winding(self.mesh.triangles, local) > 0.5 if exact and self.mesh is not None else self._in_hull(local)
 
-    def _contains(self, points: Floats) -> Flags:
-        import numpy as np
-
-        if self.hull is not None:
-            return np.asarray((points @ self.hull.planes[:, :3].T + self.hull.planes[:, 3] <= 0).all(axis=1))
-        half = self.half
-        if isinstance(self.shape.geometry, Box):
-            return np.asarray((np.abs(points) <= half).all(axis=1))
-        if isinstance(self.shape.geometry, (Sphere, Ellipsoid)):
-            return np.asarray(((points / half) ** 2).sum(axis=1) <= 1)
-        radius, across, along = half[0], (points[:, :2] ** 2).sum(axis=1), np.abs(points[:, 2])
-        if isinstance(self.shape.geometry, Cylinder):
-            return np.asarray((across <= radius**2) & (along <= half[2]))
-        return np.asarray(across + np.maximum(along - half[2] + radius, 0) ** 2 <= radius**2)
-
-    def corners(self) -> Floats:
-        """Return corners (n, 3) around the solid in the frame of its body."""
-        import numpy as np
-
-        if self.mesh is not None:
-            return self.in_body(self.hull.corners if self.hull else self.mesh.triangles.reshape(-1, 3))
-        return self.in_body(np.array(list(product(*((-side, side) for side in self.half)))))
+    def _in_hull(self, points: Floats) -> Any:
+        normals = self.hull.face_normals
+        return (points @ normals.T <= (normals * self.hull.triangles[:, 0]).sum(axis=1)).all(axis=1)
 
     def sample(self, count: int, generator: Any) -> Floats:
         """Return at most ``count`` random points (n, 3) inside the solid in the frame of its body."""
-        import numpy as np
-
-        upper = np.array(self.half) if self.hull is None else self.hull.corners.max(axis=0)
-        lower = -upper if self.hull is None else self.hull.corners.min(axis=0)
+        lower, upper = self.hull.bounds
         points = lower + generator.random((4 * count, 3)) * (upper - lower)
-        return self.in_body(points[self._contains(points)][:count])
+        return self.in_body(points[self._in_hull(points)][:count])
 
     def surface(self) -> Floats:
         """Return points (n, 3) on the mesh in the frame of its body; of a primitive, points that fill it."""
@@ -229,8 +150,7 @@ class Solid:
 
         if self.mesh is None:
             return self.sample(SAMPLES, np.random.default_rng(2))
-        triangles = self.mesh.triangles
-        points = np.concatenate([triangles.mean(axis=1), triangles.reshape(-1, 3)])
+        points = np.concatenate([self.mesh.triangles_center, self.mesh.triangles.reshape(-1, 3)])
         return self.in_body(points[:: 1 + len(points) // _ON_SURFACE])
 
 
@@ -240,13 +160,8 @@ def solids_of(shapes: Sequence[Shape], link: str, place: Transform, meshes: Mesh
     for number, shape in enumerate(shapes):
         for piece in shape.solids():
             mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
-            solid = Solid(link, number, piece, place.then(piece.origin().transform()), mesh)
-            if isinstance(piece.geometry, Mesh):
-                has_volume = solid.hull is not None and solid.volume >= _SMALLEST**3
-            else:
-                has_volume = all(math.isfinite(size) and size > _SMALLEST for size in solid.size)
-            solids += [solid] if has_volume else []
-    return solids
+            solids.append(Solid(link, number, piece, place.then(piece.origin().transform()), mesh))
+    return [solid for solid in solids if solid.is_body]
 
 
 def _winding(triangles: Floats, points: Floats) -> Floats:

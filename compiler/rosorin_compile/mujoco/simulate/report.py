@@ -1,26 +1,17 @@
-"""Render the result of a simulation as tables of text, and as one self-contained page with plots."""
+"""Render the result of a simulation as tables of text."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.templating import Templates
 from rosorin_compile.source.diagnostics import counted, listed
 
 from .world import FREE
 
 if TYPE_CHECKING:
-    from .scenarios import Curve
     from .simulation import Simulated
 
     Table = list[tuple[str, ...]]
-
-# A palette for colour-blind people (Okabe and Ito, 2008).
-_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c8c8c")
-_LEFT, _RIGHT, _TOP, _BOTTOM = 50.0, 335.0, 10.0, 150.0
-_POINTS = 300  # of a curve: more than a figure has columns
 
 
 def tables(result: Simulated) -> dict[str, Table]:
@@ -83,44 +74,3 @@ def summary(result: Simulated) -> str:
     """Return the number of scenarios of each kind."""
     counts = {"pose": len(result.poses), "drive command": len(result.drive), "range": len(result.ranges)}
     return ", ".join(counted(count, word) for word, count in counts.items() if count)
-
-
-def page(result: Simulated) -> str:
-    """Return a page of HTML with the tables, the diagnostics and plots. It refers to no other file."""
-    kinds = (
-        ("poses: error of the joints, height of the base", [(one.pose, one.curves) for one in result.poses]),
-        ("drive: velocity and height of the base", [(one.command, one.curves) for one in result.drive]),
-        ("ranges: position of the joint", [(one.joint, one.curves) for one in result.ranges]),
-        ("energy", [("without damping", result.energy.curves)] if result.energy else []),
-    )
-    groups = [(title, [one for name, curves in each for one in _figures(name, curves)]) for title, each in kinds]
-    values = {
-        "name": result.robot,
-        "about": about(result),
-        "findings": result.diagnostics,
-        "tables": tables(result).items(),
-        "groups": [(title, figures) for title, figures in groups if figures],
-    }
-    return Templates().own("mujoco/simulation.html.jinja", values)
-
-
-def _figures(title: str, curves: Sequence[Curve]) -> Iterator[dict[str, Any]]:
-    """Yield one figure for the curves of each unit that change most; the height of the base has its own."""
-
-    def kind(curve: Curve) -> tuple[bool, str]:
-        return curve.name == "height", curve.unit
-
-    for (is_height, unit), group in groupby(sorted(curves, key=kind), kind):
-        shown = sorted(group, key=lambda curve: min(curve.values) - max(curve.values))[: len(_COLOURS)]
-        low, high = min(min(curve.values) for curve in shown), max(max(curve.values) for curve in shown)
-        middle, end = (low + high) / 2, shown[0].times[-1]
-        half = max((high - low) / 2, 1e-6, 1e-3 * abs(middle))
-        lines = []
-        for curve, colour in zip(shown, _COLOURS, strict=False):
-            samples = list(zip(curve.times, curve.values, strict=True))[:: max(1, len(curve.times) // _POINTS)]
-            x = (_LEFT + (_RIGHT - _LEFT) * time / end for time, _ in samples)
-            y = (_BOTTOM - (_BOTTOM - _TOP) * (value - middle + half) / (2 * half) for _, value in samples)
-            points = " ".join(f"{across:.1f},{down:.1f}" for across, down in zip(x, y, strict=True))
-            lines.append({"name": curve.name, "colour": colour, "points": points})
-        ends = {"low": f"{middle - half:.2g}", "high": f"{middle + half:.2g}", "end": f"{end:.3g}"}
-        yield {"title": f"{title}, height" if is_height else title, "unit": unit, "lines": lines, **ends}

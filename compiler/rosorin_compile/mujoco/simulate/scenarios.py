@@ -1,7 +1,7 @@
 """Scenarios: the robot holds its poses, drives, moves its joints over their ranges, and swings without damping.
 
 Each scenario starts again and returns numbers, which ``simulation`` compares with limits. One that diverges has
-``broken`` and what was measured until then. ``curves`` are for the page.
+``broken``, and no numbers.
 """
 
 from __future__ import annotations
@@ -31,15 +31,6 @@ _SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s at most, and half of the 
 _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, and there
 
 
-class Curve(NamedTuple):
-    """A quantity over time: its name, the unit of its values, times (s) and values."""
-
-    name: str
-    unit: str
-    times: list[float]
-    values: list[float]
-
-
 class Stop(NamedTuple):
     """How a scenario ended early: why, when (s), and which joint diverged first, if that is known."""
 
@@ -50,10 +41,9 @@ class Stop(NamedTuple):
 
 @dataclass
 class Result:
-    """What all scenarios have: how it ended early, and the curves."""
+    """What all scenarios have: how it ended early, or None."""
 
     broken: Stop | None = field(default=None, kw_only=True)
-    curves: list[Curve] = field(default_factory=list, repr=False, kw_only=True)
 
     @contextmanager
     def recording(self) -> Iterator[None]:
@@ -62,20 +52,6 @@ class Result:
             yield
         except SimulationDiverged as problem:
             self.broken = Stop(str(problem), problem.time, problem.joint)
-
-    def values(self, name: str, unit: str) -> list[float]:
-        """Return the values of a curve so far."""
-        return next((curve.values for curve in self.curves if curve[:2] == (name, unit)), [])
-
-    def add(self, time: float, unit: str, /, **values: float) -> None:
-        """Append a sample of quantities of one unit to their curves, which are made at the first one."""
-        for name, value in values.items():
-            curve = next((one for one in self.curves if one[:2] == (name, unit)), None)
-            if curve is None:
-                curve = Curve(name, unit, [], [])
-                self.curves.append(curve)
-            curve.times.append(time)
-            curve.values.append(value)
 
 
 @dataclass
@@ -108,7 +84,7 @@ class Driven(Result):
     """A command that was driven, scaled to the limits of the wheels, and the velocity that was measured (m/s, rad/s).
 
     ``off`` is the largest error of a commanded part of the velocity, as a share of it; ``cross`` the largest part (m/s
-    or rad/s) that was not commanded; ``ripple`` (m) the change of the height; ``touches`` the links that touch at last.
+    or rad/s) that was not commanded; ``ripple`` (m) the change of the height.
     """
 
     command: str
@@ -117,7 +93,6 @@ class Driven(Result):
     off: float = 0.0
     cross: float = 0.0
     ripple: float = 0.0
-    touches: list[Touch] = field(default_factory=list)
 
 
 class End(NamedTuple):
@@ -203,25 +178,22 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
     held = [joint for joint in single_joints(robot) if actuated.intersection((joint.name, _leader(robot, joint).name))]
     targets = {joint.name: robot.position(joint, positions) for joint in held}
     turn_before, place_before = world.place(root)
+    errors, heights = list[list[float]](), list[float]()
     with result.recording():
-        for time in world.run(seconds):
-            for joint in held:
-                result.add(time, joint.unit, **{joint.name: world.position(joint.name) - targets[joint.name]})
-            if world.base == FREE:
-                result.add(time, "m", height=float(world.place(root)[1][2]))
-    samples = max(1, round(LAST / world.sample))
-    for joint in held:
-        if tail := result.values(joint.name, joint.unit)[-samples:]:
-            result.errors[joint.name] = abs(sum(tail) / len(tail))
+        for _ in world.run(seconds):
+            errors.append([world.position(joint.name) - targets[joint.name] for joint in held])
+            heights.append(float(world.place(root)[1][2]))
     if result.broken is None:
+        last = max(1, round(LAST / world.sample))
+        means = (abs(sum(several) / len(several)) for several in zip(*errors[-last:], strict=True))
+        result.errors = {joint.name: mean for joint, mean in zip(held, means, strict=True)}
         result.touches, result.stands_on = world.touches(), world.stands_on()
-    if result.broken is None and world.base == FREE:
-        turn, place = world.place(root)
-        result.drift = math.hypot(*(place - place_before)[:2])
-        result.turned = abs(math.remainder(_yaw(turn) - _yaw(turn_before), math.tau))
-        result.leans = math.acos(max(-1.0, min(1.0, float(turn_before[2] @ turn[2]))))
-        height = result.values("height", "m")[-samples:]
-        result.ripple = max(height) - min(height)
+        if world.base == FREE:
+            turn, place = world.place(root)
+            result.drift = math.hypot(*(place - place_before)[:2])
+            result.turned = abs(math.remainder(_yaw(turn) - _yaw(turn_before), math.tau))
+            result.leans = math.acos(max(-1.0, min(1.0, float(turn_before[2] @ turn[2]))))
+            result.ripple = max(heights[-last:]) - min(heights[-last:])
     return result
 
 
@@ -243,13 +215,12 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     result, angles = Driven(command, twist), driving.angles(twist)
     speeds, centre = driving.speeds(twist, angles), (*driving.centre, 0.0)
     world.reset({**positions, **angles})
-    states: list[tuple[float, ...]] = []  # time, x, y, yaw of the centre of the drive
+    states: list[tuple[float, ...]] = []  # time, x, y, yaw and height of the centre of the drive
 
-    def sample(time: float) -> float:
+    def sample(time: float) -> None:
         turn, place = world.place(driving.frame)
         x, y, height = map(float, place + turn @ centre)
-        states.append((time, x, y, _yaw(turn)))
-        return height
+        states.append((time, x, y, _yaw(turn), height))
 
     def command_wheels(now: float) -> None:
         for name, speed in speeds.items():
@@ -260,11 +231,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     sample(0.0)
     with result.recording():
         for time in world.run(RAMP + DRIVING, command_wheels):
-            height = sample(time)
-            velocity = _velocity(states[-2], states[-1])
-            result.add(time, "m/s", vx=velocity.vx, vy=velocity.vy)
-            result.add(time, "rad/s", wz=velocity.wz)
-            result.add(time, "m", height=height)
+            sample(time)
     if result.broken is None:
         count = max(1, round(DRIVING / 2 / world.sample))
         last = [_velocity(*pair) for pair in pairwise(states)][-count:]
@@ -272,8 +239,8 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
         parts = list(zip(result.measured, twist, strict=True))
         result.off = max(abs(part - aim) / abs(aim) for part, aim in parts if aim)
         result.cross = max((abs(part) for part, aim in parts if not aim), default=0.0)
-        heights = result.values("height", "m")[-count:]
-        result.ripple, result.touches = max(heights) - min(heights), world.touches()
+        heights = [state[-1] for state in states[-count:]]
+        result.ripple = max(heights) - min(heights)
     return result
 
 
@@ -316,7 +283,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
     """Move a joint from a pose to its lower end, and from there to its upper one."""
-    result, clock = Swept(joint.name), 0.0
+    result = Swept(joint.name)
     velocity = joint.limit.known("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
@@ -330,16 +297,15 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
             seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
             errors: deque[float] = deque(maxlen=max(1, round(LAST / world.sample / 2)))
             first, first_position, before = None, 0.0, at_start | {one.links for one in world.touches()}
-            for time in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
+            for _ in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
                 now, touches = world.position(joint.name), world.touches()
-                result.add(clock + time, joint.unit, **{joint.name: now, "target": world.targets[joint.name]})
                 errors.append(abs(now - end))
                 fresh = [one for one in touches if one.links not in before]
                 if fresh and first is None:
                     first, first_position = fresh[0], now
             left = [one for one in touches if one.links not in at_start]
             result.ends.append(End(end, sum(errors) / len(errors), left, first, first_position))
-            clock, here = clock + seconds + _AT_END, end
+            here = end
     return result
 
 
@@ -363,9 +329,8 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
     inertia = {joint.name: float(model.dof_M0[model.joint(joint.name).dofadr[0]]) for joint in joints}
     result, at_start, most = Swung(lightest=min(inertia, key=lambda name: inertia[name])), free.data.energy.sum(), 0.0
     with result.recording():
-        for time in free.run(SWING):
-            change, kinetic = float(free.data.energy.sum() - at_start), float(free.data.energy[1])
-            result.add(time, "J", energy=change, kinetic=kinetic)
-            most, result.change = max(most, kinetic), max(result.change, abs(change))
+        for _ in free.run(SWING):
+            change = abs(float(free.data.energy.sum() - at_start))
+            most, result.change = max(most, float(free.data.energy[1])), max(result.change, change)
     result.change = result.change / most if most else 0.0
     return result

@@ -94,10 +94,8 @@ RULES = (
 
 SECONDS = (0.5, 600.0)  # the shortest and the longest time to hold a pose
 TIPPED = 0.2  # rad
-RUN_AWAY = 2.0  # of the range: no joint that is held is as far from its target
 _SHOWN = 3  # names
 _LEAST = 5e-3  # m/s or rad/s: less is not reported
-_TOO_LIGHT = "kp is too large for so little inertia at this time step: more kv, armature, or less kp"
 _CONTACT = "disabled_contacts names a pair that is meant to touch"
 
 
@@ -150,12 +148,6 @@ class Simulated:
     timing: Annotated[Timing | None, "null with `--no-timing`"] = None
     diagnostics: tuple[Diagnostic, ...] = ()
     inputs: tuple[Path, ...] = field(default=(), repr=False)
-
-    def page(self) -> str:
-        """Return a page of HTML with tables and plots. It refers to no other file."""
-        from .report import page
-
-        return page(self)
 
 
 def simulate_robot(
@@ -252,10 +244,9 @@ class _Judge:
             if swept.broken is not None:
                 yield self._broken(f'joint "{joint.name}" moved over its range', swept.broken, self.case.joint(joint))
                 continue
-            span = abs(swept.ends[-1].target - swept.ends[0].target)
             for end, side in zip(swept.ends, ("lower", "upper"), strict=True):
                 if end.error > self.limits["reach"]:
-                    yield self._not_reached(joint, end, side, end.error > RUN_AWAY * span)
+                    yield self._not_reached(joint, end, side)
         swung = results.energy
         if swung is not None and swung.broken is not None:
             yield self._broken("swinging without damping", swung.broken, ("robot",))
@@ -314,8 +305,6 @@ class _Judge:
         if touch is not None:  # the joint, or one that follows the same joint, moves only one of the two links
             message, severity = f"{message}: {_touching(touch)}", NOTE
             help = f"correct a shape or the pose; {_CONTACT}"
-        elif joint.unit == "rad" and off > RUN_AWAY * math.tau:
-            message, help = f"{message}: it runs away{describe_joint(self.robot, joint.name)}", _TOO_LIGHT
         return replace(self._found("pose-not-held", message, path, help, severity), of=(joint.name, joint.child))
 
     def _driven(self, driven: Driven, home: PoseTrial) -> Iterator[Diagnostic]:
@@ -330,33 +319,20 @@ class _Judge:
             wrong.append(f"{driven.cross:.2g} of a velocity that was not commanded")
         if driven.ripple > self.limits["ripple"]:
             wrong.append(f"{1000 * driven.ripple:.2g} mm up and down")
-        if wrong:
-            cause, help = self._cause(driven, home)
-            message = f"driving {driven.command}: {'; '.join([*wrong, cause] if cause else wrong)}"
-            yield self._found("drive-not-followed", message, ("drive",), help)
-
-    def _cause(self, driven: Driven, home: PoseTrial) -> tuple[str, str]:
-        """Return why a robot does not follow its commands, as far as that was measured, and the fix."""
-        robot, drive, on_floor = self.robot, self.robot.drive, set(home.stands_on)
-        names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ())) if drive else ()
-        links = {name: set(robot.below(robot.joint[name].child)) for name in names}
-        wheels = set().union(*links.values())
-        others = first_of([name for name in home.stands_on if name not in wheels], _SHOWN)
-        high = [name for name in (drive.wheels if drive else ()) if not links[name] & on_floor]
-        if high:
-            cause = f"not on the floor: {first_of(high, _SHOWN)}"
-            cause += f"; the robot stands on {others}" if others else ""
-            return cause, "lower its wheels, or raise what it stands on: z of their joints, radius, the shapes"
-        rolling = wheels | on_floor
-        rubs = next((one for one in driven.touches if rolling.intersection(one.links)), None)
-        if rubs is not None:
-            wheel, body = sorted(rubs.links, key=lambda name: name not in rolling)
-            cause = f'"{wheel}" is {1000 * rubs.depth:.2g} mm inside "{body}", and rubs on it'
-            return cause, f"move it out of that shape; {_CONTACT}"
+        drive, on_floor = self.robot.drive, set(home.stands_on)
+        if not wrong or drive is None:
+            return
+        names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ()))
+        links = {name: set(self.robot.below(self.robot.joint[name].child)) for name in names}
+        high = [name for name in drive.wheels if not links[name] & on_floor]
+        wrong += [f"not on the floor: {first_of(high, _SHOWN)}"] if high else []
+        others = [name for name in home.stands_on if name not in set().union(*links.values())]
+        wrong += [f"on the floor besides its wheels: {first_of(others, _SHOWN)}"] if others else []
+        message = f"driving {driven.command}: {'; '.join(wrong)}"
         help = "check radius, places and axes of the wheels, kv against damping, and what else touches the floor"
-        return f"besides its wheels, {others} is on the floor" if others else "", help
+        yield self._found("drive-not-followed", message, ("drive",), help)
 
-    def _not_reached(self, joint: Joint, end: End, side: str, runs_away: bool) -> Diagnostic:
+    def _not_reached(self, joint: Joint, end: End, side: str) -> Diagnostic:
         message = (
             f'moved to its {side} limit of {round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
             f" {end.error:.3g} {joint.unit} before it"
@@ -366,8 +342,6 @@ class _Judge:
             message, severity = f"{message}: {_touching(end.touches[0])}", NOTE
             message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on" if end.first_touch else ""
             help = f"plan around it, or narrow the limits; {_CONTACT}"
-        elif runs_away:
-            message, help = f"{message}: it runs away{describe_joint(self.robot, joint.name)}", _TOO_LIGHT
         path = self.case.joint(joint, "limit", side)
         return self.case.problem("limit-not-reached", message, path, help, severity=severity)
 

@@ -28,6 +28,7 @@ from rosorin_compile.source.progress import Progress
 
 from ..physics.scene import Bodies, Pair
 from ..physics.solids import Meshes, solids_of
+from ..rest_pose import range_of
 
 if TYPE_CHECKING:
     from ..physics.solids import Floats
@@ -108,7 +109,8 @@ class Search:
         self.planning, self.meshes, self.same = planning, meshes, dict(same or {})
         self.how = planning.said.search
         self.random = Random(self.how.seed)  # noqa: S311 - a search that anybody can repeat
-        self.bounds = bounds_of(planning)
+        joints = sorted(planning.joints.items())
+        self.bounds = {name: ends for name, joint in joints if (ends := range_of(joint))}
         self.found: dict[Pair, DisabledCollision] = {}
         self.hit: set[Pair] = set()
         self.only_hulls: set[Pair] = set()  # pairs whose hulls touch, and not their meshes
@@ -262,20 +264,6 @@ class Search:
             low, high = self.bounds[name]
             turned[name] = min(high, max(low, state[name] + turn * share * (high - low)))
         return turned
-
-
-def bounds_of(planning: Planning) -> dict[str, tuple[float, float]]:
-    """Return the ranges (rad or m) of joints that move by themselves, by name; those without bounds are left out."""
-    bounds = {}
-    for name, joint in sorted(planning.joints.items()):
-        limit = joint.limit
-        if not joint.moves or joint.mimic is not None:
-            continue
-        if joint.type != "continuous" and limit is not None and limit.lower is not None and limit.upper is not None:
-            bounds[name] = (limit.lower, limit.upper)
-        elif joint.type != "prismatic":
-            bounds[name] = (-math.pi, math.pi)
-    return bounds
 
 
 def _never(pair: Pair, distance: float) -> DisabledCollision:

@@ -30,10 +30,11 @@ from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import PHYSICS, Rule
 
+from ..rest_pose import nearest_to_zero
 from ..simulate.scenarios import hold
 from ..simulate.world import FIXED, Refused, World, describe_joint, mjcf_text, quiet
 from .mesh_checks import check_meshes
-from .overlaps import ZERO, State, check_overlaps, check_sweeps, nearest_to_zero, sweep, swept_joints
+from .overlaps import ZERO, State, check_overlaps, check_sweeps, sweep, swept_joints
 from .scene import Scene
 from .solids import mesh_shapes, read_meshes
 
@@ -138,7 +139,7 @@ def _check(case: Case, files: Mapping[str, Path]) -> tuple[LookedAt, list[Diagno
     scene = Scene(case.robot, meshes)
     states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
     # Sweeps and simulations start within the limits of all joints.
-    legal = {joint.name: position for joint in case.robot.joints if (position := nearest_to_zero(joint))}
+    legal = nearest_to_zero(case.robot)
     starts = [State(ZERO, legal, scene.overlaps(legal)), *states[1:]]
     meetings, always = sweep(scene, starts, tick)
     found += check_overlaps(case, scene, states, always & set(states[0].overlaps))

@@ -24,6 +24,7 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_
 from rosorin_compile.source.rule_registry import PHYSICS, Rule
 from rosorin_compile.source.tree import Path
 
+from ..rest_pose import nearest_to_zero, range_of
 from .scene import Overlap, Pair, Positions, Scene
 from .solids import Solid
 
@@ -125,7 +126,7 @@ def note(
 
 def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -> Iterator[Diagnostic]:
     """Yield diagnostics for parts that overlap at rest; ``always`` are the pairs that overlap in every position."""
-    warnings, limiting = list[tuple[float, Diagnostic]](), dict[Joint, None]()
+    warnings, limiting, beyond_zero = list[tuple[float, Diagnostic]](), dict[Joint, None](), nearest_to_zero(case.robot)
     summed_up: dict[str, list[tuple[float, Member]]] = {"design": [], "hulls": [], "beyond": []}
     for pair in dict.fromkeys(pair for state in states for pair in state.overlaps):
         where = [state for state in states if pair in state.overlaps]
@@ -133,8 +134,8 @@ def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Se
         overlap, at = deepest.overlaps[pair], deepest.positions
         small, large = scene.by_volume(pair)
         share = scene.share(small, large, at)
-        chains = [set(scene.robot.chain(link)) for link in pair]
-        limits = [joint for joint in scene.robot.joints if joint in chains[0] ^ chains[1] and nearest_to_zero(joint)]
+        between = set.symmetric_difference(*(set(case.robot.chain(link)) for link in pair))
+        limits = [joint for joint in case.robot.joints if joint in between and joint.name in beyond_zero]
         kind = ""
         if [state.name for state in where] == [ZERO] and limits:
             kind = "beyond"
@@ -165,7 +166,7 @@ def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Se
     yield from note(case, "hulls-overlap", members["hulls"], message, help, key=True)
     if limiting:
         first, names = next(iter(limiting)), quoted([joint.name for joint in limiting], SHOWN)
-        path = case.joint(first, "limit", "lower" if nearest_to_zero(first) > 0 else "upper")
+        path = case.joint(first, "limit", "lower" if beyond_zero[first.name] > 0 else "upper")
         message = f"links that overlap at zero, which is beyond the limits of {names} ({{count}}): {{names}}"
         help = "count the joint from a position that it can have, or start simulations in a named pose"
         beyond = [one._replace(path=path) for one in members["beyond"]]
@@ -191,16 +192,6 @@ def _overlap(
     help = f"correct a shape, a joint or the pose; {_MEANT}"
     found = case.problem(rule, message, path, help, related=related, severity=WARNING, key=is_pose)
     return replace(found, of=(inner.link, outer.link))
-
-
-def nearest_to_zero(joint: Joint) -> float:
-    """Return the position (rad or m) within the limits of a joint that is nearest to zero."""
-    limit = joint.limit
-    if not joint.moves or joint.mimic or joint.type == "continuous" or limit is None:
-        return 0.0
-    if limit.lower is None or limit.upper is None or limit.lower > limit.upper:
-        return 0.0
-    return min(max(0.0, limit.lower), limit.upper)
 
 
 def shape_path(case: Case, solid: Solid) -> Path:
@@ -249,17 +240,9 @@ class Meeting(NamedTuple):
 
 
 def swept_joints(robot: Robot) -> list[tuple[Joint, float, float]]:
-    """Return the joints that move by themselves over a range, with its ends (rad or m): a turn without limits."""
-    found = []
-    for joint in robot.joints:
-        limit, ends = joint.limit, (-math.pi, math.pi)
-        if joint.type != "continuous" and limit is not None and limit.lower is not None and limit.upper is not None:
-            ends = (limit.lower, limit.upper)
-        elif joint.type not in ("revolute", "continuous"):
-            continue
-        if joint.moves and joint.mimic is None and ends[0] < ends[1]:
-            found.append((joint, *ends))
-    return found
+    """Return the joints that move by themselves over a range, with its ends (rad or m)."""
+    ranges = [(joint, ends) for joint in robot.joints if (ends := range_of(joint))]
+    return [(joint, lower, upper) for joint, (lower, upper) in ranges if lower < upper]
 
 
 def sweep(scene: Scene, states: Sequence[State], tick: Callable[[], None]) -> tuple[list[Meeting], set[Pair]]:

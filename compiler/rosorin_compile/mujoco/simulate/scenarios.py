@@ -17,7 +17,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Joint, Robot, Twist
-from rosorin_compile.mujoco.rest_pose import HOME, home_of
+from rosorin_compile.mujoco.rest_pose import HOME, home_of, range_of
 from rosorin_compile.source.progress import Progress
 
 from .world import FREE, POSITION, VELOCITY, SimulationDiverged, Touch, World, single_joints
@@ -269,15 +269,12 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     wheels = world.robot.drive.wheels if world.robot.drive is not None else ()
     found = []
     for joint in single_joints(world.robot):
-        limit, servo = joint.limit, world.servo(joint.name, POSITION)
-        if servo is None or joint.mimic is not None or joint.name in (*wheels, *world.own) or limit is None:
-            continue
-        if joint.type == "continuous" or limit.lower is None or limit.upper is None:
-            continue
-        lower, upper = servo.targets() or (limit.lower, limit.upper)
-        ends = (max(lower, limit.lower), min(upper, limit.upper))
-        if ends[0] < ends[1]:
-            found.append((joint, ends))
+        servo, ends = world.servo(joint.name, POSITION), range_of(joint)
+        is_held = servo is not None and joint.name not in (*wheels, *world.own)
+        if is_held and ends is not None and joint.limit is not None and joint.type != "continuous":
+            lower, upper = servo.targets() or ends
+            ends = (max(lower, ends[0]), min(upper, ends[1]))
+            found += [(joint, ends)] if ends[0] < ends[1] else []
     return found
 
 

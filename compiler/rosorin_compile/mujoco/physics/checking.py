@@ -17,8 +17,6 @@ from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import (
-    ERROR,
-    WARNING,
     Diagnostic,
     MissingPackages,
     counted,
@@ -28,7 +26,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import PHYSICS, Rule
+from rosorin_compile.source.rule_registry import DECLARED, PHYSICS, Rule
 
 from ..rest_pose import nearest_to_zero
 from ..simulate.scenarios import hold
@@ -42,8 +40,7 @@ RULES = (
     Rule(
         "explodes-at-rest",
         "Left alone for a second in MuJoCo, the positions of the robot become infinite.",
-        "Look for parts that start inside each other, masses and inertias that are far too small, gains that are far "
-        "too large.",
+        "Look for parts that start inside each other, for masses and inertias far too small, for gains far too large.",
         PHYSICS,
     ),
     Rule(
@@ -53,6 +50,7 @@ RULES = (
         PHYSICS,
     ),
 )
+DECLARED.update({rule.id: rule for rule in RULES})
 
 SECONDS = 1.0  # at rest
 SUNK, SUNK_SLIDE = math.radians(10), 0.02  # m
@@ -169,16 +167,15 @@ def _check_rest(case: Case, states: Sequence[State], tick: Callable[[], None]) -
             if trial.broken is not None:
                 message = f"left alone {state}, after {trial.broken.time:.6g} s: {trial.broken.why}"
                 message += describe_joint(robot, trial.broken.joint)
-                help = "look for parts that start inside each other, masses and inertias far too small, gains too large"
-                one = case.problem("explodes-at-rest", message, ("robot",), help, severity=ERROR)
-                found.setdefault(("explodes-at-rest", ""), replace(one, of=()))
+                found.setdefault(
+                    ("explodes", ""), replace(case.problem("explodes-at-rest", message, ("robot",)), of=())
+                )
             for name, off in trial.errors.items() if trial.broken is None else ():
                 joint, sunk = robot.joint[name], SUNK_SLIDE if robot.joint[name].type == "prismatic" else SUNK
                 message = f'left alone {state}, joint "{name}" moves {off:.3g} {joint.unit} within a second in MuJoCo'
                 if off > sunk and not trial.touches and joint.mimic is None:
-                    help, path = "check its load, kp of its actuator, and its effort", case.joint(joint, "actuator")
-                    one = case.problem("sinks-at-rest", message, path, help, severity=WARNING, key=True)
-                    found.setdefault((one.rule, name), one)
+                    path = case.joint(joint, "actuator")
+                    found.setdefault(("sinks", name), case.problem("sinks-at-rest", message, path, key=True))
     return list(found.values())
 
 

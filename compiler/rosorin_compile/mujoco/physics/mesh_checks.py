@@ -8,8 +8,8 @@ from typing import Any
 
 from rosorin_compile.model import Link, Mesh
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic
-from rosorin_compile.source.rule_registry import PHYSICS, Rule
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import DECLARED, PHYSICS, Rule
 
 from ..mjcf.bodies import weld_groups
 from .overlaps import Member, note
@@ -18,9 +18,8 @@ from .solids import Meshes, MeshShape, Solid
 RULES = (
     Rule(
         "mesh-size",
-        "A warning: a mesh is hundreds of times longer than the rest of the robot, or shorter than a millimetre: it "
-        "was drawn in another unit.",
-        "`scale: [0.001, 0.001, 0.001]` makes metres of millimetres.",
+        "A warning: a mesh is hundreds of times longer than the rest of the robot, or shorter than a millimetre.",
+        "Check the unit that it was drawn in; `scale: [0.001, 0.001, 0.001]` makes metres of millimetres.",
         PHYSICS,
     ),
     Rule(
@@ -38,8 +37,7 @@ RULES = (
     Rule(
         "mesh-inertia",
         "A warning: the inertia of a link is larger than that of its mass at the far end of its meshes.",
-        "Compute it again: `inertia: {of: collision}`, or from the CAD program, about the centre of mass and in "
-        "kg*m^2.",
+        "Inertia is about the centre of mass, in kg*m^2; `inertia: {of: collision}` computes it for primitives.",
         PHYSICS,
     ),
     Rule(
@@ -50,12 +48,13 @@ RULES = (
     ),
     Rule(
         "mesh-not-closed",
-        "A note: collision meshes are inside out or have holes, so that they have no volume of their own. Simulators "
-        "take their hulls.",
-        "Close the holes in the program that made them.",
+        "A note: collision meshes are inside out or have holes. Simulators take their hulls.",
+        "Close the holes, or turn the faces, in the program that made them.",
         PHYSICS,
     ),
 )
+
+DECLARED.update({rule.id: rule for rule in RULES})
 
 LONGEST_PART, SHORTEST_PART = 20.0, 1e-3  # m: no part of a robot is longer, or shorter
 TIMES = 200.0  # longer than all else in the robot: millimetres are 1,000 times, and parts are not all of a size
@@ -84,9 +83,9 @@ def check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> Ite
         if shape.purpose == "collision" and not (surface.is_watertight and surface.volume >= 0):
             path = case.link(shape.link, shape.purpose, shape.number, "mesh", "file")
             kinds["inside out" if surface.is_watertight else "not closed"][file] = Member((shape.link,), file, path)
-    for kind, help in (("not closed", "close it in the program that made it"), ("inside out", "turn its faces round")):
+    for kind, members in kinds.items():
         message = f"collision meshes that are {kind} ({{count}}): {{names}}; simulators take the hull"
-        yield from note(case, "mesh-not-closed", kinds[kind].values(), message, help)
+        yield from note(case, "mesh-not-closed", members.values(), message)
 
 
 def _size(case: Case, meshes: Meshes, shape: MeshShape) -> Diagnostic | None:
@@ -101,14 +100,14 @@ def _size(case: Case, meshes: Meshes, shape: MeshShape) -> Diagnostic | None:
     longest = float(meshes[shape.mesh].extents.max())
     message = f'the mesh {shape.mesh.file.rpartition("/")[2]} of link "{shape.link}" is {longest:.3g} m long'
     if longest > LONGEST_PART or (rest > SHORTEST_PART and longest > TIMES * rest):
-        message, help = f"{message}: that looks like millimetres", "scale: [0.001, 0.001, 0.001]"
+        message += ": that looks like millimetres"
     elif longest < SHORTEST_PART:
-        message, help = f"{message}: that looks shrunk by 1,000", "check the scale, and the unit of its export"
+        message += ": that looks shrunk by 1,000"
     else:
         return None
     key = "scale" if shape.mesh.scale != (1, 1, 1) else "file"
     path = case.link(shape.link, shape.purpose, shape.number, "mesh", key)
-    return case.problem("mesh-size", message, path, help, severity=WARNING)
+    return case.problem("mesh-size", message, path)
 
 
 def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
@@ -135,8 +134,8 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
         points = [one.in_body(one.hull.vertices) for one in solids(links, *purposes)]
         return np.concatenate([np.empty((0, 3)), *points])
 
-    def problem(rule: str, message: str, *path: str | int, help: str, within: bool = False) -> Diagnostic:
-        return case.problem(rule, message, case.link(link.name, *path), help, severity=WARNING, within=within)
+    def problem(rule: str, message: str, *path: str | int, within: bool = False) -> Diagnostic:
+        return case.problem(rule, message, case.link(link.name, *path), within=within)
 
     inertial, points = link.inertial, corners(fixed, "collision", "visual")
     if inertial is not None and inertial.mass > 0 and len(points):
@@ -155,22 +154,19 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
                 f'link "{link.name}" weighs {inertial.mass:.6g} kg, {densities[0]:,.3g} kg/m^3 in the hull of its'
                 f" shapes: {than}"
             )
-            help = "check the unit of the mass (grams?) and the scale of the mesh (millimetres?)"
-            yield problem("mesh-mass", message, "inertial", "mass", help=help)
+            yield problem("mesh-mass", message, "inertial", "mass")
         elif beyond > OUTSIDE * float((upper - lower).max()):
             message = f'the centre of mass of link "{link.name}" is {1000 * beyond:.1f} mm outside its shapes'
-            help = "xyz of the inertial is relative to the frame of the link, in metres"
-            yield problem("mesh-centre-of-mass", message, "inertial", "xyz", help=help)
+            yield problem("mesh-centre-of-mass", message, "inertial", "xyz")
         elif gyration > FAR_INERTIA * reach:
             message = (
                 f'the inertia of link "{link.name}" is too large: {inertial.mass:.6g} kg would be {gyration:.3g} m away'
                 f" from the centre of mass, and its shapes reach {reach:.3g} m"
             )
-            help = "inertia is about the centre of mass, in kg*m^2; inertia: {of: collision} computes it for primitives"
-            yield problem("mesh-inertia", message, "inertial", "inertia", help=help, within=True)
+            yield problem("mesh-inertia", message, "inertial", "inertia", within=True)
     solid, seen = corners([link], "collision"), corners([link], "visual")
     if len(solid) and len(seen):
         gap = np.maximum(solid.min(axis=0) - seen.max(axis=0), seen.min(axis=0) - solid.max(axis=0)).max()
         if gap > APART * max(np.ptp(solid, axis=0).max(), np.ptp(seen, axis=0).max()):
             message = f'the collision shapes of link "{link.name}" are {1000 * gap:.1f} mm away from its visuals'
-            yield problem("mesh-apart", message, "collision", 0, help="check xyz, rpy and scale of both")
+            yield problem("mesh-apart", message, "collision", 0)

@@ -21,7 +21,7 @@ from rosorin_compile.model import Joint, Mesh, Robot
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import accepts
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
-from rosorin_compile.source.rule_registry import PHYSICS, Rule
+from rosorin_compile.source.rule_registry import DECLARED, PHYSICS, Rule
 from rosorin_compile.source.tree import Path
 
 from ..rest_pose import nearest_to_zero, range_of
@@ -32,16 +32,14 @@ RULES = (
     Rule(
         "parts-overlap",
         "A warning: two parts are inside each other, at zero or in a named pose, and not in every position (a note, "
-        "where zero is beyond the limits of a joint). A simulation pushes them apart in its first step. The depth is "
-        "that of the convex hulls of meshes, as simulators take them.",
-        "Move one of them, correct the shape or the pose; a pair that is meant to touch goes under "
-        "`disabled_contacts`.",
+        "where zero is beyond the limits of a joint). A simulation pushes them apart in its first step.",
+        "Correct a shape, a joint or the pose; a pair that is meant to touch goes under `disabled_contacts`.",
         PHYSICS,
     ),
     Rule(
         "part-inside-part",
         "A warning: a part is inside another one with most of its volume.",
-        "Check `xyz` of the joint and of the shape; a pair that is meant goes under `disabled_contacts`.",
+        "Correct a shape, a joint or the pose; a pair that is meant to touch goes under `disabled_contacts`.",
         PHYSICS,
     ),
     Rule(
@@ -53,25 +51,26 @@ RULES = (
     ),
     Rule(
         "parts-always-overlap",
-        "A note: parts overlap in every position that was tried, or neighbours a little at their joint. They are taken "
-        "for a design, such as a housing that two links share.",
-        "Nothing, if it is one; else move them.",
+        "A note: parts overlap in every position that was tried, or neighbours a little at their joint, as parts do "
+        "that are built into each other.",
+        "Nothing, if they are; else move them.",
         PHYSICS,
     ),
     Rule(
         "joint-through-neighbour",
         "A joint drives its part into the part that it hangs on. A warning where a third of its volume gets into the "
         "other over a quarter of the range; a note where it is a fifth of its volume, or at the end of the range.",
-        "Check the axis, its sign and the limits.",
+        "Check the axis, its sign and the limits; a pair that is meant to touch goes under `disabled_contacts`.",
         PHYSICS,
     ),
     Rule(
         "joints-meet-parts",
         "A note: joints, each alone, drive a part into one that is not its neighbour.",
-        "Let a planner know; narrower limits, or `disabled_contacts` for a pair that is meant to touch.",
+        "Plan around it, or narrow the limits; a pair that is meant to touch goes under `disabled_contacts`.",
         PHYSICS,
     ),
 )
+DECLARED.update({rule.id: rule for rule in RULES})
 
 ZERO = ""  # the name of the state in which every joint is at zero
 MOST_INSIDE = 0.9  # of its volume: no bearing and no cover holds a part like that
@@ -83,7 +82,6 @@ MOST_STATES = 20_000  # of all sweeps together: then steps grow
 GROWTH = 0.3  # of the volume of the part that moves: it is driven into the other one
 BLOCKED = 0.25  # of the range: less is a limit that is too wide
 _HALVINGS = 8
-_MEANT = "disabled_contacts names a pair that is meant to touch"
 
 
 class State(NamedTuple):
@@ -106,7 +104,7 @@ class Member(NamedTuple):
 
 
 def note(
-    case: Case, rule: str, members: Iterable[Member], message: str, help: str, *, key: bool = False, first: bool = False
+    case: Case, rule: str, members: Iterable[Member], message: str, *, key: bool = False, first: bool = False
 ) -> Iterator[Diagnostic]:
     """Yield a note that sums up members, and a diagnostic for each that the description accepts by name.
 
@@ -120,7 +118,7 @@ def note(
         rest = [one for index, one in enumerate(rest) if one.names[0] not in {two.names[0] for two in rest[:index]}]
     if rest:
         text = message.format(count=len(rest), names=first_of([one.text for one in rest], SHOWN))
-        found = case.problem(rule, text, rest[0].path, help, severity=NOTE, key=key)
+        found = case.problem(rule, text, rest[0].path, severity=NOTE, key=key)
         yield replace(found, related=(), of=())
 
 
@@ -160,17 +158,15 @@ def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Se
         kind: [member for _, member in sorted(several, key=lambda one: -one[0])] for kind, several in summed_up.items()
     }
     message = "links that overlap in every position, or at their joint, as parts of one design do ({count}): {names}"
-    yield from note(case, "parts-always-overlap", members["design"], message, "move them if it is not meant", key=True)
+    yield from note(case, "parts-always-overlap", members["design"], message, key=True)
     message = "hulls that overlap though their meshes do not touch ({count}): {names}; simulators push them apart"
-    help = "several convex shapes in place of one mesh; disabled_contacts names a pair that is not to collide"
-    yield from note(case, "hulls-overlap", members["hulls"], message, help, key=True)
+    yield from note(case, "hulls-overlap", members["hulls"], message, key=True)
     if limiting:
         first, names = next(iter(limiting)), quoted([joint.name for joint in limiting], SHOWN)
         path = case.joint(first, "limit", "lower" if beyond_zero[first.name] > 0 else "upper")
         message = f"links that overlap at zero, which is beyond the limits of {names} ({{count}}): {{names}}"
-        help = "count the joint from a position that it can have, or start simulations in a named pose"
         beyond = [one._replace(path=path) for one in members["beyond"]]
-        yield from note(case, "parts-overlap", beyond, message, help)
+        yield from note(case, "parts-overlap", beyond, message)
 
 
 def _overlap(
@@ -189,8 +185,7 @@ def _overlap(
     poses = quoted([state.name for state in where if state.name != ZERO], SHOWN)
     at = ["at zero"] * (where[0].name == ZERO) + [f"in pose {poses}"] * (where[-1].name != ZERO)
     message = f"{what} {' and '.join(at)}: {shape_name(case, inner)} in {shape_name(case, outer)}"
-    help = f"correct a shape, a joint or the pose; {_MEANT}"
-    found = case.problem(rule, message, path, help, related=related, severity=WARNING, key=is_pose)
+    found = case.problem(rule, message, path, related=related, key=is_pose)
     return replace(found, of=(inner.link, outer.link))
 
 
@@ -335,8 +330,7 @@ def check_sweeps(case: Case, scene: Scene, meetings: Sequence[Meeting]) -> Itera
         if met not in near
     ]
     message = "joints that can each move a link into collision with one that is not adjacent ({count}): {names}"
-    help = f"plan around it, or narrow the limits; {_MEANT}"
-    yield from note(case, "joints-meet-parts", far, message, help, first=True)
+    yield from note(case, "joints-meet-parts", far, message, first=True)
 
 
 def _through_neighbour(case: Case, scene: Scene, met: Meeting) -> Diagnostic:
@@ -355,7 +349,6 @@ def _through_neighbour(case: Case, scene: Scene, met: Meeting) -> Diagnostic:
         f" towards its {met.side} limit, {met.blocked:.0%} of its range: {shape_name(case, inner)} into"
         f" {shape_name(case, outer)}"
     )
-    help = f"check the axis, its sign and the limits; {_MEANT}"
     related = [case.related(f'the shape of "{solid.link}"', shape_path(case, solid)) for solid in (inner, outer)]
     path = case.joint(met.joint, "limit", met.side)
-    return case.problem("joint-through-neighbour", message, path, help, related=related, severity=severity)
+    return case.problem("joint-through-neighbour", message, path, related=related, severity=severity)

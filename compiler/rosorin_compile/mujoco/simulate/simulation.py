@@ -14,7 +14,6 @@ from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import (
-    ERROR,
     NOTE,
     WARNING,
     Diagnostic,
@@ -29,7 +28,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.installing import is_installed, pip_install
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import SIMULATION, Rule
+from rosorin_compile.source.rule_registry import DECLARED, SIMULATION, Rule
 from rosorin_compile.source.tree import Path as TreePath
 
 from .scenarios import Driven, End, PoseTrial, Scenarios, Stop, Swept, Swung, run_scenarios
@@ -39,22 +38,19 @@ RULES = (
     Rule(
         "simulation-refused",
         "The robot cannot be simulated: MuJoCo does not load it, or its MJCF cannot be written.",
-        "As the message says; `check` names the place.",
+        "Look at what `check` reports.",
         SIMULATION,
     ),
     Rule(
         "simulation-breaks",
-        "In MuJoCo the positions of the robot become infinite, or MuJoCo warns of positions, speeds, accelerations or "
-        "contacts beyond what it can compute.",
-        "Look for parts that start inside each other, for masses and inertias far too small, for gains far too large; "
-        "`check physics` names them.",
+        "The positions of the robot become infinite, or MuJoCo warns of values beyond what it can compute.",
+        "Look for parts that start inside each other, for masses and inertias far too small, for gains far too large.",
         SIMULATION,
     ),
     Rule(
         "pose-not-held",
-        "A warning: simulated in a named pose, a joint comes to rest away from it. A note where the robot touches "
-        "itself there: no actuator can hold it.",
-        "Raise `kp` of the actuator or its effort, or lower the mass that it carries.",
+        "A warning: a joint comes to rest away from a named pose. A note where the robot touches itself there.",
+        "Correct the pose, raise `kp` of the actuator or its effort, or lower the mass that it carries.",
         SIMULATION,
     ),
     Rule(
@@ -66,37 +62,34 @@ RULES = (
     Rule(
         "drive-not-followed",
         "A warning: driven on a floor, the robot moves at another velocity than was commanded, or shakes.",
-        "Check radius, places and axes of the wheels, `kv` of their actuators against their damping, and what else "
-        "touches the floor.",
+        "Check radius, places and axes of the wheels, `kv` against damping, and what else touches the floor.",
         SIMULATION,
     ),
     Rule(
         "drive-without-actuator",
-        "A note: a wheel has no actuator on its speed; a servo of `simulate` turned it.",
-        "Give the joint of the wheel an actuator.",
+        "A note: a joint of the drive has no actuator; a servo of `simulate` turned it.",
+        "Give the joint an actuator: on speed where it rolls, on position where it steers.",
         SIMULATION,
     ),
     Rule(
         "limit-not-reached",
-        "A warning: an actuator does not bring its joint to a limit, and nothing is in the way. A note where the robot "
-        "touches itself there.",
-        "Check effort, `kp` and the mass that the joint carries; narrower limits.",
+        "A warning: an actuator does not bring its joint to a limit. A note where the robot touches itself there.",
+        "Narrow the limits, or check effort, `kp` and the mass that the joint carries.",
         SIMULATION,
     ),
     Rule(
         "energy-not-kept",
-        "A warning: without damping, friction, actuators and contacts, the energy of the robot changes. The time step "
-        "is too long for its lightest parts.",
-        "A shorter `timestep`, more mass, or `armature`.",
+        "A warning: the energy of the robot changes without damping, friction, actuators and contacts.",
+        "The time step is too long for its lightest parts: a shorter `timestep`, more mass, or `armature`.",
         SIMULATION,
     ),
 )
+DECLARED.update({rule.id: rule for rule in RULES})
 
 SECONDS = (0.5, 600.0)  # the shortest and the longest time to hold a pose
 TIPPED = 0.2  # rad
 _SHOWN = 3  # names
 _LEAST = 5e-3  # m/s or rad/s: less is not reported
-_CONTACT = "disabled_contacts names a pair that is meant to touch"
 
 
 class Limit(NamedTuple):
@@ -207,18 +200,15 @@ def simulate_robot(
     return Simulated(
         robot.name,
         mujoco.__version__,
-        world.base,
+        base,
         timestep,
         used,
         {joint.name: joint.unit for joint in robot.joints if joint.moves},
-        results.poses,
-        results.drive,
-        world.own,
-        results.ranges,
-        results.energy,
-        Timing(speed, speed * timestep) if timing else None,
-        tuple(found),
-        understood.expanded.files,
+        own_servos=world.own,
+        timing=Timing(speed, speed * timestep) if timing else None,
+        diagnostics=tuple(found),
+        inputs=understood.expanded.files,
+        **results._asdict(),
     )
 
 
@@ -235,8 +225,7 @@ class _Judge:
             yield from self._held(held)
         if self.own and results.drive:
             message = f"no actuator turns {first_of(self.own, _SHOWN)}: simulate drove with its own servos"
-            help = "give the joints actuators: on speed where they roll, on position where they steer"
-            yield replace(self._found("drive-without-actuator", message, ("drive",), help, NOTE), of=self.own)
+            yield replace(self._found("drive-without-actuator", message, ("drive",)), of=self.own)
         for driven in results.drive:
             yield from self._driven(driven, results.poses[0])
         for swept in results.ranges:
@@ -255,16 +244,14 @@ class _Judge:
                 f"without damping, friction and actuators the energy of the robot changes by {swung.change:.0%} within"
                 f" half a second{describe_joint(self.robot, swung.lightest)}, the least inertia"
             )
-            help = "the time step is too long for its lightest parts: a shorter timestep, more mass, or armature"
-            yield self._found("energy-not-kept", message, ("robot",), help)
+            yield self._found("energy-not-kept", message, ("robot",))
 
-    def _found(self, rule: str, message: str, path: TreePath, help: str, severity: str = WARNING) -> Diagnostic:
-        return self.case.problem(rule, message, path, help, severity=severity, key=True)
+    def _found(self, rule: str, message: str, path: TreePath, severity: str = "") -> Diagnostic:
+        return self.case.problem(rule, message, path, severity=severity, key=True)
 
     def _broken(self, where: str, stop: Stop, path: TreePath) -> Diagnostic:
         message = f"{where}, after {round(stop.time, 3):.6g} s: {stop.why}{describe_joint(self.robot, stop.joint)}"
-        help = "look for parts that start inside each other, for masses and inertias far too small, for gains too large"
-        return replace(self._found("simulation-breaks", message, path, help, ERROR), of=())
+        return replace(self._found("simulation-breaks", message, path), of=())
 
     def _held(self, held: PoseTrial) -> Iterator[Diagnostic]:
         path, where = ("poses", held.pose), f'in pose "{held.pose}"'
@@ -278,34 +265,30 @@ class _Judge:
             if off > self.limits["hold"]:
                 joint = self.robot.joint[name]
                 yield self._not_held(held, joint, off, where, path if is_named else self.case.joint(joint))
-        message, help = "", "look for shapes that start inside each other, and at the contacts with the floor"
+        message = ""
         if held.leans > TIPPED:
             message = f"{where}, the robot falls over: after a while it leans by {held.leans:.2g} rad"
-            help = "look where its centre of mass is, and what it stands on"
         elif held.drift > self.limits["drift"] or held.turned > 2 * self.limits["drift"]:
             message = (
                 f"{where}, the robot moves {1000 * held.drift:.3g} mm over the floor and turns by {held.turned:.2g}"
                 " rad, though nothing drives it"
             )
-            help = "give its wheels actuators or damping; look for shapes that start inside each other"
         elif held.ripple > self.limits["ripple"]:
             message = f"{where}, the height of the robot does not come to rest: {1000 * held.ripple:.3g} mm up and down"
         if message:
-            yield self._found("base-drifts", message, path, help)
+            yield self._found("base-drifts", message, path)
 
     def _not_held(self, held: PoseTrial, joint: Joint, off: float, where: str, path: TreePath) -> Diagnostic:
         message = f'{where}, joint "{joint.name}" ends {off:.3g} {joint.unit} from its target'
-        help, severity = "raise kp of its actuator, or its effort; look at the mass that it carries", WARNING
         root = joint
         while root.mimic is not None:
             root = self.robot.joint[root.mimic.joint]
         movers = [root, *(one for one in self.robot.joints if one.mimic and one.mimic.joint == root.name)]
         moved = set().union(*(self.robot.below(one.child) for one in movers))
         touch = next((one for one in held.touches if len(moved.intersection(one.links)) == 1), None)
-        if touch is not None:  # the joint, or one that follows the same joint, moves only one of the two links
-            message, severity = f"{message}: {_touching(touch)}", NOTE
-            help = f"correct a shape or the pose; {_CONTACT}"
-        return replace(self._found("pose-not-held", message, path, help, severity), of=(joint.name, joint.child))
+        message += f": {_touching(touch)}" if touch else ""
+        severity = NOTE if touch else WARNING
+        return replace(self._found("pose-not-held", message, path, severity), of=(joint.name, joint.child))
 
     def _driven(self, driven: Driven, home: PoseTrial) -> Iterator[Diagnostic]:
         if driven.broken is not None:
@@ -329,21 +312,18 @@ class _Judge:
         others = [name for name in home.stands_on if name not in set().union(*links.values())]
         wrong += [f"on the floor besides its wheels: {first_of(others, _SHOWN)}"] if others else []
         message = f"driving {driven.command}: {'; '.join(wrong)}"
-        help = "check radius, places and axes of the wheels, kv against damping, and what else touches the floor"
-        yield self._found("drive-not-followed", message, ("drive",), help)
+        yield self._found("drive-not-followed", message, ("drive",))
 
     def _not_reached(self, joint: Joint, end: End, side: str) -> Diagnostic:
         message = (
             f'moved to its {side} limit of {round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
             f" {end.error:.3g} {joint.unit} before it"
         )
-        help, severity = "check effort, kp and the mass that the joint carries; or narrow the limits", WARNING
         if end.touches:
-            message, severity = f"{message}: {_touching(end.touches[0])}", NOTE
+            message += f": {_touching(end.touches[0])}"
             message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on" if end.first_touch else ""
-            help = f"plan around it, or narrow the limits; {_CONTACT}"
-        path = self.case.joint(joint, "limit", side)
-        return self.case.problem("limit-not-reached", message, path, help, severity=severity)
+        path, severity = self.case.joint(joint, "limit", side), NOTE if end.touches else WARNING
+        return self.case.problem("limit-not-reached", message, path, severity=severity)
 
 
 def _touching(touch: Touch) -> str:

@@ -30,7 +30,7 @@ from rosorin_compile.source.rule_registry import DECLARED, PHYSICS, Rule
 
 from ..rest_pose import nearest_to_zero
 from ..simulate.scenarios import hold
-from ..simulate.world import FIXED, Refused, World, describe_joint, mjcf_text, quiet
+from ..simulate.world import FIXED, Refused, World, mjcf_text, quiet
 from .mesh_checks import check_meshes
 from .overlaps import ZERO, State, check_overlaps, check_sweeps, sweep, swept_joints
 from .scene import Scene
@@ -164,13 +164,12 @@ def _check_rest(case: Case, states: Sequence[State], tick: Callable[[], None]) -
         for state in states:
             trial = hold(world, state.name, state.positions, SECONDS)
             tick()
-            if trial.broken is not None:
-                message = f"left alone {state}, after {trial.broken.time:.6g} s: {trial.broken.why}"
-                message += describe_joint(robot, trial.broken.joint)
+            if trial.broken:
+                message = f"left alone {state}, {trial.broken}"
                 found.setdefault(
                     ("explodes", ""), replace(case.problem("explodes-at-rest", message, ("robot",)), of=())
                 )
-            for name, off in trial.errors.items() if trial.broken is None else ():
+            for name, off in trial.errors.items():
                 joint, sunk = robot.joint[name], SUNK_SLIDE if robot.joint[name].type == "prismatic" else SUNK
                 message = f'left alone {state}, joint "{name}" moves {off:.3g} {joint.unit} within a second in MuJoCo'
                 if off > sunk and not trial.touches and joint.mimic is None:

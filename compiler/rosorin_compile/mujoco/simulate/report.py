@@ -20,7 +20,7 @@ def tables(result: Simulated) -> dict[str, Table]:
     poses: Table = [("pose", "largest error", "joint", "touches", *floor)]
     for held in result.poses:
         error = (f"{held.worst[1]:.4f} {result.units[held.worst[0]]}", held.worst[0]) if held.worst else ("-", "-")
-        touches = listed([" - ".join(touch.links) for touch in held.touches], 2) or "-"
+        touches = listed([" - ".join(pair) for pair in held.touches], 2) or "-"
         ground = (f"{1000 * held.drift:.1f} mm", listed(held.stands_on, 2) or "-") if floor else ()
         poses.append((held.pose, *_or_broken(held, (*error, touches, *ground))))
     drive: Table = [("command", "commanded", "measured", "off", "cross", "ripple")]
@@ -36,9 +36,7 @@ def tables(result: Simulated) -> dict[str, Table]:
         ends = [text for end in swept.ends for text in (f"{end.target:.3f}", f"{end.error:.4f}")]
         touched = [end for end in swept.ends if end.first_touch]
         touches = ", ".join(
-            f"{' - '.join(end.first_touch.links)} from {end.touch_position:.2f} {unit}"
-            for end in touched
-            if end.first_touch
+            f"{' - '.join(end.first_touch)} from {end.touch_position:.2f} {unit}" for end in touched if end.first_touch
         )
         ranges.append((f"{swept.joint} ({unit})", *_or_broken(swept, (*ends, touches or "-"))))
     found = {"poses": poses, "drive": drive, "ranges": ranges}
@@ -51,7 +49,7 @@ def tables(result: Simulated) -> dict[str, Table]:
 
 
 def _or_broken(result: Any, cells: tuple[str, ...]) -> tuple[str, ...]:
-    return cells if result.broken is None else (f"broke after {result.broken.time:.3g} s",)
+    return (f"broke {result.broken.partition(':')[0]}",) if result.broken else cells
 
 
 def text(result: Simulated) -> str:

@@ -20,7 +20,7 @@ from rosorin_compile.model import Joint, Robot, Twist
 from rosorin_compile.mujoco.rest_pose import HOME, home_of, range_of
 from rosorin_compile.source.progress import Progress
 
-from .world import FREE, POSITION, VELOCITY, SimulationDiverged, Touch, World, single_joints
+from .world import FREE, POSITION, VELOCITY, SimulationDiverged, World
 
 LAST = 0.25  # s at the end of a scenario over which is averaged
 RAMP, DRIVING = 0.5, 2.0  # s until a drive is at its speed, and at speed, of which the second half counts
@@ -31,19 +31,11 @@ _SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s at most, and half of the 
 _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, and there
 
 
-class Stop(NamedTuple):
-    """How a scenario ended early: why, when (s), and which joint diverged first, if that is known."""
-
-    why: str
-    time: float
-    joint: str = ""
-
-
 @dataclass
 class Result:
-    """What all scenarios have: how it ended early, or None."""
+    """What all scenarios have: when and why it diverged, or an empty text."""
 
-    broken: Stop | None = field(default=None, kw_only=True)
+    broken: str = field(default="", kw_only=True)
 
     @contextmanager
     def recording(self) -> Iterator[None]:
@@ -51,7 +43,7 @@ class Result:
         try:
             yield
         except SimulationDiverged as problem:
-            self.broken = Stop(str(problem), problem.time, problem.joint)
+            self.broken = str(problem)
 
 
 @dataclass
@@ -70,7 +62,7 @@ class PoseTrial(Result):
     turned: float = 0.0
     leans: float = 0.0
     ripple: float = 0.0
-    touches: list[Touch] = field(default_factory=list)
+    touches: list[tuple[str, str]] = field(default_factory=list)
     stands_on: list[str] = field(default_factory=list)
 
     @property
@@ -103,8 +95,8 @@ class End(NamedTuple):
 
     target: float
     error: float
-    touches: list[Touch]
-    first_touch: Touch | None = None
+    touches: list[tuple[str, str]]
+    first_touch: tuple[str, str] | None = None
     touch_position: float = 0.0
 
 
@@ -160,7 +152,7 @@ def run_scenarios(world: World, seconds: float) -> Scenarios:
         tuple(step(hold, *pose, seconds) for pose in poses),
         tuple(step(drive, home, *command) for command in commands.items()),
         tuple(step(sweep, home, *joint) for joint in joints),
-        step(swing, home) if single_joints(robot) else None,
+        step(swing, home) if world.joints else None,
     )
 
 
@@ -175,7 +167,7 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
     result, root, robot = PoseTrial(pose, positions), world.robot.root, world.robot
     world.reset(positions)
     actuated = set(world.targets) - set(world.own)
-    held = [joint for joint in single_joints(robot) if actuated.intersection((joint.name, _leader(robot, joint).name))]
+    held = [joint for joint in world.joints if actuated.intersection((joint.name, _leader(robot, joint).name))]
     targets = {joint.name: robot.position(joint, positions) for joint in held}
     turn_before, place_before = world.place(root)
     errors, heights = list[list[float]](), list[float]()
@@ -183,7 +175,7 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
         for _ in world.run(seconds):
             errors.append([world.position(joint.name) - targets[joint.name] for joint in held])
             heights.append(float(world.place(root)[1][2]))
-    if result.broken is None:
+    if not result.broken:
         last = max(1, round(LAST / world.sample))
         means = (abs(sum(several) / len(several)) for several in zip(*errors[-last:], strict=True))
         result.errors = {joint.name: mean for joint, mean in zip(held, means, strict=True)}
@@ -232,7 +224,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     with result.recording():
         for time in world.run(RAMP + DRIVING, command_wheels):
             sample(time)
-    if result.broken is None:
+    if not result.broken:
         count = max(1, round(DRIVING / 2 / world.sample))
         last = [_velocity(*pair) for pair in pairwise(states)][-count:]
         result.measured = Twist(*(sum(parts) / len(last) for parts in zip(*last, strict=True)))
@@ -268,7 +260,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     """Return the joints that an actuator can move over a range, with the ends of it (rad or m)."""
     wheels = world.robot.drive.wheels if world.robot.drive is not None else ()
     found = []
-    for joint in single_joints(world.robot):
+    for joint in world.joints:
         servo, ends = world.servo(joint.name, POSITION), range_of(joint)
         is_held = servo is not None and joint.name not in (*wheels, *world.own)
         if is_held and ends is not None and joint.limit is not None and joint.type != "continuous":
@@ -284,7 +276,7 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
     velocity = joint.limit.known("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
-    at_start, here = {one.links for one in world.touches()}, world.position(joint.name)
+    at_start, here = set(world.touches()), world.position(joint.name)
 
     def move(start: float, end: float, seconds: float, now: float) -> None:
         world.hold(joint.name, start + (end - start) * min(1.0, now / seconds))
@@ -293,14 +285,14 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
         for end in ends:
             seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
             errors: deque[float] = deque(maxlen=max(1, round(LAST / world.sample / 2)))
-            first, first_position, before = None, 0.0, at_start | {one.links for one in world.touches()}
+            first, first_position, before = None, 0.0, at_start | set(world.touches())
             for _ in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
                 now, touches = world.position(joint.name), world.touches()
                 errors.append(abs(now - end))
-                fresh = [one for one in touches if one.links not in before]
+                fresh = [pair for pair in touches if pair not in before]
                 if fresh and first is None:
                     first, first_position = fresh[0], now
-            left = [one for one in touches if one.links not in at_start]
+            left = [pair for pair in touches if pair not in at_start]
             result.ends.append(End(end, sum(errors) / len(errors), left, first, first_position))
             here = end
     return result
@@ -308,7 +300,7 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
 
 def swing(world: World, positions: Mapping[str, float]) -> Swung:
     """Let the robot swing from a pose with nothing that gives or takes energy, and measure it (Runge-Kutta)."""
-    mujoco, free, joints = world.mujoco, copy.copy(world), single_joints(world.robot)
+    mujoco, free, joints = world.mujoco, copy.copy(world), world.joints
     free.model = model = copy.copy(world.model)
     for name in ("CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "ACTUATION", "DAMPER"):
         model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}"))

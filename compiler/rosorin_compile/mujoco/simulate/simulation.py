@@ -31,8 +31,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import DECLARED, SIMULATION, Rule
 from rosorin_compile.source.tree import Path as TreePath
 
-from .scenarios import Driven, End, PoseTrial, Scenarios, Stop, Swept, Swung, run_scenarios
-from .world import FIXED, FREE, Refused, Touch, World, describe_joint, mjcf_text, quiet
+from .scenarios import Driven, End, PoseTrial, Scenarios, Swept, Swung, run_scenarios
+from .world import FIXED, FREE, Refused, World, mjcf_text, quiet
 
 RULES = (
     Rule(
@@ -230,35 +230,34 @@ class _Judge:
             yield from self._driven(driven, results.poses[0])
         for swept in results.ranges:
             joint = self.robot.joint[swept.joint]
-            if swept.broken is not None:
+            if swept.broken:
                 yield self._broken(f'joint "{joint.name}" moved over its range', swept.broken, self.case.joint(joint))
                 continue
             for end, side in zip(swept.ends, ("lower", "upper"), strict=True):
                 if end.error > self.limits["reach"]:
                     yield self._not_reached(joint, end, side)
         swung = results.energy
-        if swung is not None and swung.broken is not None:
+        if swung is not None and swung.broken:
             yield self._broken("swinging without damping", swung.broken, ("robot",))
         elif swung is not None and swung.change > self.limits["energy"]:
             message = (
                 f"without damping, friction and actuators the energy of the robot changes by {swung.change:.0%} within"
-                f" half a second{describe_joint(self.robot, swung.lightest)}, the least inertia"
+                f' half a second; joint "{swung.lightest}" moves the least inertia'
             )
             yield self._found("energy-not-kept", message, ("robot",))
 
     def _found(self, rule: str, message: str, path: TreePath, severity: str = "") -> Diagnostic:
         return self.case.problem(rule, message, path, severity=severity, key=True)
 
-    def _broken(self, where: str, stop: Stop, path: TreePath) -> Diagnostic:
-        message = f"{where}, after {round(stop.time, 3):.6g} s: {stop.why}{describe_joint(self.robot, stop.joint)}"
-        return replace(self._found("simulation-breaks", message, path), of=())
+    def _broken(self, where: str, stop: str, path: TreePath) -> Diagnostic:
+        return replace(self._found("simulation-breaks", f"{where}, {stop}", path), of=())
 
     def _held(self, held: PoseTrial) -> Iterator[Diagnostic]:
         path, where = ("poses", held.pose), f'in pose "{held.pose}"'
         is_named = self.case.tree.has(path)
         if not is_named:
             path, where = ("robot",), "at rest"
-        if held.broken is not None:
+        if held.broken:
             yield self._broken(f"simulated {where}", held.broken, path)
             return
         for name, off in sorted(held.errors.items(), key=lambda item: -item[1]):
@@ -285,13 +284,13 @@ class _Judge:
             root = self.robot.joint[root.mimic.joint]
         movers = [root, *(one for one in self.robot.joints if one.mimic and one.mimic.joint == root.name)]
         moved = set().union(*(self.robot.below(one.child) for one in movers))
-        touch = next((one for one in held.touches if len(moved.intersection(one.links)) == 1), None)
-        message += f": {_touching(touch)}" if touch else ""
+        touch = next((one for one in held.touches if len(moved.intersection(one)) == 1), None)
+        message += f": {_touching(*touch)}" if touch else ""
         severity = NOTE if touch else WARNING
         return replace(self._found("pose-not-held", message, path, severity), of=(joint.name, joint.child))
 
     def _driven(self, driven: Driven, home: PoseTrial) -> Iterator[Diagnostic]:
-        if driven.broken is not None:
+        if driven.broken:
             yield self._broken(f"driving {driven.command}", driven.broken, ("drive",))
             return
         wrong = []
@@ -320,14 +319,14 @@ class _Judge:
             f" {end.error:.3g} {joint.unit} before it"
         )
         if end.touches:
-            message += f": {_touching(end.touches[0])}"
+            message += f": {_touching(*end.touches[0])}"
             message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on" if end.first_touch else ""
         path, severity = self.case.joint(joint, "limit", side), NOTE if end.touches else WARNING
         return self.case.problem("limit-not-reached", message, path, severity=severity)
 
 
-def _touching(touch: Touch) -> str:
-    return f'link "{touch.links[0]}" touches link "{touch.links[1]}"'
+def _touching(first: str, second: str) -> str:
+    return f'link "{first}" touches link "{second}"'
 
 
 def _twist(twist: Sequence[float]) -> str:

@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Joint, Output, Robot
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 
 from ..mjcf.bodies import body_name
@@ -42,19 +42,7 @@ class Refused(Exception):
 
 
 class SimulationDiverged(Exception):
-    """The simulation diverged after ``time`` (s), first at ``joint`` if that is known."""
-
-    def __init__(self, message: str, time: float, joint: str = "") -> None:
-        super().__init__(message)
-        self.time = time
-        self.joint = joint
-
-
-class Touch(NamedTuple):
-    """Two links that touch, by name, and how deep (m)."""
-
-    links: tuple[str, str]
-    depth: float
+    """The simulation diverged; the message has the time, the reason, and the first joint if it is known."""
 
 
 @dataclass(frozen=True)
@@ -106,23 +94,11 @@ def mjcf_text(robot: Robot, output: Output | None, templates: Templates, base: s
     return text
 
 
-def single_joints(robot: Robot) -> list[Joint]:
-    """Return the joints that move and have a single coordinate: no planar, floating or fixed ones."""
-    return [joint for joint in robot.joints if joint.moves]
-
-
-def describe_joint(robot: Robot, name: str) -> str:
-    """Return the end of a sentence with a joint and the mass that it moves; empty without a joint."""
-    if name not in robot.joint:
-        return ""
-    inertials = [robot.link[link].inertial for link in robot.below(robot.joint[name].child)]
-    return f'; joint "{name}" moves {sum(inertial.mass for inertial in inertials if inertial):.6g} kg'
-
-
 class World:
     """A robot in MuJoCo, fixed to the world or free on a floor. Lengths in m, angles in rad.
 
-    ``own`` are the joints of the drive that got a servo here, because no actuator of the robot drives them.
+    ``joints`` are those that move and have a single coordinate, ``own`` those of the drive that got a servo here,
+    because no actuator of the robot drives them.
     """
 
     def __init__(
@@ -133,6 +109,7 @@ class World:
         Raises Refused.
         """
         self.mujoco, self.robot, self.base = mujoco, robot, base
+        self.joints = [joint for joint in robot.joints if joint.moves]
         self.steps, self.cpu = 0, 0.0
         try:
             spec: Any = mujoco.MjSpec.from_string(text, assets=dict(meshes or {}))
@@ -203,7 +180,7 @@ class World:
         """Start again at joint positions, everything at rest and held there; on the floor if there is one."""
         model, data = self.model, self.data
         self.mujoco.mj_resetData(model, data)
-        for joint in single_joints(self.robot):
+        for joint in self.joints:
             data.joint(joint.name).qpos[0] = self.robot.position(joint, positions)
         self.mujoco.mj_forward(model, data)
         if self.base == FREE:
@@ -259,31 +236,25 @@ class World:
         """Raise SimulationDiverged if MuJoCo warned, or reset the state, after the time ``before``."""
         import numpy as np
 
-        model, warnings = self.model, self.data.warning
+        model, warnings, after = self.model, self.data.warning, f"after {round(before, 3):.6g} s"
         by_velocity = dict.fromkeys(("mjWARN_INERTIA", "mjWARN_BADQVEL", "mjWARN_BADQACC"), model.jnt_dofadr)
-        for index in np.flatnonzero(warnings.number):
-            at = int(warnings.lastinfo[index])
-            addresses = {"mjWARN_BADQPOS": model.jnt_qposadr, **by_velocity}.get(
-                self.mujoco.mjtWarning(int(index)).name
-            )
+        for index in np.flatnonzero(warnings.number).tolist():
+            at, kind = int(warnings.lastinfo[index]), self.mujoco.mjtWarning(index).name
+            addresses = {"mjWARN_BADQPOS": model.jnt_qposadr, **by_velocity}.get(kind)
             joint = "" if addresses is None else model.joint(int(np.flatnonzero(addresses <= at)[-1])).name
-            text = self.mujoco.mju_warningText(int(index), at).partition(". ")[0].rstrip(".")
-            raise SimulationDiverged(f"MuJoCo warns: {text}", before, joint)
+            text = self.mujoco.mju_warningText(index, at).partition(". ")[0].rstrip(".")
+            raise SimulationDiverged(f"{after}: MuJoCo warns: {text}" + (f', joint "{joint}"' if joint else ""))
         if self.data.time <= before or not np.isfinite(self.data.qpos).all():
-            raise SimulationDiverged("its positions become infinite", before)
+            raise SimulationDiverged(f"{after}: its positions become infinite")
 
     def position(self, joint: str) -> float:
         """Return the position of a joint (rad or m)."""
         return float(self.data.joint(joint).qpos[0])
 
-    def touches(self) -> list[Touch]:
-        """Return the links that touch each other, each pair once with the deepest contact."""
-        found: dict[tuple[str, str], float] = {}
-        for contact in self.data.contact:
-            links = self._links(contact)
-            if len(links) == 2 and contact.dist < 0:
-                found[links[0], links[1]] = max(found.get((links[0], links[1]), 0.0), -float(contact.dist))
-        return [Touch(pair, depth) for pair, depth in sorted(found.items())]
+    def touches(self) -> list[tuple[str, str]]:
+        """Return the pairs of links that touch each other, sorted."""
+        pairs = [self._links(contact) for contact in self.data.contact if contact.dist < 0]
+        return sorted({(pair[0], pair[-1]) for pair in pairs if len(pair) > 1})
 
     def stands_on(self) -> list[str]:
         """Return the links that touch the floor."""

@@ -1,18 +1,15 @@
-"""Check the physics of one robot: its meshes, overlaps at rest and along the ranges of joints, and how it settles."""
+"""Check the physics of one robot: its meshes, and overlaps at rest and along the ranges of joints."""
 
 from __future__ import annotations
 
-import math
 import os
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Mesh
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
@@ -25,35 +22,13 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import DECLARED, PHYSICS, Rule
 
-from ..rest_pose import nearest_to_zero
-from ..simulate.scenarios import hold
-from ..simulate.world import FIXED, Refused, World, mjcf_text, quiet
+from ..rest_pose import range_of
 from .mesh_checks import check_meshes
-from .overlaps import ZERO, State, check_overlaps, check_sweeps, sweep, swept_joints
+from .overlaps import check_overlaps
 from .scene import Scene
 from .solids import mesh_shapes, read_meshes
 
-RULES = (
-    Rule(
-        "explodes-at-rest",
-        "Left alone for a second in MuJoCo, the positions of the robot become infinite.",
-        "Look for parts that start inside each other, for masses and inertias far too small, for gains far too large.",
-        PHYSICS,
-    ),
-    Rule(
-        "sinks-at-rest",
-        "A warning: left alone for a second in MuJoCo, an actuator does not hold its joint.",
-        "Check the mass that it carries, `kp` of the actuator, and the effort of the joint.",
-        PHYSICS,
-    ),
-)
-DECLARED.update({rule.id: rule for rule in RULES})
-
-SECONDS = 1.0  # at rest
-SUNK, SUNK_SLIDE = math.radians(10), 0.02  # m
 # The packages that are imported, and what pip calls them.
 _NEEDED = {
     "mujoco": "'mujoco>=3.12'",
@@ -113,69 +88,13 @@ def check_robot(request: Request) -> CheckedPhysics:
         # numpy warns about huge numbers, which have rules of their own.
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            looked_at, found = _check(case, files.meshes(case.tree, case.robot.outputs))
+            shapes = list(mesh_shapes(case))
+            meshes, found = read_meshes(case, shapes, files.meshes(case.tree, case.robot.outputs))
+            found += [*check_meshes(case, shapes, meshes), *check_overlaps(case, Scene(case.robot, meshes))]
         found = arrange(settled(case, found, "physics"))
+        joints = sum(range_of(joint) is not None for joint in case.robot.joints)
+        looked_at = LookedAt(len(case.robot.poses), joints, len({shape.mesh.file for shape in shapes}))
     return CheckedPhysics(description.name, str(description.path), not has_errors(found), looked_at, tuple(found))
-
-
-def _check(case: Case, files: Mapping[str, Path]) -> tuple[LookedAt, list[Diagnostic]]:
-    shapes, joints = list(mesh_shapes(case)), swept_joints(case.robot)
-    poses: list[tuple[str, Mapping[str, float]]] = [
-        (ZERO, {}),
-        *((one.name, one.positions) for one in case.robot.poses),
-    ]
-    # The steps weigh about the same: reading a mesh, simulating a second, moving a joint over its range.
-    done, total = 0, len(shapes) + len(poses) * (1 + len(joints))
-
-    def tick() -> None:
-        nonlocal done
-        done += 1
-        Progress.step("checking the physics", done, total)
-
-    meshes, found = read_meshes(case, shapes, files, tick)
-    found += check_meshes(case, shapes, meshes)
-    scene = Scene(case.robot, meshes)
-    states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
-    # Sweeps and simulations start within the limits of all joints.
-    legal = nearest_to_zero(case.robot)
-    starts = [State(ZERO, legal, scene.overlaps(legal)), *states[1:]]
-    meetings, always = sweep(scene, starts, tick)
-    found += check_overlaps(case, scene, states, always & set(states[0].overlaps))
-    found += check_sweeps(case, scene, meetings)
-    found += _check_rest(case, starts, tick)
-    return LookedAt(len(poses) - 1, len(joints), len({shape.mesh.file for shape in shapes})), found
-
-
-def _check_rest(case: Case, states: Sequence[State], tick: Callable[[], None]) -> list[Diagnostic]:
-    """Hold the robot for a second in each state: it should stay whole, and its actuators where they are.
-
-    Meshes take no part: overlaps of their hulls are reported by ``overlaps``.
-    """
-    links = []
-    for link in case.robot.links:
-        primitives = tuple(shape for shape in link.collision if not isinstance(shape.geometry, Mesh))
-        links.append(replace(link, collision=primitives, visual=()))
-    robot, found = replace(case.robot, links=tuple(links)), dict[tuple[str, str], Diagnostic]()
-    with quiet() as mujoco:
-        try:
-            world = World(mujoco, robot, mjcf_text(robot, None, Templates(), FIXED), FIXED, Path())
-        except Refused:  # which ``check`` reports
-            return []
-        for state in states:
-            trial = hold(world, state.name, state.positions, SECONDS)
-            tick()
-            if trial.broken:
-                message = f"left alone {state}, {trial.broken}"
-                found.setdefault(
-                    ("explodes", ""), replace(case.problem("explodes-at-rest", message, ("robot",)), of=())
-                )
-            for name, off in trial.errors.items():
-                joint, sunk = robot.joint[name], SUNK_SLIDE if robot.joint[name].type == "prismatic" else SUNK
-                message = f'left alone {state}, joint "{name}" moves {off:.3g} {joint.unit} within a second in MuJoCo'
-                if off > sunk and not trial.touches and joint.mimic is None:
-                    path = case.joint(joint, "actuator")
-                    found.setdefault(("sinks", name), case.problem("sinks-at-rest", message, path, key=True))
-    return list(found.values())
 
 
 class OverlapFinder:

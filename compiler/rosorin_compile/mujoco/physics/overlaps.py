@@ -13,14 +13,15 @@ that are not neighbours is one note: planners know how to avoid it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Mesh, Robot
+from rosorin_compile.model import Joint, Mesh
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import accepts
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import DECLARED, PHYSICS, Rule
 from rosorin_compile.source.tree import Path
 
@@ -31,8 +32,8 @@ from .solids import Solid
 RULES = (
     Rule(
         "parts-overlap",
-        "A warning: two parts are inside each other, at zero or in a named pose, and not in every position (a note, "
-        "where zero is beyond the limits of a joint). A simulation pushes them apart in its first step.",
+        "A warning: two parts are inside each other, at zero or in a named pose, and not in every position. A "
+        "simulation pushes them apart in its first step.",
         "Correct a shape, a joint or the pose; a pair that is meant to touch goes under `disabled_contacts`.",
         PHYSICS,
     ),
@@ -72,7 +73,6 @@ RULES = (
 )
 DECLARED.update({rule.id: rule for rule in RULES})
 
-ZERO = ""  # the name of the state in which every joint is at zero
 MOST_INSIDE = 0.9  # of its volume: no bearing and no cover holds a part like that
 CORNER = 0.2  # of its volume: less is a corner at a joint
 SHOWN = 5  # names in a note
@@ -85,14 +85,11 @@ _HALVINGS = 8
 
 
 class State(NamedTuple):
-    """Joint positions (rad or m) at which the robot rests, "zero" or a named pose, and the overlaps there."""
+    """Joint positions (rad or m) at which the robot rests, zero (without a name) or a pose, and the overlaps there."""
 
     name: str
     positions: Positions
     overlaps: Mapping[Pair, Overlap]
-
-    def __str__(self) -> str:
-        return f'in pose "{self.name}"' if self.name != ZERO else "at zero"
 
 
 class Member(NamedTuple):
@@ -118,55 +115,44 @@ def note(
         rest = [one for index, one in enumerate(rest) if one.names[0] not in {two.names[0] for two in rest[:index]}]
     if rest:
         text = message.format(count=len(rest), names=first_of([one.text for one in rest], SHOWN))
-        found = case.problem(rule, text, rest[0].path, severity=NOTE, key=key)
-        yield replace(found, related=(), of=())
+        yield replace(case.problem(rule, text, rest[0].path, severity=NOTE, key=key), related=(), of=())
 
 
-def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -> Iterator[Diagnostic]:
-    """Yield diagnostics for parts that overlap at rest; ``always`` are the pairs that overlap in every position."""
-    warnings, limiting, beyond_zero = list[tuple[float, Diagnostic]](), dict[Joint, None](), nearest_to_zero(case.robot)
-    summed_up: dict[str, list[tuple[float, Member]]] = {"design": [], "hulls": [], "beyond": []}
+def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
+    """Yield diagnostics for parts that overlap at rest, and for those that the joints drive into each other."""
+    poses = [("", nearest_to_zero(case.robot)), *((pose.name, pose.positions) for pose in case.robot.poses)]
+    states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
+    driven, always = _sweep(case, scene, states)
+    warnings, designs, hulls = list[tuple[float, Diagnostic]](), dict[Member, float](), dict[Member, float]()
     for pair in dict.fromkeys(pair for state in states for pair in state.overlaps):
         where = [state for state in states if pair in state.overlaps]
         deepest = max(where, key=lambda state: state.overlaps[pair].depth)
         overlap, at = deepest.overlaps[pair], deepest.positions
-        small, large = scene.by_volume(pair)
-        share = scene.share(small, large, at)
-        between = set.symmetric_difference(*(set(case.robot.chain(link)) for link in pair))
-        limits = [joint for joint in case.robot.joints if joint in between and joint.name in beyond_zero]
-        kind = ""
-        if [state.name for state in where] == [ZERO] and limits:
-            kind = "beyond"
-            limiting |= dict.fromkeys(limits)
-        elif share >= MOST_INSIDE and scene.share(small, large, at, exact=True) >= MOST_INSIDE:
-            outer, inner = overlap.solids if overlap.solids[1].link == small else overlap.solids[::-1]
-            what = f'link "{small}" is inside link "{large}" with {share:.0%} of its volume'
-            warnings.append((overlap.depth, _overlap(case, scene, "part-inside-part", what, where, inner, outer)))
+        outer, inner = overlap.solids
+        small, large = sorted(pair, key=scene.volume)
+        share, depth = scene.share(small, large, at), f"{1000 * overlap.depth:.1f} mm"
+        member = Member(pair, f"{pair[1]} in {pair[0]} by {depth}", shape_path(case, inner))
+        rule, what = "parts-overlap", f'link "{pair[1]}" is {depth} inside link "{pair[0]}"'
+        if share >= MOST_INSIDE and scene.share(small, large, at, exact=True) >= MOST_INSIDE:
+            outer, inner = overlap.solids if inner.link == small else (inner, outer)
+            rule, what = "part-inside-part", f'link "{small}" is inside link "{large}" with {share:.0%} of its volume'
         elif pair in always or (scene.joint_of(pair) is not None and share < CORNER):
-            kind = "design"
+            designs[member] = overlap.depth
+            continue
         elif not scene.touches(overlap.solids, at):
-            kind = "hulls"
-        else:
-            what = f'link "{pair[1]}" is {1000 * overlap.depth:.1f} mm inside link "{pair[0]}"'
-            found = _overlap(case, scene, "parts-overlap", what, where, overlap.solids[1], overlap.solids[0])
-            warnings.append((overlap.depth, found))
-        if kind:
-            text = f"{pair[1]} in {pair[0]} by {1000 * overlap.depth:.1f} mm"
-            summed_up[kind].append((overlap.depth, Member(pair, text, shape_path(case, overlap.solids[1]))))
+            hulls[member] = overlap.depth
+            continue
+        warnings.append((overlap.depth, _overlap(case, scene, rule, what, where, inner, outer)))
     yield from (found for _, found in sorted(warnings, key=lambda one: -one[0]))
-    members = {
-        kind: [member for _, member in sorted(several, key=lambda one: -one[0])] for kind, several in summed_up.items()
-    }
     message = "links that overlap in every position, or at their joint, as parts of one design do ({count}): {names}"
-    yield from note(case, "parts-always-overlap", members["design"], message, key=True)
+    yield from note(case, "parts-always-overlap", sorted(designs, key=lambda one: -designs[one]), message, key=True)
     message = "hulls that overlap though their meshes do not touch ({count}): {names}; simulators push them apart"
-    yield from note(case, "hulls-overlap", members["hulls"], message, key=True)
-    if limiting:
-        first, names = next(iter(limiting)), quoted([joint.name for joint in limiting], SHOWN)
-        path = case.joint(first, "limit", "lower" if beyond_zero[first.name] > 0 else "upper")
-        message = f"links that overlap at zero, which is beyond the limits of {names} ({{count}}): {{names}}"
-        beyond = [one._replace(path=path) for one in members["beyond"]]
-        yield from note(case, "parts-overlap", beyond, message)
+    yield from note(case, "hulls-overlap", sorted(hulls, key=lambda one: -hulls[one]), message, key=True)
+    near = [one for one in driven if isinstance(one, Diagnostic)]
+    yield from sorted(near, key=lambda one: one.severity != WARNING)
+    message = "joints that can each move a link into collision with one that is not adjacent ({count}): {names}"
+    far = [one for one in driven if isinstance(one, Member)]
+    yield from note(case, "joints-meet-parts", far, message, first=True)
 
 
 def _overlap(
@@ -175,18 +161,17 @@ def _overlap(
     """Return a warning at what puts the parts there: a pose, the joint between neighbours, or the shape."""
     joint = scene.joint_of((inner.link, outer.link))
     related = [case.related(f'the shape of "{one.link}"', shape_path(case, one)) for one in (inner, outer)]
-    path, is_pose = shape_path(case, inner), where[0].name != ZERO
-    if is_pose:
-        path = ("poses", where[0].name)
+    path, pose = shape_path(case, inner), where[0].name
+    if pose:
+        path = ("poses", pose)
     elif joint is not None:
         path = case.joint(joint, "xyz")
     else:
         related = related[1:]
-    poses = quoted([state.name for state in where if state.name != ZERO], SHOWN)
-    at = ["at zero"] * (where[0].name == ZERO) + [f"in pose {poses}"] * (where[-1].name != ZERO)
+    poses = quoted([state.name for state in where if state.name], SHOWN)
+    at = ["at zero"] * (not pose) + [f"in pose {poses}"] * bool(where[-1].name)
     message = f"{what} {' and '.join(at)}: {shape_name(case, inner)} in {shape_name(case, outer)}"
-    found = case.problem(rule, message, path, related=related, key=is_pose)
-    return replace(found, of=(inner.link, outer.link))
+    return replace(case.problem(rule, message, path, related=related, key=bool(pose)), of=(inner.link, outer.link))
 
 
 def shape_path(case: Case, solid: Solid) -> Path:
@@ -201,154 +186,85 @@ def shape_name(case: Case, solid: Solid) -> str:
     name = {"HeightMap": "height map"}.get(type(geometry).__name__, type(geometry).__name__.lower())
     if isinstance(geometry, Mesh):
         name = f"the hull of {geometry.file.rpartition('/')[2]}"
-    else:
-        name = f"{name} {solid.number + 1} of {len(shapes)}" if len(shapes) > 1 else f"its {name}"
+    elif len(shapes) > 1:
+        name = f"{name} {solid.number + 1} of {len(shapes)}"
     return name + case.stands_in(shape_path(case, solid))
 
 
-class Meeting(NamedTuple):
-    """A joint that drives the second link of a pair into the first one.
+def _sweep(case: Case, scene: Scene, states: Sequence[State]) -> tuple[list[Member | Diagnostic], set[Pair]]:
+    """Move each joint alone from each state.
 
-    ``position`` (rad or m) is where that begins, ``end`` the end of the range behind it, ``side`` its limit ("lower" or
-    "upper"), ``blocked`` the share of the range in which they overlap, ``inside`` the share of the moved link that gets
-    into the other.
+    Return what it drives together, adjacent links as a diagnostic and others as a member, and the pairs of links that
+    overlap in every position.
     """
-
-    joint: Joint
-    pair: Pair
-    state: State
-    position: float
-    end: float
-    side: str
-    solids: tuple[Solid, Solid]
-    blocked: float
-    inside: float
-
-    @property
-    def where(self) -> str:
-        """Where it begins: the position, and the pose unless it is zero."""
-        if self.joint.type == "prismatic":
-            text = f"{float(f'{self.position:.3g}'):.6g} m"
-        else:
-            text = f"{round(self.position, 2):.6g} rad ({math.degrees(self.position):.0f} deg)"
-        return f"{text} {self.state}" if self.state.name != ZERO else text
-
-
-def swept_joints(robot: Robot) -> list[tuple[Joint, float, float]]:
-    """Return the joints that move by themselves over a range, with its ends (rad or m)."""
-    ranges = [(joint, ends) for joint in robot.joints if (ends := range_of(joint))]
-    return [(joint, lower, upper) for joint, (lower, upper) in ranges if lower < upper]
-
-
-def sweep(scene: Scene, states: Sequence[State], tick: Callable[[], None]) -> tuple[list[Meeting], set[Pair]]:
-    """Move each joint alone from each state; return the first meetings, and the pairs that overlap in every position.
-
-    Calls ``tick`` after each joint of each state.
-    """
-    joints = swept_joints(scene.robot)
+    ranges = {joint: ends for joint in case.robot.joints if (ends := range_of(joint)) and ends[0] < ends[1]}
     counts = {
         joint: SLIDE_STEPS if joint.type == "prismatic" else min(MOST_STEPS, math.ceil((upper - lower) / STEP))
-        for joint, lower, upper in joints
+        for joint, (lower, upper) in ranges.items()
     }
     factor = min(1.0, MOST_STATES / max(1, len(states) * sum(counts.values())))
     always = set.intersection(*(set(state.overlaps) for state in states))
-    meetings: dict[tuple[str, Pair], Meeting] = {}
-    for state in states:
-        for joint, lower, upper in joints:
-            steps = max(2, round(factor * counts[joint]))
+    found: dict[tuple[str, Pair], Member | Diagnostic | None] = {}
+    for number, state in enumerate(states):
+        for joint, (lower, upper) in ranges.items():
+            Progress.step("moving joints", number, len(states))
+            steps, start = max(2, round(factor * counts[joint])), state.positions.get(joint.name, 0.0)
             every = [lower + (upper - lower) * index / steps for index in range(steps + 1)]
-            start = state.positions.get(joint.name, 0.0)  # a start outside the range is left at once
+            # From the start to each end; a start outside the range is left at once.
             positions = [p for p in reversed(every) if p < start] + [p for p in every if p > start]
             rows = scene.rows([{**state.positions, joint.name: position} for position in positions])
             overlaps = dict(zip(positions, map(scene.overlaps_at, rows), strict=True))
             always = always.intersection(*overlaps.values())
-            for meeting in _meetings(scene, state, joint, overlaps):
-                meetings.setdefault((joint.name, meeting.pair), meeting)
-            tick()
-    return list(meetings.values()), always
+            for pair in dict.fromkeys(pair for several in overlaps.values() for pair in several):
+                if found.get((joint.name, pair)) is None:
+                    found[joint.name, pair] = _driven(case, scene, state, joint, overlaps, pair)
+    return [one for one in found.values() if one is not None], always
 
 
-def _meetings(
-    scene: Scene, state: State, joint: Joint, overlaps: Mapping[float, Mapping[Pair, Overlap]]
-) -> Iterator[Meeting]:
-    """Yield the pairs of links that a joint moves into each other; adjacent links only if they overlap more."""
-    start, below = state.positions.get(joint.name, 0.0), set(scene.robot.below(joint.child))
-    ways = [[p for p in overlaps if p < start], [p for p in overlaps if p > start]]
-    for pair in dict.fromkeys(pair for several in overlaps.values() for pair in several):
-        moved, still = pair if pair[0] in below else pair[::-1]
-        is_neighbour = scene.joint_of(pair) == joint
+def _driven(
+    case: Case, scene: Scene, state: State, joint: Joint, overlaps: Mapping[float, Mapping[Pair, Overlap]], pair: Pair
+) -> Member | Diagnostic | None:
+    """Return two links that a joint moves into each other, or None; adjacent links only if they overlap more."""
+    moved, still = pair if pair[0] in scene.robot.below(joint.child) else pair[::-1]
+    start, is_neighbour, least = state.positions.get(joint.name, 0.0), scene.joint_of(pair) == joint, 0.0
 
-        def share(position: float, moved: str = moved, still: str = still) -> float:
-            return scene.share(moved, still, {**state.positions, joint.name: position})
+    def at(position: float) -> Positions:
+        return {**state.positions, joint.name: position}
 
-        least = 0.0
-        if pair in state.overlaps:
-            least = share(start) + GROWTH if is_neighbour else 1.0
-            if least >= 1:
-                continue
-        hits = {
-            position
-            for position, several in overlaps.items()
-            if pair in several and (not least or share(position) >= least)
-        }
-        firsts = [next((i for i, p in enumerate(way) if p in hits), len(overlaps)) for way in ways]
-        if not hits:
-            continue
-        side = firsts.index(min(firsts))
-        way, index = ways[side], firsts[side]
-        far, near = way[index], way[index - 1] if index else start
-        solids = overlaps[far][pair].solids
-        for _ in range(_HALVINGS):
-            middle = (near + far) / 2
-            meet = pair in scene.overlaps({**state.positions, joint.name: middle})
-            near, far = (near, middle) if meet and (not least or share(middle) >= least) else (middle, far)
-        yield Meeting(
-            joint,
-            (still, moved),
-            state,
-            far,
-            way[-1],
-            ("lower", "upper")[side],
-            solids if pair[1] == moved else solids[::-1],
-            len(hits) / len(overlaps),
-            max(map(share, hits)) - max(0.0, least - GROWTH) if is_neighbour else 0.0,
-        )
+    def meet(position: float) -> bool:
+        several = overlaps[position] if position in overlaps else scene.overlaps(at(position))
+        return pair in several and (not least or scene.share(moved, still, at(position)) >= least)
 
-
-def check_sweeps(case: Case, scene: Scene, meetings: Sequence[Meeting]) -> Iterator[Diagnostic]:
-    """Yield diagnostics for what the joints drive into each other: neighbours one by one, warnings first."""
-    near = [one for one in meetings if scene.joint_of(one.pair) == one.joint]
-    found = [_through_neighbour(case, scene, one) for one in near if one.inside >= CORNER]
-    yield from sorted(found, key=lambda one: one.severity != WARNING)
-    far = [
-        Member(
-            (met.joint.name, *met.pair),
-            f"{met.joint.name} {met.pair[1]} into {met.pair[0]} from {met.where}",
-            case.joint(met.joint, "limit", met.side),
-        )
-        for met in meetings
-        if met not in near
-    ]
-    message = "joints that can each move a link into collision with one that is not adjacent ({count}): {names}"
-    yield from note(case, "joints-meet-parts", far, message, first=True)
-
-
-def _through_neighbour(case: Case, scene: Scene, met: Meeting) -> Diagnostic:
-    """Return a warning about a real collision in a good part of the range, else a note."""
-    is_real = False
-    for part in range(4):  # more than the hulls of meshes overlap somewhere beyond the position where it begins
-        position = met.position + (met.end - met.position) * part / 3
-        state = {**met.state.positions, met.joint.name: position}
-        overlaps = scene.overlaps(state)
-        overlap = overlaps.get(met.pair) or overlaps.get(met.pair[::-1])
-        is_real = is_real or (overlap is not None and scene.touches(overlap.solids, state))
-    severity = WARNING if is_real and met.inside >= GROWTH and met.blocked >= BLOCKED else NOTE
-    outer, inner = met.solids
+    if pair in state.overlaps:
+        least = scene.share(moved, still, at(start)) + GROWTH if is_neighbour else 1.0
+    hits = [position for position in overlaps if least < 1 and meet(position)]
+    if not hits:
+        return None
+    far = min(hits, key=lambda position: abs(position - start))
+    before = [p for p in (start, *overlaps) if min(start, far) <= p <= max(start, far) and p != far]
+    near, beyond = min(before, key=lambda position: abs(position - far)), far
+    for _ in range(_HALVINGS):
+        middle = (near + beyond) / 2
+        near, beyond = (near, middle) if meet(middle) else (middle, beyond)
+    where = f"{float(f'{beyond:.3g}'):.6g} m"
+    if joint.type != "prismatic":
+        where = f"{round(beyond, 2):.6g} rad ({math.degrees(beyond):.0f} deg)"
+    where += f' in pose "{state.name}"' if state.name else ""
+    side = "upper" if far > start else "lower"
+    path = case.joint(joint, "limit", side)
+    if not is_neighbour:
+        return Member((joint.name, still, moved), f"{joint.name} {moved} into {still} from {where}", path)
+    inside = max(scene.share(moved, still, at(position)) for position in hits) - max(0.0, least - GROWTH)
+    if inside < CORNER:
+        return None
+    tested = hits[:: 1 + len(hits) // 4]  # for more than the hulls of meshes
+    is_real = any(scene.touches(overlaps[position][pair].solids, at(position)) for position in tested)
+    is_grave = is_real and inside >= GROWTH and len(hits) >= BLOCKED * len(overlaps)
+    outer, inner = sorted(overlaps[far][pair].solids, key=lambda solid: solid.link == moved)
     message = (
-        f'joint "{met.joint.name}" drives link "{met.pair[1]}" into link "{met.pair[0]}" from {met.where}'
-        f" towards its {met.side} limit, {met.blocked:.0%} of its range: {shape_name(case, inner)} into"
-        f" {shape_name(case, outer)}"
+        f'joint "{joint.name}" drives link "{moved}" into link "{still}" from {where} towards its {side} limit,'
+        f" {len(hits) / len(overlaps):.0%} of its range: {shape_name(case, inner)} into {shape_name(case, outer)}"
     )
     related = [case.related(f'the shape of "{solid.link}"', shape_path(case, solid)) for solid in (inner, outer)]
-    path = case.joint(met.joint, "limit", met.side)
+    severity = WARNING if is_grave else NOTE
     return case.problem("joint-through-neighbour", message, path, related=related, severity=severity)

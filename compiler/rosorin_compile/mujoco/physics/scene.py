@@ -172,10 +172,9 @@ class Scene(Bodies):
         """Return the solids of a link."""
         return [solid for solid in self.solids if solid.link == link]
 
-    def by_volume(self, pair: Pair) -> tuple[str, str]:
-        """Return the two links, the one with less volume first."""
-        small, large = sorted(pair, key=lambda name: sum(solid.hull.volume for solid in self.solids_of(name)))
-        return small, large
+    def volume(self, link: str) -> float:
+        """Return the volume (m^3) of the solids of a link, of meshes that of their hulls."""
+        return float(sum(solid.hull.volume for solid in self.solids_of(link)))
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
         """Return how much of the volume of a link (0 to 1) is inside another one, or the hulls of its meshes.
@@ -186,7 +185,7 @@ class Scene(Bodies):
 
         inner, outer = self.solids_of(small), self.solids_of(large)
         if small not in self._points:
-            generator, volume = np.random.default_rng(1), sum(solid.hull.volume for solid in inner) or 1.0
+            generator, volume = np.random.default_rng(1), self.volume(small)
             counts = [max(8, round(SAMPLES * solid.hull.volume / volume)) for solid in inner]
             samples = [solid.sample(count, generator) for solid, count in zip(inner, counts, strict=True)]
             self._points[small] = np.concatenate(samples)

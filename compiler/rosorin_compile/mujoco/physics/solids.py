@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -14,6 +14,7 @@ from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape
 from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.progress import Progress
 
 if TYPE_CHECKING:
     import numpy as np
@@ -46,16 +47,15 @@ def mesh_shapes(case: Case) -> Iterator[MeshShape]:
                 yield MeshShape(link.name, purpose, number, shape.geometry)
 
 
-def read_meshes(
-    case: Case, shapes: Sequence[MeshShape], files: Mapping[str, Path], tick: Callable[[], None] = lambda: None
-) -> tuple[Meshes, list[Diagnostic]]:
-    """Read the meshes of shapes; return them with a warning for each that cannot be read. Calls ``tick`` per shape."""
+def read_meshes(case: Case, shapes: Sequence[MeshShape], files: Mapping[str, Path]) -> tuple[Meshes, list[Diagnostic]]:
+    """Read the meshes of shapes; return them with a warning for each that cannot be read."""
     import numpy as np
     import trimesh
 
     meshes: dict[Mesh, Any] = {}
     problems: dict[Mesh, Diagnostic] = {}
-    for shape in shapes:
+    for number, shape in enumerate(shapes):
+        Progress.step("reading meshes", number, len(shapes))
         if shape.mesh not in meshes and shape.mesh not in problems:
             found = TriangleMesh.of_shape(case, shape[:3], files)
             if isinstance(found, Diagnostic):
@@ -65,7 +65,6 @@ def read_meshes(
                 mesh = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
                 mesh.merge_vertices()
                 meshes[shape.mesh] = mesh
-        tick()
     return meshes, list(problems.values())
 
 

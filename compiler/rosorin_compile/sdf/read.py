@@ -15,7 +15,7 @@ from rosorin_compile.formats.comments import comments_of
 from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree
 from rosorin_compile.formats.reading import accept, lower_artifact
-from rosorin_compile.formats.urdf.robot import plain
+from rosorin_compile.formats.urdf.read import plain
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Source, Span, has_errors
 from rosorin_compile.source.tree import Map
@@ -43,7 +43,7 @@ def read_sdf(opened: Opened) -> Imported:
     top = models.top(document.root, opened.path)
     sections = None if top is None else _Robot(models, top).read()
     diagnostics = reading.all_diagnostics()
-    imported = Imported(None, diagnostics, (), tuple(reading.files), reading.left_out())
+    imported = Imported(None, diagnostics, (), tuple(reading.files))
     if sections is None or top is None or has_errors(diagnostics):
         return imported
     source = {"status": "imported", "note": f"from {printable_name(opened.path)}"}

@@ -17,9 +17,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from rosorin_compile.language.suppressions import accepted
 from rosorin_compile.model import Joint, Mesh
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.check import accepts
+from rosorin_compile.rules.check import acceptable
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import DECLARED, PHYSICS, Rule
@@ -108,9 +109,13 @@ def note(
     ``{count}`` and ``{names}`` in the message are replaced. ``first``: of members with the same first name, only one
     is counted.
     """
-    accepted = {one: Diagnostic(rule, NOTE, "", of=one.names) for one in members}
-    yield from (found for found in accepted.values() if accepts(case, found))
-    rest = [one for one, found in accepted.items() if not accepts(case, found)]
+    rest = []
+    for one in members:
+        found = Diagnostic(rule, NOTE, "", of=one.names)
+        if accepted(case.tree, found, acceptable()):
+            yield found
+        else:
+            rest.append(one)
     if first:
         rest = [one for index, one in enumerate(rest) if one.names[0] not in {two.names[0] for two in rest[:index]}]
     if rest:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,7 +13,6 @@ from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.model import DisabledCollision, Robot
 from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.request import Request
-from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, counted, error
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.yaml_text import Scalar
@@ -68,38 +68,27 @@ def compute_matrix(
     """
     understood = request.understand()
     case, path = understood.case, output or request.description.path.parent / FILE
+    errors = tuple(one for one in understood.diagnostics if one.severity == "error")
+    refused = CollisionMatrix(request.description.name, str(path), diagnostics=errors)
     if case is None:
-        errors = tuple(one for one in understood.diagnostics if one.severity == "error")
-        return CollisionMatrix(request.description.name, str(path), diagnostics=errors)
-    refused = CollisionMatrix(case.robot.name, str(path))
+        return refused
+
+    def refuse(message: str, help: str, *more: Diagnostic) -> CollisionMatrix:
+        return replace(refused, diagnostics=(*more, error("collisions-refused", message, None, help)))
+
     planning = planning_of(case.robot)
     if planning is None:
-        message, help = f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}"
-        return replace(refused, diagnostics=(error("collisions-refused", message, None, help),))
+        return refuse(f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
     if os.path.lexists(path) and not path.is_file():
         raise RequestError(f"{path} cannot be written: it is not a regular file")
-    try:
-        is_ours = may_replace(path)
-    except (OSError, ValueError):
-        is_ours = True  # it does not exist, or writing reports the reason
-    if not is_ours:
-        message, help = f"{path} was not written by rosorin-compile", "name another file with -o, or remove it"
-        return replace(refused, diagnostics=(error("collisions-refused", message, None, help),))
-    try:
-        return _matrix(request, planning, case, path, force)
-    except OutputError as problem:
-        return replace(refused, diagnostics=(problem.diagnostic,))
-
-
-def _matrix(request: Request, planning: Planning, case: Case, path: Path, force: bool) -> CollisionMatrix:
-    """Return the matrix, written unless it is up to date. Raises OutputError, MissingPackages."""
-    description, files = request.description, dict[str, Path]()
-    if planning.meshes:
-        places = Places(description.path, description.outputs, request.packages, os.environ)
-        files = dict(places.meshes(case.tree, case.robot.outputs))
-    digests, included, seed = planning.digests(files), planning.said.matrix, planning.said.search.seed
+    with suppress(OSError, ValueError):  # it does not exist, or writing reports the reason
+        if not may_replace(path):
+            return refuse(f"{path} was not written by rosorin-compile", "name another file with -o, or remove it")
+    places = Places(request.description.path, request.description.outputs, request.packages, os.environ)
+    files = places.meshes(case.tree, case.robot.outputs) if planning.meshes else {}
+    digests, included, how = planning.digests(files), planning.said.matrix, planning.said.search
     result = CollisionMatrix(
-        planning.robot.name, str(path), urdf=planning.urdf.file, seed=seed, included=included is not None
+        planning.robot.name, str(path), urdf=planning.urdf.file, seed=how.seed, included=included is not None
     )
     if included is not None and included.of == planning.digest and dict(included.meshes) == digests and not force:
         return result
@@ -107,14 +96,16 @@ def _matrix(request: Request, planning: Planning, case: Case, path: Path, force:
     colliding = [one for one in mesh_shapes(case) if one.purpose == "collision" and one.mesh.file in planning.meshes]
     meshes, problems = read_meshes(case, colliding, files)
     if problems:
-        message = "pairs that never touch can only be found with all meshes"
-        refused = error("collisions-refused", message, None, "--package NAME=PATH names a package")
-        return replace(result, urdf="", seed=0, included=False, diagnostics=(*problems, refused))
+        help = "--package NAME=PATH names a package"
+        return refuse("pairs that never touch can only be found with all meshes", help, *problems)
     parts = planning.parts(digests)
     search = Search(planning, meshes, {} if force else planning.same_pairs(parts))
     pairs = search.run()
     content = {"meshes": digests, "shapes": parts.shapes, "joints": parts.joints}
-    write_file(path, _text(planning, search.tried, parts.how, content, pairs).encode())
+    try:
+        write_file(path, _text(planning, search.tried, parts.how, content, pairs).encode())
+    except OutputError as problem:
+        return replace(refused, diagnostics=(problem.diagnostic,))
     never = [one.links for one in planning.said.disabled if one.reason == DisabledCollision.NEVER]
     return replace(
         result,

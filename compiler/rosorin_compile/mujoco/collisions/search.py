@@ -214,7 +214,7 @@ class Search:
         starts, columns = np.cumsum([0, *map(len, geoms)])[:-1], np.arange(len(pairs))
         radii = self.contacts.model.geom_rbound[first] + self.contacts.model.geom_rbound[second]
         least, when = np.full((_NEAREST, len(pairs)), math.inf), np.zeros((_NEAREST, len(pairs)), dtype=int)
-        states = []
+        states: list[State] = []
         for state, _ in self._states(self.how.trials):
             if pairs:
                 places = self.contacts.data.geom_xpos

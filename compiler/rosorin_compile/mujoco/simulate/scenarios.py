@@ -262,11 +262,12 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     found = []
     for joint in world.joints:
         servo, ends = world.servo(joint.name, POSITION), range_of(joint)
-        is_held = servo is not None and joint.name not in (*wheels, *world.own)
-        if is_held and ends is not None and joint.limit is not None and joint.type != "continuous":
-            lower, upper = servo.targets() or ends
-            ends = (max(lower, ends[0]), min(upper, ends[1]))
-            found += [(joint, ends)] if ends[0] < ends[1] else []
+        if servo is None or ends is None or joint.limit is None or joint.type == "continuous":
+            continue
+        lower, upper = servo.targets() or ends
+        ends = (max(lower, ends[0]), min(upper, ends[1]))
+        if ends[0] < ends[1] and joint.name not in (*wheels, *world.own):
+            found.append((joint, ends))
     return found
 
 

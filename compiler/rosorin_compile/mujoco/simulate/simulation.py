@@ -253,10 +253,10 @@ class _Judge:
         return replace(self._found("simulation-breaks", f"{where}, {stop}", path), of=())
 
     def _held(self, held: PoseTrial) -> Iterator[Diagnostic]:
-        path, where = ("poses", held.pose), f'in pose "{held.pose}"'
-        is_named = self.case.tree.has(path)
-        if not is_named:
-            path, where = ("robot",), "at rest"
+        named: TreePath = ("poses", held.pose)
+        is_named = self.case.tree.has(named)
+        path: TreePath = named if is_named else ("robot",)
+        where = f'in pose "{held.pose}"' if is_named else "at rest"
         if held.broken:
             yield self._broken(f"simulated {where}", held.broken, path)
             return

@@ -16,8 +16,7 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.units import UNITS, parse_unit
 
 from .annotations import ANNOTATIONS
-from .schema import LAST, of_parts, schema
-from .section_registry import plugged_sections
+from .schema import LAST, of_parts, plugged_sections, schema
 
 Schema = dict[str, Any]
 
@@ -87,7 +86,6 @@ def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
 
 
 def _types(types: list[str], fragment: Schema) -> Schema:
-    """Return the types that may be written for those of a value, and the pattern of its text."""
     made: Schema = {"type": types[0] if types == ["string"] else list(dict.fromkeys([*types, "string"]))}
     if "string" in types:
         if "pattern" in fragment:

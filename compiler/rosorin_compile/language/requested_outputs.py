@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import count
 from typing import TYPE_CHECKING
 
@@ -16,12 +16,7 @@ if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 RULES = (
-    Rule(
-        "unknown-output",
-        "A command requests an output that the robot does not have, and there is no format of that name.",
-        "`rosorin-compile print --list` lists the outputs.",
-        OUTPUTS,
-    ),
+    Rule("unknown-output", "There is no such output.", "`rosorin-compile print --list` lists the outputs.", OUTPUTS),
 )
 
 UNKNOWN = RULES[0].id
@@ -37,14 +32,22 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format])
     listed = outputs if outputs is not None else Map(tree.span, tree.via)
     new = [name for name in dict.fromkeys(wanted) if name not in listed]
     written = [name for name, format in formats.items() if format.write is not None] if new else []
-    unknown = [_unknown(name, tree, listed, written) for name in new if name not in written]
+    unknown = [name for name in new if name not in written]
+    robot, span = str(tree.get("robot", "robot")), tree.key_spans.get("robot", tree.span)
     if unknown or not new:
-        return tree, unknown
+        has = f"its outputs: {first_of(list(listed), _MOST_NAMED)}" if listed else "it lists no outputs"
+        if others := [one for one in written if one not in listed]:
+            has += f"; with their defaults: {first_of(others, _MOST_NAMED)}"
+        errors = []
+        for name in unknown:
+            guess = did_you_mean(name, [*listed, *written])
+            message = f'{robot} has no output "{name}", and there is no format of that name'
+            errors.append(error(UNKNOWN, message, None, f"{guess} ({has})" if guess.startswith("did") else has))
+        return tree, errors
     section = listed.copied()
-    span = tree.key_spans.get("robot", tree.span)
     for name in new:
         entry = Map(span, Instance(_ASKED, span, tree.via))
-        entry.put("file", _file(formats[name], str(tree.get("robot", "robot")), section), span, span)
+        entry.put("file", _file(formats[name], robot, section), span, span)
         section.put(name, entry, span, span)
     made = tree.copied()
     place = (tree.key_spans["outputs"], tree.value_spans["outputs"]) if "outputs" in tree else (span, span)
@@ -58,19 +61,7 @@ def is_listed(entry: object) -> bool:
 
 
 def _file(format: Format, robot: str, listed: Map) -> str:
-    """Return the usual name of a file, or one like it where the description writes that one already."""
     usual = (format.file or f"{{}}.{format.name}").format(re.sub(r"[^\w.-]", "_", robot))
-    entries = [entry for entry in listed.values() if isinstance(entry, Map)]
-    taken = {str(entry.get("file")).casefold() for entry in entries}
+    taken = {str(entry.get("file")).casefold() for entry in listed.values() if isinstance(entry, Map)}
     names = (usual if number == 1 else f"{number}_{usual}" for number in count(1))
     return next(name for name in names if name.casefold() not in taken)
-
-
-def _unknown(name: str, tree: Map, listed: Map, written: Collection[str]) -> Diagnostic:
-    robot = str(tree.get("robot", "the robot"))
-    help = did_you_mean(name, [*listed, *written])
-    has = f"its outputs: {first_of(list(listed), _MOST_NAMED)}" if listed else "it lists no outputs"
-    others = [one for one in written if one not in listed]
-    formats = f"; with their defaults: {first_of(others, _MOST_NAMED)}" if others else ""
-    help = f"{help} ({has}{formats})" if help.startswith("did") else f"{has}{formats}"
-    return error("unknown-output", f'{robot} has no output "{name}", and there is no format of that name', None, help)

@@ -11,8 +11,7 @@ from rosorin_compile.model import Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_of, has_errors, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.describing import correction, named
-from rosorin_compile.source.xml.markup import Element
+from rosorin_compile.source.xml.markup import Element, correction, named
 
 from .bodies import Bodies
 from .elements import OF_LINK, keep, wrapped

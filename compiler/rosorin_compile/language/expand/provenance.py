@@ -130,12 +130,8 @@ class _Definition(NamedTuple):
 
 
 class _Search:
-    """Follows values of one expansion, for one error."""
-
     def __init__(self, root: Scope, of_kinds: bool) -> None:
-        self.root = root
-        self.of_kinds = of_kinds
-        self.visited: set[Span] = set()
+        self.root, self.of_kinds, self.visited = root, of_kinds, set[Span]()
 
     def origin(self, scope: Scope, span: Span) -> Origin | None:
         """Return where the value at a place, which a scope evaluated, was written; None if it was written there."""
@@ -166,13 +162,16 @@ class _Search:
 
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
         """Return where the value of a name, or of an entry of it, comes from; None if nobody wrote it."""
-        owner: Scope | None = scope
-        while owner is not None and name not in owner.places and (name != _MOUNT or owner.mount is None):
-            owner = owner.parent
+        if name == _MOUNT:
+            user: Scope | None = scope
+            while user is not None and user.mount is None:
+                user = user.parent
+            if user is None or user.mount is None:
+                return None
+            return _Definition(user.mount.span, self.outside(user), None, True, False)
+        owner = scope.owner(name)
         if owner is None:
             return None
-        if owner.mount is not None and name == _MOUNT:
-            return _Definition(owner.mount.span, self.outside(owner), None, True, False)
         local = owner.local.get(name)
         if name in _OF_USE and name not in owner.declared and local is None:
             return None
@@ -217,7 +216,6 @@ def text_at(span: Span) -> str:
 
 
 def _lone_name(span: Span) -> tuple[str, str]:
-    """Return the name that is all that is written at a place, and the keys behind it; else two empty texts."""
     text = text_at(span)
     found = pieces(text)
     match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
@@ -225,7 +223,6 @@ def _lone_name(span: Span) -> tuple[str, str]:
 
 
 def _names_at(span: Span) -> list[str]:
-    """Return the names in the expressions of the scalar that is written at a place."""
     text = text_at(span)
     if text == MOUNT:
         return [_MOUNT]

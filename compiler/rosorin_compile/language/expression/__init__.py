@@ -96,8 +96,6 @@ def parsed(text: str) -> ast.Expression:
 
 
 class _Literals(ast.NodeTransformer):
-    """Replaces the names that stand for quantities."""
-
     def __init__(self, literals: Mapping[tuple[int, int], Literal]) -> None:
         self.literals = literals
 

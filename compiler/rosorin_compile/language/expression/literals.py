@@ -33,10 +33,7 @@ class Literal(NamedTuple):
 
 
 def masked(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
-    """Return an expression with a name of the same length for each quantity, and the quantities by line and column.
-
-    Raises ExpressionError for an ambiguous quantity: 1/2 mm, or 2 m**2.
-    """
+    """Return an expression with a name of the same length for each quantity, and the quantities by line and column."""
     parts: list[str] = []
     found: dict[tuple[int, int], Literal] = {}
     end = 0

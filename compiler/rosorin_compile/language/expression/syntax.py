@@ -22,30 +22,14 @@ NUMERIC = frozenset((int, float, Quantity))
 CHOICES = " in"  # after the name of an argument: look up the values that its one_of allows
 Lookup = Callable[[str], "Any"]
 
-_BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
-    ast.Pow: operator.pow,
-}
-_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-    ast.In: lambda a, b: a in b,
-    ast.NotIn: lambda a, b: a not in b,
-}
-_OTHER_OPERATORS: dict[type[ast.operator], str] = {
-    ast.BitXor: "write ** for a power; ^ is only for units, such as 2 kg*m^2",
-    ast.BitAnd: 'write "and"',
-    ast.BitOr: 'write "or"',
-}
+_BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {ast.Add: operator.add, ast.Sub: operator.sub}
+_BINARY |= {ast.Mult: operator.mul, ast.Div: operator.truediv, ast.FloorDiv: operator.floordiv}
+_BINARY |= {ast.Mod: operator.mod, ast.Pow: operator.pow}
+_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {ast.Eq: operator.eq, ast.NotEq: operator.ne}
+_COMPARE |= {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge}
+_COMPARE |= {ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b}
+_OTHER_OPERATORS: dict[type[ast.operator], str] = {ast.BitAnd: 'write "and"', ast.BitOr: 'write "or"'}
+_OTHER_OPERATORS |= {ast.BitXor: "write ** for a power; ^ is only for units, such as 2 kg*m^2"}
 _SIZED = (str, list, dict)
 
 
@@ -201,7 +185,6 @@ def _binary(node: ast.BinOp, lookup: Lookup) -> Any:
 
 
 def _join(kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """Return two texts or two lists joined by ``+``."""
     texts = isinstance(left, str) and isinstance(right, str)
     if kind is not ast.Add or not (texts or (isinstance(left, list) and isinstance(right, list))):
         raise KindError(f"cannot combine {kind_of(left)} and {kind_of(right)} with this operator")
@@ -300,7 +283,6 @@ def _attribute(node: ast.Attribute, lookup: Lookup) -> Any:
 
 
 def _entry(container: Any, key: Any) -> Any:
-    """Return an entry of a table, a list or a text."""
     if not isinstance(key, (str, int, float)):
         raise KindError(f"an entry is named by text or a number, not {kind_of(key)}")
     if isinstance(container, Mapping):
@@ -376,19 +358,15 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
     return result
 
 
-_NODES: dict[type[ast.AST], Callable[[Any, Lookup], Any]] = {
-    ast.Constant: _constant,
-    ast.Name: _name,
-    ast.BinOp: _binary,
-    ast.UnaryOp: _unary,
-    ast.BoolOp: _boolean,
-    ast.Compare: _compare,
-    ast.IfExp: lambda node, lookup: value_of(node.body if value_of(node.test, lookup) else node.orelse, lookup),
-    ast.List: lambda node, lookup: [value_of(item, lookup) for item in node.elts],
-    ast.Tuple: lambda node, lookup: [value_of(item, lookup) for item in node.elts],
-    ast.Subscript: _subscript,
-    ast.Attribute: _attribute,
-    ast.ListComp: _comprehension,
-    ast.GeneratorExp: _comprehension,
-    ast.Call: _call,
-}
+def _conditional(node: ast.IfExp, lookup: Lookup) -> Any:
+    return value_of(node.body if value_of(node.test, lookup) else node.orelse, lookup)
+
+
+def _list(node: ast.List | ast.Tuple, lookup: Lookup) -> list[Any]:
+    return [value_of(item, lookup) for item in node.elts]
+
+
+_NODES: dict[type[ast.AST], Callable[[Any, Lookup], Any]] = {ast.Constant: _constant, ast.Name: _name, ast.Call: _call}
+_NODES |= {ast.BinOp: _binary, ast.UnaryOp: _unary, ast.BoolOp: _boolean, ast.Compare: _compare}
+_NODES |= {ast.Subscript: _subscript, ast.Attribute: _attribute, ast.IfExp: _conditional, ast.List: _list}
+_NODES |= {ast.Tuple: _list, ast.ListComp: _comprehension, ast.GeneratorExp: _comprehension}

@@ -55,11 +55,9 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
     """Return the records of entries by name, each with its name if it has a field for that."""
-    named = is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
-    return {
-        str(name): record_of(kind, entry, **({"name": str(name)} if named else {}))
-        for name, entry in (entries or {}).items()
-    }
+    is_named = is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
+    names = {str(name): {"name": str(name)} if is_named else {} for name in entries or ()}
+    return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
 
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
@@ -72,9 +70,8 @@ def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
 
 def pose_of_entry(entry: Mapping[str, Any]) -> Pose:
     """Return the pose given by ``xyz`` (m) and ``rpy`` (rad) of an entry."""
-    if "xyz" not in entry and "rpy" not in entry:
-        return IDENTITY
-    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy")))
+    is_given = "xyz" in entry or "rpy" in entry
+    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy"))) if is_given else IDENTITY
 
 
 def plain(value: Any) -> Any:
@@ -149,7 +146,7 @@ def _converter(hint: Any) -> Convert:
     inner = [_converter(one) for one in get_args(hint) if one not in (NoneType, Ellipsis)]
     if kind in (Union, UnionType):
         if len(inner) != 1:
-            return _same
+            return lambda value: value
         return lambda value: None if value is None else inner[0](value)
     if kind is tuple and len(inner) == 1:
         return lambda value: tuple(map(inner[0], value))
@@ -162,8 +159,4 @@ def _converter(hint: Any) -> Convert:
         return lambda value: {key: inner[1](one) for key, one in value.items()}
     if isinstance(hint, type) and is_dataclass(hint):
         return lambda value: record_of(hint, value)
-    return _same
-
-
-def _same(value: Any) -> Any:
-    return value
+    return lambda value: value

@@ -1,7 +1,4 @@
-"""Lower sections by their records: sections of the tool and of plug-ins are converted in the same way.
-
-A section is converted by the fields of its dataclass; one whose record has ``lower`` by that function.
-"""
+"""Lower sections by their records: sections of the tool and of plug-ins are converted in the same way."""
 
 from __future__ import annotations
 
@@ -18,8 +15,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, aside, failed
 from rosorin_compile.source.tree import Map, Path
 
-from ..schema import fragment_at, resolve, schema
-from ..section_registry import plugged
+from ..schema import fragment_at, plugged, resolve, schema
 from ..symbols import SymbolTable
 from .records import Problem, named_records, plain, record_of
 
@@ -49,11 +45,9 @@ def _value(section: Section[Any], tree: Mapping[str, Any], problem: Problem) -> 
     if section.lower is not None:
         return section.lower(tree, problem)
     entries = _contents(section, tree)
-    if section.form == ENTRIES:
-        return named_records(section.entry, entries)
     if section.form == ITEMS:
         return tuple(record_of(section.entry, entry) for entry in entries)
-    return record_of(section.entry, entries)
+    return named_records(section.entry, entries) if section.form == ENTRIES else record_of(section.entry, entries)
 
 
 def _contents(section: Section[Any], tree: Mapping[str, Any]) -> Any:
@@ -71,17 +65,15 @@ def completed(fragment: Mapping[str, Any], value: Any) -> Any:
         value = {}
     if not isinstance(value, Mapping):
         return value
-    defaults = {
-        key: resolved["default"] for key, inner in properties.items() if "default" in (resolved := resolve(inner))
-    }
+    resolved = {key: resolve(inner) for key, inner in properties.items()}
+    defaults = {key: inner["default"] for key, inner in resolved.items() if "default" in inner}
     return {key: completed(properties.get(key, others), item) for key, item in {**defaults, **value}.items()}
 
 
 @contextmanager
 def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
-    """Report any exception of a plug-in."""
     try:
-        with aside(plugin):
+        with aside():
             yield
     except (Exception, SystemExit) as fault:
         report(failed(plugin, fault), section)
@@ -95,9 +87,7 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
     joint that does not exist adds nothing: the rules report that.
     """
     made, symbols = robot, SymbolTable(tree)
-    waiting = [
-        (plugin, section) for plugin, section in plugged().sections if section.adds and section in robot.sections
-    ]
+    waiting = [(plugin, one) for plugin, one in plugged().sections if one.adds and one in robot.sections]
     while ready := [(item, order) for item in waiting if (order := _in_order(made, symbols, item[1].name)) is not None]:
         (plugin, section), order = ready[0]
         waiting.remove((plugin, section))
@@ -111,10 +101,7 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 
 
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
-    """Return the entries of a section, each after those that define what it refers to.
-
-    None for a circle, or a reference to a link or a joint that neither the robot nor the section has.
-    """
+    """Return the entries of a section, each after those that define what it refers to."""
     existing = {"link": robot.link, "joint": robot.joint}
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     needs: dict[Any, set[Any]] = {}

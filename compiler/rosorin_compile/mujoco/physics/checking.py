@@ -20,8 +20,8 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
-from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.messages import arrange
+from rosorin_compile.source.system import is_installed
 
 from ..rest_pose import range_of
 from .mesh_checks import check_meshes

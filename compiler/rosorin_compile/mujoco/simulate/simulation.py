@@ -25,11 +25,12 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
-from rosorin_compile.source.installing import is_installed, pip_install
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import DECLARED, SIMULATION, Rule
+from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.tree import Path as TreePath
+from rosorin_compile.source.tree import exists
 
 from .scenarios import Driven, End, PoseTrial, Scenarios, Swept, Swung, run_scenarios
 from .world import FIXED, FREE, Refused, World, mjcf_text, quiet
@@ -254,7 +255,7 @@ class _Judge:
 
     def _held(self, held: PoseTrial) -> Iterator[Diagnostic]:
         named: TreePath = ("poses", held.pose)
-        is_named = self.case.tree.has(named)
+        is_named = exists(self.case.tree, named)
         path: TreePath = named if is_named else ("robot",)
         where = f'in pose "{held.pose}"' if is_named else "at rest"
         if held.broken:

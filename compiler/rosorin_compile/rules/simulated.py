@@ -239,9 +239,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
             seen.add((kind, name))
             word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
             message = f'there is no {word} "{name}" in the MJCF, {where}'
-            help = case.suggest(
-                path, name, names.by_kind.get(kind, ()), f"name a {word} of the robot or of these elements"
-            )
+            help = case.suggest(path, name, names.by_kind.get(kind, ()), f"name a {word} of the robot")
             yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, line)
 
 
@@ -263,9 +261,8 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
         return f"<{tag}> is no section of an MJCF", "write it in a link"
     if not top and tag in mujoco.SECTIONS:
         return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf at the top"
-    return f"<{tag}> is no {'section of an MJCF' if top else 'element of a body'}", did_you_mean(
-        tag, known, "remove it"
-    )
+    what = "section of an MJCF" if top else "element of a body"
+    return f"<{tag}> is no {what}", did_you_mean(tag, known, "remove it")
 
 
 # How many sizes a site of a form has; those behind them mean nothing.

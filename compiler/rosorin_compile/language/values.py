@@ -1,7 +1,6 @@
 """The symbol table of expressions: arguments, named values, parts and sensor types, and what refers to them.
 
 It covers what is written in the files, whatever the arguments of this run: a branch that is not taken uses its names.
-Warnings about unused names leave out files that another description may include.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""Placing: what a part contains gets its prefix, is mirrored, and is attached to its frame.
+"""Placing: what a part contains gets its prefix, is mirrored, and is attached to its frame, its ``mount``.
 
-A part refers to its own links and joints by their short names, and to the frame that it is attached to as ``mount``.
-The schema says which values are names, are mirrored or are attached (``annotations``). For a reflection S, a pose
-becomes R' = S R S and p' = S p.
+The schema says which values are names, are mirrored or attached. For a reflection S, R' = S R S and p' = S p.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Scopes: names and their values, lexically nested; expressions, loops and conditions are evaluated in them.
 
-A named value is evaluated once, when it is first needed. ``resolve`` returns a new tree that shares the pieces without
-any expression.
+A named value is evaluated once, when it is first needed. ``resolve`` shares the pieces without any expression.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, check_texts,
 from rosorin_compile.source.units import UNITS, parse_unit
 
 from . import annotations
-from .annotations import GIVES, NAMES, WITHIN, Node, describe_path, kinds_of, own_schema
+from .annotations import ANNOTATIONS, GIVES, NAMES, WITHIN, Node, describe_path, kinds_of, own_schema
 from .annotations import Steps as Steps
 from .validator import check_schema
 
@@ -95,7 +95,6 @@ def _looked_up(fragment: Any) -> Any:
 
 
 def _marks(section: Section[Any]) -> Collection[str]:
-    """Return the names that a section reserves: its own and the ids of its rules. Raises ValueError or TypeError."""
     section.check()
     if not all(isinstance(check, Check) for check in section.checks):
         raise TypeError("its checks are functions under @rule")
@@ -300,9 +299,8 @@ def authoring_schema() -> str:
     if not plugged_sections():
         return text
     committed, plain = json.loads(text), schema()
-    properties = committed["properties"]
+    properties, definitions = committed["properties"], committed["definitions"]
     after = {name: properties.pop(name) for name in list(properties)[list(properties).index(LAST[0]) :]}
-    definitions = committed["definitions"]
     rules = definitions["acceptance"]["properties"]["rule"]["anyOf"][0]["enum"]
     for name, section in plugged_sections().items():
         fragment = draft_7(as_written(plain["properties"][name], plain, entry=False))
@@ -380,8 +378,7 @@ def draft_7(fragment: Any) -> Any:
         return fragment
     made = {}
     for key, value in fragment.items():
-        if key not in annotations.ANNOTATIONS and not (
-            key == "propertyNames" and value.keys() <= annotations.ANNOTATIONS
-        ):
+        is_annotation = key in ANNOTATIONS or (key == "propertyNames" and value.keys() <= ANNOTATIONS)
+        if not is_annotation:
             made[key] = value.replace("#/$defs/", "#/definitions/") if key == "$ref" else draft_7(value)
     return made

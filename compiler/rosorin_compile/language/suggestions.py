@@ -373,7 +373,6 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
 
 
 def _of_layout(key: str, entry: Map, known: Mapping[str, Any]) -> str:
-    """Return the help for a key that is an entry without a space, half a number, or a line that is not indented."""
     if key[:1] in "\u00a0\u3000\u200b\ufeff" and key[:1]:
         return "it begins with a space that YAML does not know: type the spaces again"
     if (glued := re.match(r"\s*([\w.-]+)\s*[:=]\s*(.*)", key, re.DOTALL)) and glued[1] in known:

@@ -107,7 +107,6 @@ class IncludedRobots:
                 yield None
 
     def _fragment(self, include: Included) -> Map:
-        """Return the sections of a robot, prefixed and attached. Raises Failed after reporting."""
         entry, tree = include.entry, self._tree(include)
         self.included.append((include, tree))
         include.scope.count(weight(tree), *include.place)

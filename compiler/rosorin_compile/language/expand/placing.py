@@ -105,7 +105,6 @@ def _renamed_text(text: Any, change: Rename) -> Any:
 
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
-    """Return an entry with some values changed; a new key has the place of the entry."""
     if changes.keys() <= entry.keys():
         return entry.like(changes) if changes else entry
     made = entry.copied()
@@ -202,7 +201,6 @@ class _Placer:
         return value
 
     def _among(self, is_own: Callable[[str], bool]) -> Rename:
-        """Return a function that renames names of the part, and the mount."""
         return lambda name: self.use.prefix + name if is_own(name) else self.rename("link", name)
 
     def _parameters(self, value: Any) -> Any:

@@ -198,7 +198,6 @@ class _Search:
 
 
 def _first(arguments: Iterable[tuple[Span, Any]]) -> Origin | None:
-    """Return one of several arguments, with the others: the first that is not above zero, else the first."""
     values = dict(arguments)
     spans = sorted(values, key=lambda span: isinstance(values[span], (int, float)) and values[span] > 0)
     return Origin(spans[0], tuple(spans[1:])) if spans else None

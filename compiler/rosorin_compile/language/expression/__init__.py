@@ -52,7 +52,6 @@ def evaluate(text: str, lookup: Lookup) -> Any:
 
 
 def _blame(node: ast.AST, lookup: Lookup) -> int:
-    """Return the column of the innermost part of an expression that has no value."""
     for child in () if isinstance(node, (ast.ListComp, ast.GeneratorExp)) else ast.iter_child_nodes(node):
         if isinstance(child, ast.expr) and not (isinstance(child, ast.Name) and child.id in functions()):
             EFFORT.done = 0

@@ -91,8 +91,6 @@ def common_dimension(values: Iterable[Any]) -> Dimension | None:
 
 
 def _of(dimension: Dimension, what: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function refuse quantities of another dimension; a bare number is in SI units."""
-
     def apply(*values: Any) -> Any:
         for value in values:
             if dimension_of(value) not in (None, dimension, NUMBER):

@@ -347,7 +347,6 @@ def _compare(node: ast.Compare, lookup: Lookup) -> bool:
 
 
 def _check_choices(name: ast.expr, other: ast.expr, lookup: Lookup) -> None:
-    """Raise ExpressionError if an argument with ``one_of`` is compared with a literal that it never equals."""
     literals = [item for item in getattr(other, "elts", [other]) if isinstance(item, ast.Constant)]
     if not isinstance(name, ast.Name) or not literals:
         return

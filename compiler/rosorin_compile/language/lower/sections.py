@@ -139,7 +139,6 @@ def _checked(made: object, before: Robot) -> Robot:
 
 
 def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str, place: Place) -> None:
-    """Record where added links and joints are defined; a joint without a name of its own is where its link is."""
     defined = {(symbol.kind, symbol.name): symbol.path for symbol in symbols.definitions(section)}
     counts = Counter(link.name for link in made.links)
     for name in (counts - Counter(link.name for link in before.links)).elements():

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple
 
-from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines, with_noise
+from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import (
     Box,

@@ -43,7 +43,7 @@ def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
     if isinstance(problem, yaml.reader.ReaderError):
         return error("yaml-syntax", "control characters are not allowed", source.span(problem.position), "remove it")
     if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # as libyaml has it at 1,000 levels
-        span = source.span(getattr(problem, "problem_mark").index)
+        span = source.span(problem.problem_mark.index)  # type: ignore[attr-defined]
         return error("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", span, "flatten the file")
     return _Failure(source, problem).explain()
 

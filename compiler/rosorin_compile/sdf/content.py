@@ -54,13 +54,11 @@ class Content(NamedTuple):
         """Yield links in their order, but a frame after what it is attached to: Drake 1.51 places it wrongly before."""
         out: set[str] = set()
         for name in links:
-            waiting = [name]
-            while waiting[-1] in self.attached and self.attached[waiting[-1]] not in out:
-                waiting.append(self.attached[waiting[-1]])
-            for one in reversed(waiting):
-                if one in self.carrier and one not in out:
-                    out.add(one)
-                    yield one
+            waiting = [name] if name in self.carrier else []
+            while waiting and (above := self.attached.get(waiting[-1], "")) and above not in out:
+                waiting.append(above)
+            yield from (one for one in reversed(waiting) if one not in out)
+            out.update(waiting)
 
     def has_joint(self, joint: Joint) -> bool:
         """Return True if a joint is a <joint>: not where a frame is attached, nor where a link is free to move."""

@@ -1,9 +1,8 @@
 """Elements of SDF that the language has no key for: read into ``urdf_elements`` and written again.
 
-What is the same in a URDF for Gazebo (plugins, sensors, ...) becomes a ``<gazebo>`` of the robot, whose contents Gazebo
-puts into the model, or into the link or joint that it refers to (``gazebosim/sdformat@sdf12:src/parser_urdf.cc``). The
-rest is in an ``<sdf>`` of its entry: of the robot, a link, a joint or a shape. It contains what the element in the SDF
-contains.
+What a URDF for Gazebo can contain as well (plugins, sensors, ...) becomes a ``<gazebo>`` of the robot, whose contents
+Gazebo puts into the model, or into the link or joint that it refers to (``sdformat@sdf12:src/parser_urdf.cc``). The
+rest is in an ``<sdf>`` of the robot, a link, a joint or a shape, with the same contents.
 """
 
 from __future__ import annotations
@@ -32,8 +31,8 @@ OF_LINK = (
     *("light", "particle_emitter", "projector", "audio_source", "audio_sink", "battery"),
 )
 OF_JOINT = ("sensor", "physics")
-# What Gazebo classic reads for all collisions of a link: the element of a <collision>, the part of its <surface> that
-# contains it, and its count of numbers.
+# Words of Gazebo classic for all collisions of a link, each with the element of a <collision>, the part of its <surface>
+# that contains it, and its count of numbers.
 OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
     "laserRetro": ("laser_retro", "", 1),
     "maxContacts": ("max_contacts", "", 1),
@@ -80,34 +79,25 @@ class Kept(NamedTuple):
 def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
     """Sort the elements for Gazebo; ``carrier`` is the link of the SDF for each link, ``joints`` its joints."""
     found = Kept([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
-
-    def add(element: Element, link: str) -> None:
-        body = carrier[link]
-        text = element.verbatim if body == link else _relative_to(element, link)
-        found.links.setdefault(body, []).append(with_noise(text))
-
-    for link in robot.links:
-        for element in own_elements(link.urdf_elements)[0]:
-            if link.name in carrier:
-                add(element, link.name)
-            else:
-                found.left_out[f"<{element.tag}> of {link.name}"] = None
-    for block in _elements(robot.urdf_elements, "gazebo"):
-        name = block.get("reference")
-        for element in block.children:
-            if element.tag in _FOR_CONVERSION:
-                continue
-            numbers = _numbers(element) if element.tag in OF_COLLISIONS else ""
-            if not name and element.tag in OF_MODEL:
-                found.model.append(element.verbatim)
-            elif name in carrier and element.tag in OF_LINK:
-                add(element, name)
-            elif numbers and name in carrier and robot.link[name].collision:
-                found.collisions.setdefault(name, {})[element.tag] = numbers
-            elif name in joints and element.tag in OF_JOINT:
-                found.joints.setdefault(name, []).append(element.verbatim)
-            else:
-                found.left_out[f"<{element.tag}>{f' of {name}' if name else ''}"] = None
+    waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]
+    blocks = list(_elements(robot.urdf_elements, "gazebo"))
+    waiting += [(block.get("reference"), element) for block in blocks for element in block.children]
+    for name, element in waiting:
+        tag, is_own = element.tag, element.parent is not None and element.parent.tag == "sdf"
+        numbers = _numbers(element) if tag in OF_COLLISIONS and not is_own else ""
+        if tag in _FOR_CONVERSION:
+            continue
+        if not name and tag in OF_MODEL:
+            found.model.append(element.verbatim)
+        elif name in carrier and (is_own or tag in OF_LINK):
+            text = element.verbatim if carrier[name] == name else _relative_to(element, name)
+            found.links.setdefault(carrier[name], []).append(with_noise(text))
+        elif numbers and name in carrier and robot.link[name].collision:
+            found.collisions.setdefault(name, {})[tag] = numbers
+        elif name in joints and tag in OF_JOINT:
+            found.joints.setdefault(name, []).append(element.verbatim)
+        else:
+            found.left_out[f"<{tag}>{f' of {name}' if name else ''}"] = None
     return found
 
 
@@ -125,12 +115,11 @@ def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> 
     """Return the elements of a collision for the words of its link, without those that are ``present``."""
     made, parts = list[str](), dict[str, str]()
     for word, (name, part, _) in OF_COLLISIONS.items():
-        if word in numbers and (part or name not in present):
-            text = f"<{name}>{numbers[word]}</{name}>"
-            if part:
-                parts[part] = parts.get(part, "") + text
-            else:
-                made.append(text)
+        text = f"<{name}>{numbers[word]}</{name}>" if word in numbers else ""
+        if text and part:
+            parts[part] = parts.get(part, "") + text
+        elif text and name not in present:
+            made.append(text)
     surface = "".join(f"<{part}><ode>{inner}</ode></{part}>" for part, inner in parts.items())
     return [*made, f"<surface>{surface}</surface>"] if surface and "surface" not in present else made
 

@@ -78,7 +78,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
         robot = with_visuals(robot)
     writer = _Writer(robot, output)
-    return "".join(f"{line}\n" for line in writer.lines()), [*writer.diagnostics()]
+    return "".join(f"{line}\n" for line in writer.lines()), writer.diagnostics()
 
 
 def _element(start: str, lines: Iterable[str], indent: str) -> list[str]:
@@ -111,20 +111,20 @@ class _Writer:
 
     def _named(self, purpose: str) -> dict[str, list[tuple[str, Shape]]]:
         """Return the solids of each link, each with a name that is unique on the body."""
-        taken: dict[str, set[str]] = {}
+        taken: set[tuple[str, str]] = set()
         found: dict[str, list[tuple[str, Shape]]] = {}
         for link in self.robot.links:
-            if link.name not in self.content.carrier:
+            body = self.content.carrier.get(link.name)
+            if body is None:
                 continue
-            names = taken.setdefault(self.content.carrier[link.name], set())
             solids = [solid for shape in getattr(link, purpose) for solid in shape.solids(self.boxes)]
             for index, solid in enumerate(solids, 1):
                 name = solid.name or f"{link.name}_{purpose}_{index}"
-                if name in names and solid.name:
+                if (body, name) in taken and solid.name:
                     name = f"{link.name}_{name}"
-                while name in names:
+                while (body, name) in taken:
                     name += "_"
-                names.add(name)
+                taken.add((body, name))
                 found.setdefault(link.name, []).append((name, solid))
         return found
 
@@ -207,19 +207,21 @@ class _Writer:
     def _geometry(self, solid: Shape, kept: Sequence[str]) -> str:
         """Return the element of a geometry; ``kept`` is what else is in that of a mesh."""
         shape, number = solid.geometry, self.number
+        tag = type(shape).__name__.lower()
         if isinstance(shape, Box):
-            return f"<box><size>{numbers(shape.size, number)}</size></box>"
-        if isinstance(shape, (Cylinder, Capsule)):
-            tag = "cylinder" if isinstance(shape, Cylinder) else "capsule"
-            return f"<{tag}><radius>{number(shape.radius)}</radius><length>{number(shape.length)}</length></{tag}>"
-        if isinstance(shape, Sphere):
-            return f"<sphere><radius>{number(shape.radius)}</radius></sphere>"
-        if isinstance(shape, Ellipsoid):
-            return f"<ellipsoid><radii>{numbers(shape.radii, number)}</radii></ellipsoid>"
-        if isinstance(shape, Mesh):
+            inner = f"<size>{numbers(shape.size, number)}</size>"
+        elif isinstance(shape, (Cylinder, Capsule)):
+            inner = f"<radius>{number(shape.radius)}</radius><length>{number(shape.length)}</length>"
+        elif isinstance(shape, Sphere):
+            inner = f"<radius>{number(shape.radius)}</radius>"
+        elif isinstance(shape, Ellipsoid):
+            inner = f"<radii>{numbers(shape.radii, number)}</radii>"
+        elif isinstance(shape, Mesh):
             scale = "" if shape.scale == (1.0, 1.0, 1.0) else f"<scale>{numbers(shape.scale, number)}</scale>"
-            return f"<mesh><uri>{escape(shape.file)}</uri>{scale}{''.join(kept)}</mesh>"
-        raise TypeError(f"{type(shape).__name__} is not a solid")
+            inner = f"<uri>{escape(shape.file)}</uri>{scale}{''.join(kept)}"
+        else:
+            raise TypeError(f"{tag} is not a solid")
+        return f"<{tag}>{inner}</{tag}>"
 
     def _look(self, visual: Shape, more: Sequence[str]) -> str:
         """Return the contents of a material; ``more`` is what the description has for SDF alone."""
@@ -309,18 +311,16 @@ class _Writer:
         """
         if "relpose" in loop.values:
             return None
-        sites = {
-            mark.name: (link.name, mark.pose.transform())
-            for link in self.robot.links
-            for mark in link.marked
-            if mark.tag == "site"
-        }
-        ends = []
-        for number in (1, 2):
-            name = str(loop.values.get(f"body{number}", loop.values.get(f"site{number}", "")))
-            ends.append(sites.get(name, ("", Transform())) if "site1" in loop.values else (name, Transform()))
-        (first, at), (second, _) = ends
-        anchor = loop.values.get("anchor")
+        marks = [(link.name, mark) for link in self.robot.links for mark in link.marked if mark.tag == "site"]
+        sites = {mark.name: (link, mark.pose.transform()) for link, mark in marks}
+        values = loop.values
+        if "site1" in values:
+            (first, at), (second, _) = (
+                sites.get(str(values.get(key)), ("", Transform())) for key in ("site1", "site2")
+            )
+        else:
+            first, second, at = str(values.get("body1", "")), str(values.get("body2", "")), Transform()
+        anchor = values.get("anchor")
         if isinstance(anchor, tuple):
             x, y, z = (float(value) for value in anchor)
             at = Transform(xyz=(x, y, z))
@@ -328,73 +328,68 @@ class _Writer:
 
     def _sensor(self, sensor: Sensor, one: GazeboSensor) -> None:
         """Write a sensor of Gazebo into the link or joint that it is in, or take down why it cannot be."""
-        kind = distribution(self.gazebo)
+        kind, carrier = distribution(self.gazebo), self.content.carrier
         frame_id = _FRAME_ID if self.version == NEWEST else DISTRIBUTIONS.get(kind, "")
         names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
-        link = one.feels or one.link
-        if one.at_joint and self.content.has_joint(self.robot.joint[one.link]):
+        link, why = one.feels or one.link, ""
+        if one.at_joint:
             where, base = f"joint {one.link}", ""
-        elif one.at_joint or (one.feels and not names) or link not in self.content.carrier:
-            why = f'link "{one.feels}" has no shape that could feel' if one.feels else f'"{one.link}" is the world'
-            why = f'joint "{one.link}" holds nothing that has mass' if one.at_joint else why
+            if not self.content.has_joint(self.robot.joint[one.link]):
+                why = f'joint "{one.link}" holds nothing that has mass'
+        else:
+            where = carrier.get(link, "")
+            base = "" if where == link else link
+            if one.feels and not names:
+                why = f'link "{one.feels}" has no shape that could feel'
+            elif not where:
+                why = f'"{one.link}" is the world'
+        if why:
             self.unseen.setdefault(why, []).append(sensor.name)
             return
-        else:
-            where = self.content.carrier[link]
-            base = "" if where == link else link
         pose = self.pose(IDENTITY if one.at_joint or one.feels else one.pose, base)
         lines = sensor_lines(one.in_classic() if kind == CLASSIC else one, frame_id, self.number, "      ", pose, names)
         self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
 
-    def diagnostics(self) -> Iterator[Diagnostic]:
-        """Yield what the SDF does not contain, or contains in another form."""
+    def diagnostics(self) -> list[Diagnostic]:
+        """Return what the SDF does not contain, or contains in another form."""
+        robot, content, found = self.robot, self.content, list[Diagnostic]()
 
-        def several(names: Sequence[str], what: str, verb: str = "is") -> str:
-            plural = {"is": "are", "has": "have"}[verb]
-            return f"{what} {quoted(names)} {verb}" if len(names) == 1 else f"{what}s {quoted(names, 3)} {plural}"
+        def lost(message: str, names: Sequence[str], help: str, rule: str = "sdf-cannot-say") -> None:
+            if names:
+                found.append(Diagnostic(rule, WARNING, f"{message}: {quoted(names, 3)}", help=help))
 
-        def lost(message: str, help: str, rule: str = "sdf-cannot-say") -> Diagnostic:
-            return Diagnostic(rule, WARNING, message, help=help)
-
-        robot, weightless = self.robot, self.content.weightless
-        if weightless:
-            message = f"{several(weightless, 'link', 'has')} no mass, nor what is fixed there: {LEAST.mass:g} kg in the"
-            help = "give it an inertial" if len(weightless) == 1 else "give them inertials"
-            yield lost(f"{message} SDF, whose readers would take 1 kg", help, "sdf-without-mass")
+        message = f"readers of SDF take a moving link without mass for 1 kg, so {LEAST.mass:g} kg is written"
+        lost(message, content.weightless, "give it an inertial", "sdf-without-mass")
         planar = [joint.name for joint in robot.joints if joint.type == "planar"]
-        if planar:
-            message = f"SDF has no planar joint: without {quoted(planar, 3)} the link is free to move every way"
-            yield lost(message, "or make it two prismatic joints and a continuous")
+        message = "SDF has no planar joint, so the child is free to move every way"
+        lost(message, planar, "or make it two prismatic joints and a continuous one")
         axleless = [joint for joint in robot.joints if not joint.moves and not joint.is_fixed]
         names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
-        if names:
-            message = f"SDF has no dynamics of joints that move in several directions: {quoted(names, 3)}"
-            yield lost(message, "make each of them several joints, one for each axis")
-        for name, other in self.names.items():
-            if name != other and self.content.has_joint(robot.joint[name]):
-                message = f'joint "{name}" is called "{other}" in the SDF, where a link or a frame has that name'
-                yield lost(message, "give it another name in the description")
-        followers = [joint.name for joint in robot.joints if joint.mimic]
-        if followers and self.version in (OLDEST, "1.10"):
-            message = f"SDF {self.version} has no mimic: Gazebo lets {quoted(followers, 3)} move freely"
-            yield lost(message, f'say version: "{FOLLOWERS}"')
+        message = "SDF has no dynamics of joints that move in several directions"
+        lost(message, names, "make each of them several joints, one for each axis")
+        names = [
+            joint.name for joint in robot.joints if content.has_joint(joint) and joint.name != self.names[joint.name]
+        ]
+        message = "a joint with the name of a link or frame gets the ending _joint in the SDF"
+        lost(message, names, "give it another name in the description")
+        followers = [joint.name for joint in robot.joints if joint.mimic and self.version in (OLDEST, "1.10")]
+        message = f"SDF {self.version} has no mimic, so these joints move freely in Gazebo"
+        lost(message, followers, f'set version: "{FOLLOWERS}"')
         for why, names in self.unseen.items():
-            message = f"{several(names, 'sensor')} not seen by Gazebo: {why}"
-            yield lost(message, "or leave the sensor out: gazebo: []", "gazebo-cannot-see")
-        closed = [one.name for one in self.loops if one.name not in self.open]
+            lost(
+                f"not seen by Gazebo, because {why}", names, "or leave the sensor out: gazebo: []", "gazebo-cannot-see"
+            )
         couplings = [one.name for one in robot.constraints if one.tag not in _LOOPS]
-        for names, help in (
-            (self.open, "both ends have to be links of the SDF"),
-            (couplings, "SDF couples joints by mimic alone"),
-        ):
-            if names:
-                yield lost(f"{several(names, 'constraint')} not in the SDF", help)
-        if closed and not self.gazebo:
-            message = f"{several(closed, 'constraint')} closed in Drake alone: Drake refuses joints that form a loop"
-            yield lost(message, 'write gazebo: "classic" for joints that close it')
-        elif closed and self.gazebo != CLASSIC:
-            help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes it"
-            yield lost(f"{several(closed, 'constraint')} open in Gazebo {distribution(self.gazebo)}", help)
+        lost("SDF has no constraints between joints but mimic", couplings, "use mimic")
+        lost("constraints are not in the SDF", self.open, "both ends have to be links of the SDF")
+        closed = [one.name for one in self.loops if one.name not in self.open]
+        if not self.gazebo:
+            message, help = "constraints are for Drake alone", 'write gazebo: "classic" for joints that close the loops'
+            lost(message, closed, help)
+        elif self.gazebo != CLASSIC:
+            help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes them"
+            lost(f"Gazebo {distribution(self.gazebo)} does not close kinematic loops", closed, help)
         if self.kept.left_out:
             message = f"SDF cannot express {first_of(list(self.kept.left_out), 3)}: only readers of URDF know it"
-            yield Diagnostic("not-in-format", NOTE, message)
+            found.append(Diagnostic("not-in-format", NOTE, message))
+        return found

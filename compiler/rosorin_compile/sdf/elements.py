@@ -31,8 +31,8 @@ OF_LINK = (
     *("light", "particle_emitter", "projector", "audio_source", "audio_sink", "battery"),
 )
 OF_JOINT = ("sensor", "physics")
-# Words of Gazebo classic for all collisions of a link, each with the element of a <collision>, the part of its <surface>
-# that contains it, and its count of numbers.
+# Words of Gazebo classic for all collisions of a link: each with the element of a <collision>, the part of its
+# <surface> that contains it, and its count of numbers.
 OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
     "laserRetro": ("laser_retro", "", 1),
     "maxContacts": ("max_contacts", "", 1),

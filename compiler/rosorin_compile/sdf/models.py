@@ -30,6 +30,7 @@ RULES = (
 
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
 OWN = "__model__"
+_OTHERS = ("world", "actor", "light")
 _NAMING = ("relative_to", "frame", "attached_to", "expressed_in")
 _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
 _DEEPEST = 20  # nested models: more is a circle of includes
@@ -122,23 +123,23 @@ class SdfReading(SdfValues):
         version = self._version(root)
         if version is None:
             return None
-        found = [child for child in root.children if child.tag in (MODEL, "world", "actor", "light")]
-        models = [child for child in found if child.tag == MODEL]
-        if len(models) == 1:
-            self.check(root, (MODEL,), ("version",), None)
-            return self._fill(Scope(models[0], file, version, None, self._name(models[0])))
-        holder = root if models or not found else found[0]
-        models = models or [child for child in holder.children if child.tag == MODEL]
+        holder = next((child for child in root.children if child.tag == MODEL), root)
+        holder = root if holder is not root else next((child for child in root.children if child.tag in _OTHERS), root)
+        models = [child for child in holder.children if child.tag == MODEL]
         span = models[1].span if len(models) > 1 and holder is root else holder.span
         names = ": " + quoted([one.get("name") for one in models], 3) if models else ""
         message = f"<{holder.tag}> holds {counted(len(models), 'model')}{names}; a description is of one robot"
         help = "put the <model> of the robot into a file of its own, in <sdf>"
         if len(models) != 1:
             self.error("sdf-models", message, span, help)
+            return None
+        if holder is root:
+            self.check(root, (MODEL,), ("version",), None)
         elif self.lenient("sdf-models", message, span, help, "takes the model alone"):
             self.cannot_carry("the world around the model", span)
-            return self._fill(Scope(models[0], file, version, None, self._name(models[0])))
-        return None
+        else:
+            return None
+        return self._fill(Scope(models[0], file, version, None, self._name(models[0])))
 
     def _version(self, root: Element) -> tuple[int, ...] | None:
         attribute, help = root.attributes.get("version"), f"versions {_VERSIONS[0]} to {_VERSIONS[-1]} are"

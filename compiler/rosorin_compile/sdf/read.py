@@ -93,8 +93,7 @@ class _Robot:
         if not bodies.links and not has_errors(reading.diagnostics):
             help = "add <link>: readers of SDF refuse a model without"
             reading.error("no-links", f'the model "{top.name}" has no links', top.element.span, help)
-        canonical = reading.canonical(top)
-        if canonical is None or has_errors(reading.diagnostics):
+        if reading.canonical(top) is None or has_errors(reading.diagnostics):
             return None
         self._name_nodes()
         roots = bodies.roots()
@@ -107,9 +106,6 @@ class _Robot:
             if node.kind == FRAME:
                 reading.check(node.element, ("pose",), ("name", "attached_to"), None)
         Links(bodies, self.entries).read()
-        if roots and not world and bodies.body_of(roots[0]) is not canonical:
-            message = f'the canonical link of the model is "{canonical.called}", that of the SDF of the robot where it'
-            reading.note("import-converted", f"{message} begins", canonical.element.span)
         joints = Joints(bodies, self.entries)
         joints.read(world)
         for node in roots if world else ():
@@ -129,7 +125,6 @@ class _Robot:
 
     def _name_nodes(self) -> None:
         """Give each link, frame and joint a name that a description can have and no other has."""
-        note = self.reading.note
         for nodes in (self.bodies.members, [joint.node for joint in self.bodies.joints]):
             taken: set[str] = set()
             for node in nodes:
@@ -141,17 +136,7 @@ class _Robot:
                 if node.called != first:
                     why = "no name leads into a model here" if "::" in first else "something else has its name"
                     message = f'the {node.kind} "{first}" is called "{node.called}": {why}'
-                    note("import-changed", message, node.element.span)
-        inner = [node.inner for node in self.top.nodes.values() if node.inner is not None and not node.inner.is_merged]
-        for scope in inner:
-            span = (scope.including or scope.element).span
-            if scope is inner[0]:
-                message = f'the names of the model "{scope.name}" within begin with "{scope.name}_" here'
-                message += f", and so on for {len(inner) - 1} more" if len(inner) > 1 else ""
-                note("import-converted", message, span)
-            if any(child.tag == "plugin" for child in scope.element.children):
-                what = f'a plugin of the model "{scope.name}" becomes one of the robot: names in it stay as they are'
-                note("import-changed", what, span)
+                    self.reading.note("import-changed", message, node.element.span)
 
     def _world_link(self, roots: list[Node]) -> str:
         """Return the link that is the world, if the model is joined to it or is in several pieces."""
@@ -173,12 +158,7 @@ class _Robot:
         """Return the pose of the root in the world."""
         if world or not roots:
             return {"world": True} if world else {}
-        own = self.bodies.pose(roots[0])
-        if not is_near(own):
-            message = f'the robot begins at "{roots[0].called}", which is not where the frame of the model is:'
-            message += " what includes the SDF of the robot places that link"
-            self.reading.note("import-converted", message, roots[0].element.span)
-        here = self.bodies.world.then(own)
+        here = self.bodies.world.then(self.bodies.pose(roots[0]))
         of_model = self.reading.pose(self.reading.single(self.top.element, "pose"))
         written = of_model if of_model.transform == here else WrittenPose(here)
         return {} if is_near(here) else written.entry((written.element or self.top.element).span)
@@ -204,6 +184,9 @@ class _Robot:
             for child in gazebo:
                 if child.tag != "plugin":
                     reading.cannot_carry(f"<{child.tag}> of {named(element)} within", child.span)
+                elif not scope.is_merged:
+                    message = f"{named(child)} becomes one of the robot: names in it stay as they are"
+                    reading.note("import-changed", message, child.span)
             gazebo = [child for child in gazebo if child.tag == "plugin"]
         if scope.including is not None:
             gazebo += [child for child in scope.including.children if child.tag == "plugin"]

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import cross
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, counted, first_of, listed
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.describing import named, place, words
+from rosorin_compile.source.xml.describing import named, place
 from rosorin_compile.source.xml.markup import Element
 
 from .elements import OF_JOINT, WORLD, keep, wrapped
@@ -25,12 +25,7 @@ RULES = (Rule("sdf-joint", "A joint of an SDF that no description can have.", "S
 
 _NEAR = 1e-10  # m, and entries of rotations: smaller values are rounding errors
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "ball")
-_NOT_CARRIED = {
-    "screw": ("turns and slides at once", "takes a continuous joint"),
-    "gearbox": ("couples two joints with each other", "leaves it out"),
-    "universal": ("turns about two axes", "leaves it out"),
-    "revolute2": ("turns about two axes", "leaves it out"),
-}
+_NOT_CARRIED = ("screw", "gearbox", "universal", "revolute2")
 _LIMIT = ("lower", "upper", "effort", "velocity")
 _DYNAMICS = {  # the numbers of an axis with the keys of the language
     "damping": "damping",
@@ -38,7 +33,11 @@ _DYNAMICS = {  # the numbers of an axis with the keys of the language
     "spring_stiffness": "stiffness",
     "spring_reference": "spring_reference",
 }
-_UNUSED = ("axis2", "thread_pitch", "screw_thread_pitch", "gearbox_ratio", "gearbox_reference_body")
+# The last five have no effect on the joints that are read.
+_READ = (
+    *("pose", "parent", "child", "axis"),
+    *("axis2", "thread_pitch", "screw_thread_pitch", "gearbox_ratio", "gearbox_reference_body"),
+)
 _Z: Vector = (0.0, 0.0, 1.0)
 _STAND_INS = {"lower": -1000, "upper": 1000, "effort": 1000, "velocity": 10}  # N*m or N, rad/s or m/s, m or rad
 _MIMIC = ("multiplier", "offset", "reference")
@@ -143,12 +142,10 @@ class Bodies:
             help = Suggestion(kind, (*_TYPES, *_NOT_CARRIED))
             reading.error("joint-type", f"{message} SDF does not have", span, help)
             return ""
-        why, instead = _NOT_CARRIED[kind]
-        message += f" {why}: no description has that"
-        if not reading.lenient("sdf-joint", message, span, "make it one that is read", instead):
-            return ""
-        reading.cannot_carry(f"the type {kind} of {named(element)}", span)
-        return "continuous" if kind == "screw" else ""
+        help = f"make it one of {listed(_TYPES)}"
+        if reading.lenient("sdf-joint", f"{message} no description has", span, help, "leaves it out"):
+            reading.cannot_carry(named(element), span)
+        return ""
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
         """Return the link or frame at an end of a joint, None for the world, with its place; None after an error."""
@@ -196,7 +193,7 @@ class Joints:
 
     def __init__(self, bodies: Bodies, entries: Entries) -> None:
         self.bodies, self.entries, self.reading = bodies, entries, bodies.reading
-        self.stand_ins: dict[str, list[tuple[str, Span]]] = {}
+        self.stand_ins: dict[str, dict[str, Span]] = {}  # the joints and where, by key
 
     def read(self, world: str) -> None:
         """Fill the entries of all joints; ``world`` is the link that is the world."""
@@ -207,15 +204,12 @@ class Joints:
             above = self.bodies.above(node)
             if above is not None:
                 self.fix(node, above.called, self.bodies.local_pose(node, above))
-        for word, value in (("range", 1000), ("effort", 1000), ("velocity", 10)):
-            places = self.stand_ins.get(word, [])
-            names = list(dict.fromkeys(name for name, _ in places))
-            if names:
-                whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'joint')} have"
-                which = f" ({first_of(names, 3)})" if len(names) > 1 else ""
-                message = f"{whose} no {word} limit in the SDF{which}: {value} is written as a stand-in"
-                help = "put in what the robot really has"
-                self.reading.diagnostics.append(Diagnostic("import-stand-in", NOTE, message, places[0][1], (), help))
+        for key, places in self.stand_ins.items():
+            message = (
+                f"no {key} limit in the SDF, so {_STAND_INS[key]} is written as a stand-in: {quoted([*places], 3)}"
+            )
+            help, span = "put in what the robot really has", next(iter(places.values()))
+            self.reading.diagnostics.append(Diagnostic("import-stand-in", NOTE, message, span, (), help))
 
     def fix(self, node: Node, parent: str, pose: WrittenPose, kind: str = "fixed") -> None:
         """Add a joint that the SDF does not have: of a frame, or of a link in the world."""
@@ -259,8 +253,6 @@ class Joints:
             else:
                 entry["axis"] = Placed(numbers, numbers[0].span)
             self._details(node, entry, axis)
-        else:
-            self._ignore_axis(element, joint.kind)
         if not is_at:
             self.fix(joint.child, child, WrittenPose(joint.there, element=joint.child.written.element))
 
@@ -271,24 +263,14 @@ class Joints:
 
     def _keep_elements(self, node: Node, entry: dict[str, Any]) -> None:
         kept = []
-        for one in self.reading.rest(node.element, ("pose", "parent", "child", "axis"), ("name", "type")):
+        for one in self.reading.rest(node.element, _READ, ("name", "type")):
             if one.tag in OF_JOINT:
                 text = self.reading.text_of(one, node.scope)
                 self.entries.gazebo.setdefault(node.called, []).append((one, text))
-            elif one.tag in _UNUSED:
-                self.reading.ignored(f"<{one.tag}> has no effect on a joint of its type", one.span)
             else:
                 kept.append(self.reading.text_of(one, node.scope))
         if kept:
             keep(entry, node.element, wrapped("sdf", kept))
-
-    def _ignore_axis(self, element: Element, kind: str) -> None:
-        """Report what has no effect on a joint without an axis; the axis itself is written by many tools."""
-        axis = self.reading.single(element, "axis")
-        for child in axis.children if axis is not None else ():
-            numbers = [word.text for inner in child.iter() for word in words(inner)]
-            if child.tag in ("mimic", "dynamics") and any(word.strip("0.") for word in numbers):
-                self.reading.ignored(f"<{child.tag}> of a {kind} joint has no effect", child.span)
 
     def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[Placed] | None] | None:
         """Return the direction of an axis in the frame of its joint, and its numbers if they are that; None: an error.
@@ -364,15 +346,12 @@ class Joints:
         where = limit.span if limit is not None else span
         missing = [key for key in needed if key not in found]
         for key in missing:
-            is_end = key in ("lower", "upper")
-            found[key] = Placed(f"{_STAND_INS[key]} {unit}" if is_end else _STAND_INS[key], where)
-            self.stand_ins.setdefault("range" if is_end else key, []).append((name, where))
+            found[key] = Placed(f"{_STAND_INS[key]} {unit}" if key in _LIMIT[:2] else _STAND_INS[key], where)
+            self.stand_ins.setdefault(key, {})[name] = where
         made: dict[str, Any] = {key: found[key] for key in needed}
         if missing:
             made["stand_ins"] = [Placed(key, where) for key in missing]
-            note = f"{listed(missing)} {'is a stand-in' if len(missing) == 1 else 'are stand-ins'}: the SDF does not"
-            note += f" limit {'it' if len(missing) == 1 else 'them'}"
-            made["source"] = {"status": "stand_in", "note": note}
+            made["source"] = {"status": "stand_in", "note": f"the SDF does not limit {listed(missing)}"}
         entry["limit"] = Placed(made, where)
         if limit is not None:
             self.reading.paths.setdefault(id(limit), ("joints", name, "limit"))
@@ -380,8 +359,6 @@ class Joints:
     def _mimic(self, element: Element, node: Node, entry: dict[str, Any]) -> None:
         """Set the joint that a joint follows: position = multiplier * (leader - reference) + offset."""
         reading = self.reading
-        if element.tag != "mimic":
-            reading.note("import-converted", "<drake:mimic> becomes a mimic: the same", element.span)
         attribute = element.attributes.get("joint")
         if attribute is None or not attribute.value:
             reading.error("missing-attribute", f"{named(element)} names no joint", element.span, 'add joint="..."')

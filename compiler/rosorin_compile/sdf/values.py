@@ -6,6 +6,7 @@ import math
 import os
 import re
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -108,10 +109,8 @@ class SdfValues(Reading):
         if form == "euler_rpy":
             self.check_attributes(element, _POSE_ATTRIBUTES)
         elif form != "quat_xyzw":
-            message = f'the rotation of {named(element)} is in "{form}"'
-            self.error(
-                "wrong-value", message, element.attributes["rotation_format"].span, "one of euler_rpy, quat_xyzw"
-            )
+            message, help = f'the rotation of {named(element)} is in "{form}"', "one of euler_rpy, quat_xyzw"
+            self.error("wrong-value", message, element.attributes["rotation_format"].span, help)
         found = self.all_of(element, 7 if form == "quat_xyzw" else 6)
         if found is None:
             return none
@@ -170,20 +169,14 @@ class SdfValues(Reading):
         """
         if re.match(r"https?://", uri):
             return None, "", "download the model, and name the file: nothing is fetched from the net"
-        scheme, colon, rest = uri.partition("://")
-        folder, rest = Path(os.path.abspath(including)).parent, rest or uri
-        name, _, inside = rest.partition("/")
-        candidates = [folder / rest]
-        if colon and scheme != "file":
-            candidates += [above / rest for above in folder.parents]
-            package = self.packages.find(name)
-            if package is not None:
-                candidates.insert(0, package / inside)
-                if any(is_file(package / name) for name in ("model.config", "package.xml", "model.sdf")):
-                    self._resolved_allowed.append(resolve(package))
-        candidates += [Path(entry, rest) for entry in self._folders(*OF_GAZEBO)]
-        models = [_model_in(path) if is_folder(path) else path for path in candidates]
+        name = uri.partition("://")[2].partition("/")[0]
+        folders = [Path(os.path.abspath(including)).parent, *map(Path, self._folders(*OF_GAZEBO))]
+        found = [self.packages.resolve(uri, folder) for folder in (folders if not name else folders[:1])]
+        models = [_model_in(path) if is_folder(path) else path for path in found if path is not None]
         files = [file for file in models if file is not None and exists(file)]
+        package = self.packages.find(name)
+        if package is not None and any(is_file(package / one) for one in ("model.config", "package.xml", "model.sdf")):
+            self._resolved_allowed.append(resolve(package))
         for file in files:
             absolute, resolved = Path(os.path.abspath(file)), resolve(file)
             is_allowed = any(absolute.is_relative_to(folder) for folder in self._allowed)
@@ -192,6 +185,7 @@ class SdfValues(Reading):
         if files:
             reason = f"{uri} lies outside the folder of the robot, and is not read"
             return None, reason, "move it there, or allow its folder: --package NAME=FOLDER"
+        name = name or uri.partition("/")[0]
         return None, "", f"put it next to the file, or say where it is: --package {name}=FOLDER"
 
 
@@ -202,11 +196,10 @@ def _with_unit(one: Placed, unit: str) -> Placed:
 
 def _model_in(folder: Path) -> Path | None:
     """Return the newest SDF that the model.config of a folder names, or its model.sdf."""
-    files = []
-    try:
-        listed = [child for child in parse(read_source(folder / "model.config")).root.children if child.tag == "sdf"]
-        listed.sort(key=lambda sdf: [int(digits) for digits in re.findall(r"\d+", sdf.get("version"))], reverse=True)
-        files = [folder / one.text for one in listed]
-    except (MarkupError, OSError):
-        pass
-    return next((file for file in (*files, folder / "model.sdf") if is_file(file)), None)
+    listed: list[Element] = []
+    if is_file(config := folder / "model.config"):
+        with suppress(MarkupError):
+            listed = [child for child in parse(read_source(config)).root.children if child.tag == "sdf"]
+    listed.sort(key=lambda sdf: [int(digits) for digits in re.findall(r"\d+", sdf.get("version"))], reverse=True)
+    files = [*(folder / one.text for one in listed), folder / "model.sdf"]
+    return next((file for file in files if is_file(file)), None)

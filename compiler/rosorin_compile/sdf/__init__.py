@@ -1,8 +1,7 @@
 """SDF: the robot for Gazebo and Drake.
 
-``content`` decides which links are bodies and which are frames, and ``write`` writes them. Foreign files are read by
-``read`` (the file), ``models`` (models within models, and names), ``bodies`` (what hangs on what), ``read_links``,
-``read_joints`` and ``reading`` (numbers, poses, included files). ``elements`` are those without a key in the language.
+``content`` is what an SDF contains, ``write`` writes it. ``read`` reads foreign files: ``values`` (numbers, poses and
+included files), ``models`` (nested models and names) and ``read_joints`` (what hangs on what, and joints).
 """
 
 from __future__ import annotations

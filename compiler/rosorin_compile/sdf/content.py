@@ -1,21 +1,31 @@
-"""What an SDF contains of a robot: which links are a <link>, and which a <frame> that is attached to one.
+"""What an SDF contains of a robot: its links and frames, and the elements that the language has no key for.
 
 A link of SDF without an inertial weighs 1 kg, so that links without mass are frames. What has mass is a link, and what
-moves without any: that has the least mass. A link called "world", the root of a robot that stands fast, is the world.
+moves without any: that has the least mass. A root link called "world" without mass and shapes is the world.
+
+What a URDF for Gazebo can contain as well (plugins, sensors, ...) is read into a ``<gazebo>`` of the robot, whose
+contents Gazebo puts into the model, or into the link or joint that it refers to (``sdformat@sdf12:src/parser_urdf.cc``).
+Other elements are in an ``<sdf>`` of the robot, a link, a joint or a shape, with the same contents.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.sax.saxutils import quoteattr
 
+from rosorin_compile.formats.format import Placed
+from rosorin_compile.formats.gazebo_sensors import with_noise
 from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY, pose_of
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.diagnostics import Diagnostic, Source
 from rosorin_compile.source.rule_registry import Heading, Rule
-
-from .elements import RESERVED, WORLD
+from rosorin_compile.source.tree import Text
+from rosorin_compile.source.xml.elements import indented
+from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
@@ -35,6 +45,32 @@ OLDEST, NEWEST = "1.9", "1.12"
 FREE = ("floating", "planar")  # joints that SDF has no word for: the child is free to move in the world
 # What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)
+WORLD = "world"
+RESERVED = re.compile(r"__.*__\Z")
+
+# What SDF 1.9 has in a model, a link and a joint without a key in the language, and Gazebo takes out of a <gazebo>.
+OF_MODEL = ("plugin", "static", "self_collide", "allow_auto_disable", "enable_wind")
+OF_LINK = (
+    *("sensor", "gravity", "enable_wind", "self_collide", "kinematic", "must_be_base_link", "velocity_decay"),
+    *("light", "particle_emitter", "projector", "audio_source", "audio_sink", "battery"),
+)
+OF_JOINT = ("sensor", "physics")
+# Words of Gazebo classic for all collisions of a link: each with the element of a <collision>, the part of its
+# <surface> that contains it, and its count of numbers.
+OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
+    "laserRetro": ("laser_retro", "", 1),
+    "maxContacts": ("max_contacts", "", 1),
+    "mu1": ("mu", "friction", 1),
+    "mu2": ("mu2", "friction", 1),
+    "fdir1": ("fdir1", "friction", 3),
+    "kp": ("kp", "contact", 1),
+    "kd": ("kd", "contact", 1),
+    "maxVel": ("max_vel", "contact", 1),
+    "minDepth": ("min_depth", "contact", 1),
+}
+_FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # of a URDF to an SDF
+_POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
+_SHORT = 80
 
 
 class Content(NamedTuple):
@@ -180,3 +216,127 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             help = "rename it; a root that is nothing but the world may have this name" if may else "rename it"
             message = f'no {kind} of {output.file} can be called "{name}": {why}'
             yield case.problem("sdf-name", message, path, help, key=kind != "model")
+
+
+# Elements without a key in the language
+
+
+def wrapped(tag: str, texts: Sequence[str], **attributes: str) -> Text:
+    """Return elements in an element around them."""
+    names = "".join(f" {key}={quoteattr(value)}" for key, value in attributes.items())
+    if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < _SHORT:
+        return Text(f"<{tag}{names}>{texts[0]}</{tag}>")
+    return Text("\n".join([f"<{tag}{names}>", *(indented(text, "  ") for text in texts), f"</{tag}>"]))
+
+
+def keep(entry: dict[str, Any], element: Element, text: str) -> int:
+    """Add a text to the elements that an entry keeps and return its index; ``element`` is its place."""
+    entry.setdefault("urdf_elements", []).append(Placed(text, element.span))
+    return len(entry["urdf_elements"]) - 1
+
+
+class Kept(NamedTuple):
+    """Elements as text: of the model, of links and joints by name, and the tags of those that SDF has no place for.
+
+    ``collisions`` are the numbers for all collisions of a link, by the words of Gazebo classic.
+    """
+
+    model: list[str]
+    links: dict[str, list[str]]
+    collisions: dict[str, dict[str, str]]
+    joints: dict[str, list[str]]
+    left_out: dict[str, None]
+
+
+def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
+    """Sort the elements for Gazebo; ``carrier`` is the link of the SDF for each link, ``joints`` its joints."""
+    found = Kept([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
+    waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]
+    blocks = list(_elements(robot.urdf_elements, "gazebo"))
+    waiting += [(block.get("reference"), element) for block in blocks for element in block.children]
+    for name, element in waiting:
+        tag, is_own = element.tag, element.parent is not None and element.parent.tag == "sdf"
+        numbers = _numbers(element) if tag in OF_COLLISIONS and not is_own else ""
+        if tag in _FOR_CONVERSION:
+            continue
+        if not name and tag in OF_MODEL:
+            found.model.append(element.verbatim)
+        elif name in carrier and (is_own or tag in OF_LINK):
+            text = element.verbatim if carrier[name] == name else _relative_to(element, name)
+            found.links.setdefault(carrier[name], []).append(with_noise(text))
+        elif numbers and name in carrier and robot.link[name].collision:
+            found.collisions.setdefault(name, {})[tag] = numbers
+        elif name in joints and tag in OF_JOINT:
+            found.joints.setdefault(name, []).append(element.verbatim)
+        else:
+            found.left_out[f"<{tag}>{f' of {name}' if name else ''}"] = None
+    return found
+
+
+def _numbers(element: Element) -> str:
+    """Return the numbers of an element for collisions, its text or its ``value``; empty if it is damaged."""
+    words = (element.get("value") or element.text).split()
+    try:
+        finite = all(math.isfinite(float(word)) for word in words)
+    except ValueError:
+        return ""
+    return " ".join(words) if finite and len(words) == OF_COLLISIONS[element.tag][2] else ""
+
+
+def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> list[str]:
+    """Return the elements of a collision for the words of its link, without those that are ``present``."""
+    made, parts = list[str](), dict[str, str]()
+    for word, (name, part, _) in OF_COLLISIONS.items():
+        text = f"<{name}>{numbers[word]}</{name}>" if word in numbers else ""
+        if text and part:
+            parts[part] = parts.get(part, "") + text
+        elif text and name not in present:
+            made.append(text)
+    surface = "".join(f"<{part}><ode>{inner}</ode></{part}>" for part, inner in parts.items())
+    return [*made, f"<surface>{surface}</surface>"] if surface and "surface" not in present else made
+
+
+def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Mapping[str, list[str]]]:
+    """Return the contents of the <sdf> of an entry: elements, and as text the contents of the elements ``within``.
+
+    ``within`` are the elements (tag/tag) that the entry has in any case; the texts are by those.
+    """
+    found, inner = list[Element](), dict[str, list[str]]()
+    waiting = [("", block) for block in _elements(texts, "sdf")]
+    while waiting:
+        above, block = waiting.pop(0)
+        for element in block.children:
+            path = f"{above}/{element.tag}".lstrip("/")
+            if path in within:
+                waiting.append((path, element))
+            elif above:
+                inner.setdefault(above, []).append(element.verbatim)
+            else:
+                found.append(element)
+    return found, inner
+
+
+def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
+    """Yield the elements of a tag among those that an entry keeps."""
+    for text in texts:
+        if f"<{tag}" in text:
+            try:
+                document = parse(Source("", f"<all>{text}</all>"))
+            except MarkupError:  # too large: the rules found it well formed
+                continue
+            yield from (block for block in document.root.children if block.tag == tag)
+
+
+def _relative_to(element: Element, frame: str) -> str:
+    """Return an element of a frame of its link: its pose becomes relative to that frame."""
+    pose = next((child for child in element.children if child.tag == "pose"), None)
+    text, word = element.verbatim, f' relative_to="{frame}"'
+    if element.tag not in _POSED or (pose is not None and {"relative_to", "frame"} & pose.attributes.keys()):
+        return text
+    at = element.opened - element.start
+    if pose is not None:
+        at = pose.start - element.start + len("<pose")
+        return f"{text[:at]}{word}{text[at:]}"
+    if element.end == element.opened:  # <sensor .../>
+        return f"{text[: at - 2]}><pose{word}/></{element.tag}>"
+    return f"{text[:at]}<pose{word}/>{text[at:]}"

@@ -18,7 +18,7 @@ from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.xml.describing import kept, named
 from rosorin_compile.source.xml.markup import Attribute, Element
 
-from .elements import RESERVED, WORLD
+from .content import RESERVED, WORLD
 from .values import SdfValues, WrittenPose, is_true, name_span
 
 RULES = (
@@ -142,17 +142,17 @@ class SdfReading(SdfValues):
         return self._fill(Scope(models[0], file, version, None, self._name(models[0])))
 
     def _version(self, root: Element) -> tuple[int, ...] | None:
-        attribute, help = root.attributes.get("version"), f"versions {_VERSIONS[0]} to {_VERSIONS[-1]} are"
-        version = "1.9" if attribute is None else attribute.value.strip()
+        attribute, taken = root.attributes.get("version"), _VERSIONS[-1]
+        version = "" if attribute is None else attribute.value.strip()
+        if version in _VERSIONS:
+            return tuple(map(int, version.split(".")))
+        rule, message = "sdf-version", f'SDF of version "{version}" is not read'
         if attribute is None:
-            message = '<sdf> lacks the attribute "version"'
-            if not self.lenient("missing-attribute", message, root.span, help, "takes it for 1.9"):
-                return None
-        elif version not in _VERSIONS:
-            message, version = f'SDF of version "{version}" is not read', _VERSIONS[-1]
-            if not self.lenient("sdf-version", message, attribute.span, help, f"takes it for {version}"):
-                return None
-        return tuple(map(int, version.split(".")))
+            rule, message = "missing-attribute", '<sdf> lacks the attribute "version"'
+        help = f"versions {_VERSIONS[0]} to {taken} are"
+        if not self.lenient(rule, message, (attribute or root).span, help, f"takes it for {taken}"):
+            return None
+        return tuple(map(int, taken.split(".")))
 
     def _name(self, element: Element) -> str:
         """Return the name of an element, empty after an error."""
@@ -168,11 +168,11 @@ class SdfReading(SdfValues):
 
     def _fill(self, scope: Scope) -> Scope:
         """Fill a scope with the contents of its model."""
-        placements = [child for child in getattr(scope.including, "children", ()) if child.tag == "placement_frame"]
-        for one in [*placements, *filter(None, [scope.element.attributes.get("placement_frame")])]:
-            if one.text if isinstance(one, Element) else one.value:
-                message = f"placement_frame of {named(scope.element)} is not read: a model is placed by its own frame"
-                self.error("sdf-include", message, one.span, "remove it, and adapt the <pose> of the model")
+        placement = scope.including and self.text(scope.including, "placement_frame")
+        placement = placement or scope.element.attributes.get("placement_frame")
+        if placement and placement.value:
+            message = f"placement_frame of {named(scope.element)} is not read: a model is placed by its own frame"
+            self.error("sdf-include", message, placement.span, "remove it, and adapt the <pose> of the model")
         for child in scope.element.children:
             if child.tag in (LINK, FRAME, JOINT):
                 self._add(scope, child.tag, self._name(child), child, child)
@@ -196,16 +196,15 @@ class SdfReading(SdfValues):
 
     def _add(self, scope: Scope, kind: str, name: str, element: Element, posed: Element) -> Node | None:
         """Add a named element, unless the scope has the name."""
-        if not name:
-            return None
-        if name in scope.nodes:
-            first = scope.nodes[name]
+        first = scope.nodes.get(name)
+        if first is not None:
             message = f'the {kind} "{name}" has the name of another {first.kind}'
             related = [Related("first defined here", first.element.span)]
             self.error("duplicate-name", message, name_span(element), "rename or remove one", related)
-            return None
-        scope.nodes[name] = Node(kind, name, element, scope, self.pose(self.single(posed, "pose")))
-        return scope.nodes[name]
+        elif name:
+            scope.nodes[name] = Node(kind, name, element, scope, self.pose(self.single(posed, "pose")))
+            return scope.nodes[name]
+        return None
 
     def _include(self, scope: Scope, element: Element) -> None:
         """Add the model of another file."""
@@ -259,16 +258,16 @@ class SdfReading(SdfValues):
 
     def node_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
         """Return the pose of a node in the outermost model."""
-        if node not in self._poses:
-            if node in visited:
-                way = " -> ".join(one.name for one in (*visited[visited.index(node) :], node))
-                message = f"the pose of {named(node.element)} is relative to itself: {way}"
-                self.error("sdf-name-unknown", message, self.base(node)[1], "let one be relative to __model__")
-                made = Transform()
-            else:
-                made = self.base_pose(node, (*visited, node)).then(node.written.transform)
-            self._poses.setdefault(node, made)
-        return self._poses[node]
+        if node in self._poses:
+            return self._poses[node]
+        made = Transform()
+        if node in visited:
+            path = " -> ".join(one.name for one in (*visited[visited.index(node) :], node))
+            message = f"the pose of {named(node.element)} is relative to itself: {path}"
+            self.error("sdf-name-unknown", message, self.base(node)[1], "let one be relative to __model__")
+        else:
+            made = self.base_pose(node, (*visited, node)).then(node.written.transform)
+        return self._poses.setdefault(node, made)
 
     def base_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
         """Return the pose in the outermost model of the frame that a node is relative to."""
@@ -320,18 +319,17 @@ class SdfReading(SdfValues):
         if owner is not None and not owner.content:
             made = made[: owner.start - element.start].rstrip() + made[owner.end - element.start :]
             return kept(element, made)
-        for inner in reversed(list(element.iter())):
-            for name in reversed(_NAMING):
-                attribute = inner.attributes.get(name)
-                if attribute is None:
-                    continue
-                node = scope.find(attribute.value)
-                at, where = attribute.start - element.start, attribute.name_start - element.start
-                if inner is owner:
-                    made = made[:where].rstrip() + made[at + len(attribute.raw) + 1 :]
-                    continue
-                if node is not None and node.called:
-                    made = f"{made[:at]}{node.called}{made[at + len(attribute.raw) :]}"
-                if name == "frame" and inner.tag == "pose":
-                    made = f"{made[:where]}relative_to{made[where + len(name) :]}"
+        named_frames = [(inner, attribute) for inner in element.iter() for attribute in inner.attributes.values()]
+        for inner, attribute in reversed(named_frames):
+            if attribute.name not in _NAMING:
+                continue
+            start, at = attribute.name_start - element.start, attribute.start - element.start
+            before, after = made[:start], made[at + len(attribute.raw) :]
+            if inner is owner:
+                made = before.rstrip() + after[1:]
+                continue
+            node, name = scope.find(attribute.value), attribute.name
+            called = node.called if node is not None and node.called else attribute.raw
+            word = "relative_to" if name == "frame" and inner.tag == "pose" else name
+            made = f"{before}{word}{made[start + len(name) : at]}{called}{after}"
         return kept(element, made)

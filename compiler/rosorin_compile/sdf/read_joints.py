@@ -17,7 +17,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.describing import named, place
 from rosorin_compile.source.xml.markup import Element
 
-from .elements import OF_JOINT, WORLD, keep, wrapped
+from .content import OF_JOINT, WORLD, keep, wrapped
 from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReading, relative_to
 from .values import WrittenPose, cleaned, is_true, name_span
 

@@ -37,8 +37,20 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.escaping import escape
 
-from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, content_of, joint_names, version_of, world_of
-from .elements import WORLD, collision_elements, kept, own_elements
+from .content import (
+    FOLLOWERS,
+    LEAST,
+    NEWEST,
+    OLDEST,
+    WORLD,
+    collision_elements,
+    content_of,
+    joint_names,
+    kept,
+    own_elements,
+    version_of,
+    world_of,
+)
 
 RULES = (
     Rule(

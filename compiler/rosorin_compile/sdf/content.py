@@ -3,8 +3,8 @@
 A link of SDF without an inertial weighs 1 kg, so that links without mass are frames. What has mass is a link, and what
 moves without any: that has the least mass. A root link called "world" without mass and shapes is the world.
 
-What a URDF for Gazebo can contain as well (plugins, sensors, ...) is read into a ``<gazebo>`` of the robot, whose
-contents Gazebo puts into the model, or into the link or joint that it refers to (``sdformat@sdf12:src/parser_urdf.cc``).
+What a URDF for Gazebo can contain as well (plugins, sensors, ...) is read into a ``<gazebo>`` of the robot. Gazebo puts
+its contents into the model, or into the link or joint that it refers to (``sdformat@sdf12:src/parser_urdf.cc``).
 Other elements are in an ``<sdf>`` of the robot, a link, a joint or a shape, with the same contents.
 """
 
@@ -22,7 +22,7 @@ from rosorin_compile.formats.gazebo_sensors import with_noise
 from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Text
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.markup import Element, MarkupError, parse
@@ -31,13 +31,7 @@ if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
 
 RULES = (
-    Rule(
-        "sdf-name",
-        "A name that SDF keeps for itself: `world`, names between two underscores and two, and those with `::`, which"
-        " leads into a model.",
-        "Rename it.",
-        Heading.FORMATS,
-    ),
+    Rule("sdf-name", "A name that SDF reserves: `world`, `__NAME__`, or a name with `::`.", "Rename it.", FORMATS),
 )
 
 FOLLOWERS = "1.11"  # the first version with a word for mimic
@@ -71,6 +65,15 @@ OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
 _FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # of a URDF to an SDF
 _POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
 _SHORT = 80
+# The sizes of solids, with how many numbers each is.
+SOLIDS = {
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "ellipsoid": {"radii": 3},
+    "mesh": {"scale": 3},
+}
 
 
 class Content(NamedTuple):

@@ -30,7 +30,6 @@ RULES = (
 
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
 OWN = "__model__"
-_OTHERS = ("world", "actor", "light")
 _NAMING = ("relative_to", "frame", "attached_to", "expressed_in")
 _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
 _DEEPEST = 20  # nested models: more is a circle of includes
@@ -118,44 +117,31 @@ class SdfReading(SdfValues):
     _poses: dict[Node, Transform]
 
     def top(self, root: Element, file: Path) -> Scope | None:
-        """Return the only model of a document, or leniently the only one of a world; None after an error."""
+        """Return the only model of a document, or None after an error."""
         self._poses = {}
         version = self._version(root)
-        if version is None:
-            return None
-        holder = next((child for child in root.children if child.tag == MODEL), root)
-        holder = root if holder is not root else next((child for child in root.children if child.tag in _OTHERS), root)
-        models = [child for child in holder.children if child.tag == MODEL]
-        span = models[1].span if len(models) > 1 and holder is root else holder.span
-        names = ": " + quoted([one.get("name") for one in models], 3) if models else ""
-        message = f"<{holder.tag}> holds {counted(len(models), 'model')}{names}; a description is of one robot"
-        help = "put the <model> of the robot into a file of its own, in <sdf>"
+        models = [child for child in root.children if child.tag == MODEL]
         if len(models) != 1:
-            self.error("sdf-models", message, span, help)
+            other = next((child for child in root.children if child.tag in ("world", "actor", "light")), root)
+            names = f": {quoted([one.get('name') for one in models], 3)}" if models else ""
+            message = f"<sdf> holds {counted(len(models), 'model')}{names}; a description is of one robot"
+            help = "put the <model> of the robot into a file of its own, in <sdf>"
+            self.error("sdf-models", message, (models[1] if models else other).span, help)
             return None
-        if holder is root:
-            self.check(root, (MODEL,), ("version",), None)
-        elif self.lenient("sdf-models", message, span, help, "takes the model alone"):
-            self.cannot_carry("the world around the model", span)
-        else:
-            return None
-        return self._fill(Scope(models[0], file, version, None, self._name(models[0])))
+        self.check(root, (MODEL,), ("version",), None)
+        return self._fill(Scope(models[0], file, version, None, self._name(models[0]))) if version else None
 
     def _version(self, root: Element) -> tuple[int, ...] | None:
-        attribute, taken = root.attributes.get("version"), _VERSIONS[-1]
+        attribute = root.attributes.get("version")
         version = "" if attribute is None else attribute.value.strip()
-        if version in _VERSIONS:
-            return tuple(map(int, version.split(".")))
-        rule, message = "sdf-version", f'SDF of version "{version}" is not read'
-        if attribute is None:
-            rule, message = "missing-attribute", '<sdf> lacks the attribute "version"'
-        help = f"versions {_VERSIONS[0]} to {taken} are"
-        if not self.lenient(rule, message, (attribute or root).span, help, f"takes it for {taken}"):
-            return None
-        return tuple(map(int, taken.split(".")))
+        self.need(root, "version")
+        if attribute is not None and version not in _VERSIONS:
+            message, help = f'SDF of version "{version}" is not read', f"versions {_VERSIONS[0]} to {_VERSIONS[-1]} are"
+            if self.lenient("sdf-version", message, attribute.span, help, f"takes it for {_VERSIONS[-1]}"):
+                version = _VERSIONS[-1]
+        return tuple(map(int, version.split("."))) if version in _VERSIONS else None
 
     def _name(self, element: Element) -> str:
-        """Return the name of an element, empty after an error."""
         name, span = element.get("name"), name_span(element)
         if name != WORLD and not RESERVED.match(name) and NAME.match(name):
             return name
@@ -167,7 +153,6 @@ class SdfReading(SdfValues):
         return ""
 
     def _fill(self, scope: Scope) -> Scope:
-        """Fill a scope with the contents of its model."""
         placement = scope.including and self.text(scope.including, "placement_frame")
         placement = placement or scope.element.attributes.get("placement_frame")
         if placement and placement.value:
@@ -207,7 +192,6 @@ class SdfReading(SdfValues):
         return None
 
     def _include(self, scope: Scope, element: Element) -> None:
-        """Add the model of another file."""
         uri = self.text(element, "uri")
         if uri is None:
             self.error("missing-element", f"{named(element)} has no <uri>", element.span, "add <uri>")

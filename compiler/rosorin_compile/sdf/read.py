@@ -20,13 +20,14 @@ from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.formats.urdf.robot import plain
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
-from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, counted, first_of, has_errors, listed
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, has_errors
 from rosorin_compile.source.tree import Map
+from rosorin_compile.source.wording import counted, first_of, listed, quoted
 from rosorin_compile.source.xml.describing import correction, named
 from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 
-from .content import OF_LINK, OF_MODEL, WORLD, keep, wrapped
+from .content import OF_LINK, OF_MODEL, SOLIDS, WORLD, keep, wrapped
 from .models import FRAME, LINK, Node, Scope, SdfReading, relative_to
 from .read_joints import Bodies, Entries, Joints, is_near
 from .values import WrittenPose, is_true, name_span
@@ -35,15 +36,6 @@ _READ = ("link", "frame", "joint", "model", "include", "pose")
 _IN_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")
 _NEWER = ("1.10", "1.11", "1.12")
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-# The sizes of solids, with how many numbers each is.
-_SOLIDS = {
-    "box": {"size": 3},
-    "cylinder": {"radius": 1, "length": 1},
-    "capsule": {"radius": 1, "length": 1},
-    "sphere": {"radius": 1},
-    "ellipsoid": {"radii": 3},
-    "mesh": {"scale": 3},
-}
 _OUTLINE = "polyline"  # a geometry may have several: one within another is a hole in it
 _WATER = 1000  # kg/m^3, the density of an inertial that is to be computed and has none
 
@@ -99,7 +91,8 @@ class _Robot:
         self.holder: dict[str, Any] = {"urdf_elements": []}  # the elements of the robot
         self.constraints: dict[str, Placed] = {}
         static = (child.text for child in top.element.children if child.tag == "static")
-        self.is_static = any(map(is_true, (top.element.get("static"), *static)))
+        is_static = any(map(is_true, (top.element.get("static"), *static)))
+        self.of_pieces = "fixed" if is_static else "floating"  # the joints that hold pieces without a joint
 
     def read(self) -> dict[str, Any] | None:
         """Return the sections of the description, or None after an error that hides all others."""
@@ -123,7 +116,7 @@ class _Robot:
         joints = Joints(bodies, self.entries)
         joints.read(world)
         for node in roots if world else ():
-            joints.fix(node, world, bodies.local_pose(node, None), "fixed" if self.is_static else "floating")
+            joints.fix(node, world, bodies.local_pose(node, None), self.of_pieces)
         spans = {node.called: name_span(node.element) for node in bodies.members}
         made: dict[str, Any] = {"robot": Placed(top.name, name_span(top.element))}
         made["links"] = {
@@ -148,8 +141,7 @@ class _Robot:
                     node.called += "_"
                 taken.add(node.called)
                 if node.called != first:
-                    why = "no name leads into a model here" if "::" in first else "something else has its name"
-                    message = f'the {node.kind} "{first}" is called "{node.called}": {why}'
+                    message = f'the {node.kind} "{first}" is called "{node.called}" in the description'
                     self.reading.note("import-changed", message, node.element.span)
 
     def _world_link(self, roots: list[Node]) -> str:
@@ -161,15 +153,12 @@ class _Robot:
         while name in {node.called for node in self.bodies.members}:
             name += "_"
         if roots:
-            how = "fixed, as the model is static" if self.is_static else "floating"
-            message = f'the model has pieces that no joint connects: joints to a link "{name}" hold them, {how}'
-            if len(roots) == 1:
-                message = f'no joint holds "{roots[0].called}": one to the link "{name}" does, {how}'
+            pieces = quoted([node.called for node in roots], 3)
+            message = f'no joint in the SDF moves {pieces}: {self.of_pieces} joints to a link "{name}" are added'
             self.reading.note("import-converted", message, roots[0].element.span)
         return name
 
     def _root(self, roots: list[Node], world: str) -> dict[str, Any]:
-        """Return the pose of the root in the world."""
         if world or not roots:
             return {"world": True} if world else {}
         here = self.bodies.world.then(self.bodies.pose(roots[0]))
@@ -180,7 +169,6 @@ class _Robot:
     # Kept elements
 
     def _put(self, tag: str, found: Sequence[tuple[Element, str]], **attributes: str) -> None:
-        """Keep elements of the robot in one with a tag."""
         if found:
             text = wrapped(tag, [text for _, text in found], **attributes)
             index = keep(self.holder, found[0][0], text)
@@ -188,7 +176,6 @@ class _Robot:
                 self.reading.paths[id(element)] = ("urdf_elements", index)
 
     def _keep_elements(self, scope: Scope) -> None:
-        """Keep what the models contain besides links, frames and joints."""
         element, reading = scope.element, self.reading
         reading.paths[id(element)] = ("robot",)
         rest = reading.rest(element, _READ, ("name", "canonical_link", "placement_frame"))
@@ -252,7 +239,7 @@ class Links:
             for child in self.reading.rest(element, ("pose", "inertial", "visual", "collision"), ("name",)):
                 if child.tag in OF_LINK:
                     pose = self.reading.single(child, "pose")
-                    owner = self._owner(pose, link)
+                    owner, _ = self._placed(pose, link)
                     text = self.reading.text_of(child, link.scope, None if owner is link else pose)
                     self.entries.gazebo.setdefault(owner.called, []).append((child, text))
                 else:
@@ -271,7 +258,6 @@ class Links:
         self.reading.paths[id(element)] = ("links", link.called, "urdf_elements", index)
 
     def _inertial(self, link: Node) -> None:
-        """Set the inertial; the defaults are 1 kg, and 1 kg*m^2 about each axis."""
         reading = self.reading
         element = reading.single(link.element, "inertial")
         span = (element or link.element).span
@@ -293,37 +279,25 @@ class Links:
             if inertia is not None:
                 reading.check(inertia, _INERTIA, (), None)
             made = {"mass": reading.one(element, "mass") or Placed(1, span)}
-            made |= self._pose_in(link, reading.single(element, "pose"), link).entry(span)
+            made |= self._placed(reading.single(element, "pose"), link, at_frame=False)[1].entry(span)
             made["inertia"] = Placed({key: one for key, one in moments.items() if one is not None}, at)
             reading.check(element, ("pose", "mass", "inertia"), ("auto",), None)
         self.entries.links[link.called]["inertial"] = Placed(made, span)
 
-    def _pose_in(self, owner: Node, pose: Element | None, link: Node) -> WrittenPose:
-        """Return a pose of something in a link relative to its owner, whatever it is written relative to."""
-        written, base = self.reading.pose(pose), self._base(pose, link)
-        if base is None or base is owner:
-            return written
-        here = self.bodies.pose(owner).inverse().then(self.bodies.pose(base))
-        return written if here == Transform() else WrittenPose(here.then(written.transform), element=pose)
-
-    def _base(self, pose: Element | None, link: Node) -> Node | None:
-        """Return what a pose in a link is relative to, or None for the link, and after an error."""
-        attribute = relative_to(pose)
-        if attribute is None or pose is None:
-            return None
-        return self.reading.require(link.scope, attribute.value, attribute.span, f"relative_to of {named(pose)}")
-
-    def _owner(self, pose: Element | None, link: Node) -> Node:
-        """Return the frame of a body that a pose in its link is relative to, or the link."""
-        base = self._base(pose, link)
-        is_in_body = base is not None and base.kind in (LINK, FRAME) and self.bodies.body_of(base) is link
-        return base if base is not None and is_in_body else link
+    def _placed(self, pose: Element | None, link: Node, at_frame: bool = True) -> tuple[Node, WrittenPose]:
+        """Return the frame of the body that a pose in a link is relative to, or the link, and the pose in it."""
+        written, base, attribute = self.reading.pose(pose), link, relative_to(pose)
+        if attribute is not None and pose is not None:
+            what = f"relative_to of {named(pose)}"
+            base = self.reading.require(link.scope, attribute.value, attribute.span, what) or link
+        if base is link or (at_frame and base.kind in (LINK, FRAME) and self.bodies.body_of(base) is link):
+            return base, written
+        here = self.bodies.pose(link).inverse().then(self.bodies.pose(base))
+        return link, written if here == Transform() else WrittenPose(here.then(written.transform), element=pose)
 
     def _shape(self, element: Element, link: Node) -> None:
-        """Add a visual or a collision to the entry of a frame of the body or of the link."""
         reading = self.reading
-        pose = reading.single(element, "pose")
-        owner = self._owner(pose, link)
+        owner, placed = self._placed(reading.single(element, "pose"), link)
         geometry = reading.single(element, "geometry")
         if geometry is None:
             reading.error("missing-element", f"{named(element)} has no <geometry>", element.span, "add one")
@@ -332,7 +306,7 @@ class Links:
         solid = self._solid(geometry, made, link)
         if solid is None:
             return
-        if solid.tag not in _SOLIDS:
+        if solid.tag not in SOLIDS:
             message = f"<{solid.tag}> of {named(element)} is a shape of its own kind: kept as it is"
             reading.diagnostics.append(Diagnostic("import-kept", NOTE, message, solid.span))
             self._keep(element, link)
@@ -347,7 +321,7 @@ class Links:
             reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
         elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # as we name shapes without a name
             made["name"] = Placed(attribute.value, attribute.span)
-        made |= self._pose_in(owner, pose, link).entry(element.span)
+        made |= placed.entry(element.span)
         self._details(element, solid, made, link)
         shapes.append(Placed(made, element.span))
 
@@ -358,7 +332,7 @@ class Links:
         def texts(elements: list[Element]) -> list[str]:
             return [reading.text_of(child, link.scope) for child in elements]
 
-        inner = reading.rest(solid, (*_SOLIDS[solid.tag], "uri"), ("optimization",))
+        inner = reading.rest(solid, (*SOLIDS[solid.tag], "uri"), ("optimization",))
         if inner:
             rest.append(wrapped(solid.tag, texts(inner)))
             if any(child.tag == "submesh" for child in inner):
@@ -404,7 +378,6 @@ class Links:
         return rest
 
     def _colour(self, material: Element, tag: str) -> Placed | None:
-        """Return a colour; three numbers are opaque."""
         child = self.reading.single(material, tag)
         values = None if child is None else self.reading.all_of(child, 3 if len(child.text.split()) == 3 else 4)
         return None if values is None or child is None else Placed([*values, Placed(1, child.span)][:4], child.span)
@@ -418,11 +391,11 @@ class Links:
             reading.error("duplicate-element", message, children[1].span, "make a second shape of it")
             return None
         if not children:
-            help = f"it takes one of {', '.join(_SOLIDS)}"
+            help = f"it takes one of {', '.join(SOLIDS)}"
             reading.error("missing-element", f"{named(geometry)} is empty", geometry.span, help)
             return None
         solid, before = children[0], len(reading.diagnostics)
-        if solid.tag not in _SOLIDS:
+        if solid.tag not in SOLIDS:
             known = sdf_elements()["geometry"]
             near = None if solid.tag in known or reading.options.lenient else correction(solid.tag, known)
             if near is not None:
@@ -434,7 +407,7 @@ class Links:
             sizes["file"] = Placed(self._address(str(uri.value), link), uri.span)
         elif solid.tag == "mesh":
             reading.error("missing-element", f"{named(solid)} has no <uri>", solid.span, "name the mesh")
-        for key, count in _SOLIDS[solid.tag].items():
+        for key, count in SOLIDS[solid.tag].items():
             child = reading.single(solid, key)
             if child is None and key != "scale":
                 reading.error("missing-element", f"{named(solid)} has no <{key}>", solid.span, f"add <{key}>")
@@ -445,7 +418,6 @@ class Links:
         return solid if len(reading.diagnostics) == before else None
 
     def _address(self, uri: str, link: Node) -> str:
-        """Return an address relative to the file that is imported, for one in a file that it includes."""
         first, own = self.reading.files[0], link.scope.file
         if "://" in uri or uri.startswith("/") or first.parent == own.parent:
             return uri

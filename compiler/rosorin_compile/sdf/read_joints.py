@@ -27,12 +27,7 @@ _NEAR = 1e-10  # m, and entries of rotations: smaller values are rounding errors
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "ball")
 _NOT_CARRIED = ("screw", "gearbox", "universal", "revolute2")
 _LIMIT = ("lower", "upper", "effort", "velocity")
-_DYNAMICS = {  # the numbers of an axis with the keys of the language
-    "damping": "damping",
-    "friction": "friction",
-    "spring_stiffness": "stiffness",
-    "spring_reference": "spring_reference",
-}
+_DYNAMICS = ("damping", "friction", "spring_stiffness", "spring_reference")
 # The last five have no effect on the joints that are read.
 _READ = (
     *("pose", "parent", "child", "axis"),
@@ -105,68 +100,60 @@ class Bodies:
         return None if node is None else self._body.get(node)
 
     def _join(self, node: Node) -> None:
-        """Add a joint with its ends; a second joint that moves the same body would close a loop."""
         reading, kind = self.reading, self._kind(node.element)
         parent, child = (self._end(node, end) for end in ("parent", "child"))
         if not parent or not child or not kind:
             return
         body = self.body_of(child[0])
+        first = next((one for one in self.joints if body is not None and self.body_of(one.child) is body), None)
         if child[0] is None:
             message = f"the child of {named(node.element)} is the world, which no joint moves"
             reading.error("sdf-joint", message, child[1], "swap parent and child")
-            return
-        if parent[0] is not None and self.body_of(parent[0]) is body:
+        elif parent[0] is not None and self.body_of(parent[0]) is body:
             message = f'{named(node.element)} joins "{child[0].name}" to the link that it is part of'
             reading.error("sdf-joint", message, child[1], "name another link")
-            return
-        first = next((one for one in self.joints if body is not None and self.body_of(one.child) is body), None)
-        if first is None or body is None:
+        elif first is None or body is None:
             there = self.pose(node).inverse().then(self.pose(child[0]))
             self.joints.append(Joined(node, kind, parent[0], child[0], there))
-            return
-        message = f'link "{body.name}" is moved by two joints, "{first.node.name}" and "{node.name}": a loop, or one'
-        message += " the wrong way"
-        if reading.lenient("two-parents", message, node.element.span, "remove one", "leaves the second out"):
-            reading.cannot_carry(named(node.element), node.element.span)
+        else:
+            message = f'two joints move link "{body.name}", "{first.node.name}" and "{node.name}": a loop, or swapped'
+            if reading.lenient("two-parents", message, node.element.span, "remove one", "leaves the second out"):
+                reading.cannot_carry(named(node.element), node.element.span)
 
     def _kind(self, element: Element) -> str:
         """Return the type of a joint; empty after an error, and for one that is left out."""
-        kind, reading = element.get("type"), self.reading
-        if kind in _TYPES:
+        reading, attribute = self.reading, element.attributes.get("type")
+        reading.need(element, "type")
+        kind = "" if attribute is None else attribute.value
+        if attribute is None or kind in _TYPES:
             return kind
-        if not kind:
-            reading.error("missing-attribute", f"{named(element)} has no type", element.span, 'add type="..."')
-            return ""
-        span, message = element.attributes["type"].span, f'{named(element)} is of type "{kind}", which'
+        message, help = f'{named(element)} is of type "{kind}", which', f"make it one of {listed(_TYPES)}"
         if kind not in _NOT_CARRIED:
-            help = Suggestion(kind, (*_TYPES, *_NOT_CARRIED))
-            reading.error("joint-type", f"{message} SDF does not have", span, help)
-            return ""
-        help = f"make it one of {listed(_TYPES)}"
-        if reading.lenient("sdf-joint", f"{message} no description has", span, help, "leaves it out"):
-            reading.cannot_carry(named(element), span)
+            suggestion = Suggestion(kind, (*_TYPES, *_NOT_CARRIED))
+            reading.error("joint-type", f"{message} SDF does not have", attribute.span, suggestion)
+        elif reading.lenient("sdf-joint", f"{message} no description has", attribute.span, help, "leaves it out"):
+            reading.cannot_carry(named(element), attribute.span)
         return ""
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
         """Return the link or frame at an end of a joint, None for the world, with its place; None after an error."""
-        element = self.reading.single(node.element, end)
-        if element is None or not element.text:
-            message, span = f"{named(node.element)} has no <{end}>", (element or node.element).span
-            self.reading.error("missing-element", message, span, f"add <{end}>LINK</{end}>")
+        text, reading = self.reading.text(node.element, end), self.reading
+        if text is None:
+            message = f"{named(node.element)} has no <{end}>"
+            reading.error("missing-element", message, node.element.span, f"add <{end}>LINK</{end}>")
             return None
-        name, span = element.text, place(element)
-        if name == WORLD and node.scope.find(WORLD) is None:
-            return None, span
-        found = self.reading.require(node.scope, name, span, f"the {end} of {named(node.element)}")
-        member = found if found is None or found.kind in (LINK, FRAME) else self.reading.link_of(found)
+        if text.value == WORLD and node.scope.find(WORLD) is None:
+            return None, text.span
+        found = reading.require(node.scope, text.value, text.span, f"the {end} of {named(node.element)}")
+        member = found if found is None or found.kind in (LINK, FRAME) else reading.link_of(found)
         if member is None and found is not None:
-            self.reading.error("sdf-name-unknown", f'"{name}" has no link', span, "name a link or a frame")
-        return None if member is None else (member, span)
+            reading.error("sdf-name-unknown", f'"{text.value}" has no link', text.span, "name a link or a frame")
+        return None if member is None else (member, text.span)
 
     def _base_in_body(self, node: Node) -> Node | None:
         """Return the member of the same body that the pose of a node is relative to, or None."""
         found = node.scope.find(self.reading.base(node)[0])
-        is_member = found is not None and found.kind in (LINK, FRAME) and self.body_of(found) is self.body_of(node)
+        is_member = found in self._body and self.body_of(found) is self.body_of(node)
         return found if is_member else None
 
     def above(self, node: Node) -> Node | None:
@@ -205,9 +192,7 @@ class Joints:
             if above is not None:
                 self.fix(node, above.called, self.bodies.local_pose(node, above))
         for key, places in self.stand_ins.items():
-            message = (
-                f"no {key} limit in the SDF, so {_STAND_INS[key]} is written as a stand-in: {quoted([*places], 3)}"
-            )
+            message = f"no {key} limit in the SDF, so {_STAND_INS[key]} is used as a stand-in: {quoted([*places], 3)}"
             help, span = "put in what the robot really has", next(iter(places.values()))
             self.reading.diagnostics.append(Diagnostic("import-stand-in", NOTE, message, span, (), help))
 
@@ -231,13 +216,16 @@ class Joints:
         is_at = joint.kind in ("fixed", "prismatic") or is_near(Transform(xyz=joint.there.xyz))
         if joint.kind in ("revolute", "continuous"):
             is_at = max(map(abs, cross(joint.there.xyz, direction))) < _NEAR
-        child, pose = joint.child.called, self._pose_at_joint(joint)
+        of_child, pose = (self.bodies.local_pose(one, joint.parent) for one in (joint.child, node))
+        child = joint.child.called
+        if is_at and (not is_near(joint.there) or (of_child.xyz and not pose.xyz)):
+            pose = of_child
         if not is_at:
-            child, pose = f"{node.called}_anchor", self.bodies.local_pose(node, joint.parent)
+            child = f"{node.called}_anchor"
             while child in self.entries.links:
                 child += "_"
             self.entries.links[child] = {}
-            message = f'the child of {named(element)} is not at the joint: a link "{child}" stands between'
+            message = f'the child of {named(element)} is not at the joint: link "{child}" is added between'
             reading.note("import-converted", message, element.span)
         entry: dict[str, Any] = {"type": Placed(joint.kind, element.attributes["type"].span)}
         for end, link in (("parent", parent), ("child", child)):
@@ -256,11 +244,6 @@ class Joints:
         if not is_at:
             self.fix(joint.child, child, WrittenPose(joint.there, element=joint.child.written.element))
 
-    def _pose_at_joint(self, joint: Joined) -> WrittenPose:
-        """Return the pose of a joint's child in its parent, as written if possible."""
-        child, at_joint = (self.bodies.local_pose(node, joint.parent) for node in (joint.child, joint.node))
-        return at_joint if is_near(joint.there) and (at_joint.xyz or not child.xyz) else child
-
     def _keep_elements(self, node: Node, entry: dict[str, Any]) -> None:
         kept = []
         for one in self.reading.rest(node.element, _READ, ("name", "type")):
@@ -275,7 +258,7 @@ class Joints:
     def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[Placed] | None] | None:
         """Return the direction of an axis in the frame of its joint, and its numbers if they are that; None: an error.
 
-        Versions before 1.5 have it in the frame of the model, and those up to 1.6 if use_parent_model_frame is true.
+        SDF before 1.5 has it in the frame of the model, and SDF up to 1.6 if use_parent_model_frame is true.
         """
         xyz = None if axis is None else self.reading.single(axis, "xyz")
         numbers = None if xyz is None else self.reading.all_of(xyz, 3)
@@ -308,11 +291,10 @@ class Joints:
             return
         reading.paths.setdefault(id(axis), ("joints", node.called))
         dynamics = reading.single(axis, "dynamics")
-        made = {
-            key: number for word, key in _DYNAMICS.items() if (number := reading.one(dynamics, word)) and number.value
-        }
+        made = {key: number for key in _DYNAMICS if (number := reading.one(dynamics, key)) and number.value}
         if dynamics is not None and made:
-            entry["dynamics"] = Placed(made, dynamics.span)
+            keys = {"spring_stiffness": "stiffness"}
+            entry["dynamics"] = Placed({keys.get(key, key): number for key, number in made.items()}, dynamics.span)
         rest: list[str] = []
         for child in reading.rest(axis, ("xyz", "use_parent_model_frame")):
             if child.tag in ("limit", "dynamics"):
@@ -330,15 +312,13 @@ class Joints:
     def _limit(self, name: str, entry: dict[str, Any], axis: Element | None, span: Span) -> None:
         """Set the limit; stand-ins replace what readers of other formats need and the SDF does not have."""
         limit = self.reading.single(axis, "limit") if axis is not None else None
-        turns = entry["type"].value != "prismatic"
-        unit = "rad" if turns else "m"
-        found: dict[str, Placed] = {}
-        for key in _LIMIT:
-            number = self.reading.limit(limit, key, {"effort": "", "velocity": f"{unit}/s"}.get(key, unit))
-            if number is not None and (key in ("lower", "upper") or number.value >= 0):
-                found[key] = number
-        has_range = not turns or (entry["type"].value == "revolute" and bool({"lower", "upper"} & found.keys()))
-        if turns:
+        kind = entry["type"].value
+        unit = "m" if kind == "prismatic" else "rad"
+        units = {"lower": unit, "upper": unit, "effort": "", "velocity": f"{unit}/s"}
+        read = {key: self.reading.limit(limit, key, units[key]) for key in _LIMIT}
+        found = {key: one for key, one in read.items() if one and (key in _LIMIT[:2] or one.value >= 0)}
+        has_range = kind == "prismatic" or (kind == "revolute" and bool({"lower", "upper"} & found.keys()))
+        if kind != "prismatic":
             entry["type"] = entry["type"]._replace(value="revolute" if has_range else "continuous")
         needed = _LIMIT if has_range else _LIMIT[2:]
         if not has_range and not found.keys() & set(needed):

@@ -13,59 +13,26 @@ from dataclasses import astuple
 
 from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Joint,
-    Mesh,
-    Output,
-    Pose,
-    Robot,
-    Sensor,
-    Shape,
-    Sphere,
-    Transform,
-)
+from rosorin_compile.model import Joint, Mesh, Output, Pose, Robot, Sensor, Shape, Transform
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.shape import ROWS
 from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
 from rosorin_compile.source.numbers import number_format, numbers, vector
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.escaping import escape
 
-from .content import (
-    FOLLOWERS,
-    LEAST,
-    NEWEST,
-    OLDEST,
-    WORLD,
-    collision_elements,
-    content_of,
-    joint_names,
-    kept,
-    own_elements,
-    version_of,
-    world_of,
-)
+from . import content as contents
+from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements
 
 RULES = (
-    Rule(
-        "sdf-cannot-say",
-        "A warning: SDF has no planar joint; before 1.11 it has no mimic; a joint and a link have one name, which is "
-        "one too many. A note: what a description has for the reader of URDF alone.",
-        "The message says what is written, or what to do.",
-        Heading.FORMATS,
-    ),
+    Rule("sdf-cannot-say", "A warning: SDF has no word for something in the description.", "See the message.", FORMATS),
     Rule(
         "sdf-without-mass",
-        "A warning: a link that moves has no mass, nor what is fixed to it. SDF would take it for 1 kg, so that the "
-        "least that engines take is written.",
+        "A warning: a moving link has no mass, which SDF cannot express.",
         "Give it an `inertial`.",
-        Heading.FORMATS,
+        FORMATS,
     ),
 )
 
@@ -107,12 +74,13 @@ class _Writer:
 
     def __init__(self, robot: Robot, output: Output) -> None:
         self.robot, self.gazebo = robot, output.options.get("gazebo")
-        self.number, self.version = number_format(output.options), version_of(robot, output)
+        self.number, self.version = number_format(output.options), contents.version_of(robot, output)
         self.boxes = str(output.options.get("height_maps", ROWS))
-        self.content, self.world, self.names = content_of(robot), world_of(robot), joint_names(robot)
+        self.content, self.names = contents.content_of(robot), contents.joint_names(robot)
+        self.world = contents.world_of(robot)
         carrier = self.content.carrier
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
-        self.kept = kept(robot, carrier, [j.name for j in robot.joints if self.content.has_joint(j)])
+        self.kept = contents.kept(robot, carrier, [j.name for j in robot.joints if self.content.has_joint(j)])
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []  # loops that are not written
         self.unseen: dict[str, list[str]] = {}  # names of sensors by the reason
@@ -220,20 +188,14 @@ class _Writer:
         """Return the element of a geometry; ``kept`` is what else is in that of a mesh."""
         shape, number = solid.geometry, self.number
         tag = type(shape).__name__.lower()
-        if isinstance(shape, Box):
-            inner = f"<size>{numbers(shape.size, number)}</size>"
-        elif isinstance(shape, (Cylinder, Capsule)):
-            inner = f"<radius>{number(shape.radius)}</radius><length>{number(shape.length)}</length>"
-        elif isinstance(shape, Sphere):
-            inner = f"<radius>{number(shape.radius)}</radius>"
-        elif isinstance(shape, Ellipsoid):
-            inner = f"<radii>{numbers(shape.radii, number)}</radii>"
-        elif isinstance(shape, Mesh):
-            scale = "" if shape.scale == (1.0, 1.0, 1.0) else f"<scale>{numbers(shape.scale, number)}</scale>"
-            inner = f"<uri>{escape(shape.file)}</uri>{scale}{''.join(kept)}"
-        else:
-            raise TypeError(f"{tag} is not a solid")
-        return f"<{tag}>{inner}</{tag}>"
+        sizes = {key: getattr(shape, key) for key in SOLIDS[tag]}
+        start = ""
+        if isinstance(shape, Mesh):
+            start = f"<uri>{escape(shape.file)}</uri>"
+            sizes = {} if shape.scale == (1.0, 1.0, 1.0) else sizes
+        texts = {key: numbers(size, number) if isinstance(size, tuple) else number(size) for key, size in sizes.items()}
+        inner = "".join(f"<{key}>{text}</{key}>" for key, text in texts.items())
+        return f"<{tag}>{start}{inner}{''.join(kept)}</{tag}>"
 
     def _look(self, visual: Shape, more: Sequence[str]) -> str:
         """Return the contents of a material; ``more`` is what the description has for SDF alone."""

@@ -18,7 +18,6 @@ class Bounds(NamedTuple):
 
     @property
     def size(self) -> Vector:
-        """The full extents along x, y and z (m)."""
         (a, b, c), (d, e, f) = self
         return (d - a, e - b, f - c)
 
@@ -28,7 +27,6 @@ class Bounds(NamedTuple):
         return math.dist(self.lower, self.upper)
 
     def join(self, other: Bounds) -> Bounds:
-        """Return the box around both."""
         (a, b, c), (d, e, f) = self
         (g, h, i), (j, k, m) = other
         return Bounds((min(a, g), min(b, h), min(c, i)), (max(d, j), max(e, k), max(f, m)))
@@ -72,18 +70,10 @@ def ball_of(shape: Shape) -> Ball | None:
     """Return the ball around the box of a shape, whatever its rotation, or None for a mesh."""
     if isinstance(shape.geometry, Mesh):
         return None
-    known = shape.notes.get("ball")
-    if isinstance(known, Ball):
-        return known
     (a, b, c), (d, e, f) = _corners(shape.geometry)
-    middle, (x, y, z) = ((a + d) / 2, (b + e) / 2, (c + f) / 2), shape.pose.xyz
-    if any(middle) and any(shape.pose.rpy):
-        middle = shape.pose.transform().apply(middle)
-    else:
-        middle = (middle[0] + x, middle[1] + y, middle[2] + z)
-    ball = Ball(middle, math.hypot(d - a, e - b, f - c) / 2, (d - a) * (e - b) * (f - c))
-    shape.notes["ball"] = ball
-    return ball
+    middle = ((a + d) / 2, (b + e) / 2, (c + f) / 2)
+    middle = shape.pose.transform().apply(middle)
+    return Ball(middle, math.hypot(d - a, e - b, f - c) / 2, (d - a) * (e - b) * (f - c))
 
 
 def _corners(geometry: Geometry) -> tuple[Vector, Vector]:

@@ -77,7 +77,7 @@ class Inertial:
     ixz: float = 0.0
     iyz: float = 0.0
 
-    @cached_property  # rules and formats ask for them, some more than once
+    @cached_property
     def principal_moments(self) -> Vector:
         """The eigenvalues of the inertia in kg*m^2, smallest first."""
         xy, xz, yz = self.ixy, self.ixz, self.iyz
@@ -114,11 +114,9 @@ class Link:
         return {word: getattr(self, name) for name, word in words.items() if getattr(self, name) != getattr(Link, name)}
 
     def __repr__(self) -> str:
-        """Return the name, the mass and how many shapes there are."""
-        mass = [] if self.inertial is None else [f"{self.inertial.mass:.6g} kg"]
-        counts = {"visual": len(self.visual), "collision": len(self.collision)}
-        shapes = [f"{count} {word}" for word, count in counts.items() if count]
-        return f"<Link {self.name}: {', '.join(mass + shapes) or 'a frame'}>"
+        parts = [] if self.inertial is None else [f"{self.inertial.mass:.6g} kg"]
+        parts += [f"{len(some)} {word}" for word in ("visual", "collision") if (some := getattr(self, word))]
+        return f"<Link {self.name}: {', '.join(parts) or 'a frame'}>"
 
     @property
     def size(self) -> Vector | None:

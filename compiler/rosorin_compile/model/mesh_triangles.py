@@ -34,8 +34,7 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "mesh-unreadable",
-        "A mesh cannot be read: it is not there, broken, or of a format that `extract` does not know. A warning where "
-        "a robot names it.",
+        "A mesh is missing, broken, or of a format that `extract` does not read. A warning where a robot names it.",
         "Export it again; [which meshes](meshes.md#supported-mesh-formats).",
         MESHES,
         asked="physics",
@@ -93,16 +92,14 @@ class TriangleMesh:
         """
         link, purpose, number = shape
         mesh = getattr(case.robot.link[link], purpose)[number].geometry
-        file = files.get(mesh.file)
-        help = "its shape is left out here; a package is named by --package NAME=PATH"
-        message = f'the mesh {mesh.file} of link "{link}" is not found'
-        if file is not None:
-            try:
-                return load_mesh(file, mesh.scale, coloured)
-            except ExtractProblem as problem:
-                message, help = problem.diagnostic.message, "its shape is left out here"
-                if problem.diagnostic.rule == "extra-missing":
-                    help += f"; {problem.diagnostic.help}"
+        message, help = f'the mesh {mesh.file} of link "{link}" is not found', "its shape is left out here"
+        try:
+            if mesh.file in files:
+                return load_mesh(files[mesh.file], mesh.scale, coloured)
+            help += "; a package is named by --package NAME=PATH"
+        except ExtractProblem as problem:
+            message = problem.diagnostic.message
+            help += f"; {problem.diagnostic.help}" if problem.diagnostic.rule == "extra-missing" else ""
         path = (*case.link(link), purpose, number, "mesh", "file")
         return case.problem("mesh-unreadable", message, path, help, severity=WARNING)
 
@@ -147,12 +144,12 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
         raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
     if not _are_finite(text):  # pycollada turns NaN into zero
         raise _unreadable(f"{path} has corners that are not finite numbers")
-    unit = _UNIT.search(text)
     parsed = [piece for piece in _parse(path, kind, data, coloured) if len(piece[0])]
     if not parsed:
         raise ExtractProblem.of("mesh-empty", f"{path} has no triangle", "name a mesh that has a surface")
     triangles = np.concatenate([piece for piece, _ in parsed])
-    factors = np.asarray(scale, dtype=np.float64) * (float(unit[1]) if unit and float(unit[1]) else 1.0)
+    unit = _UNIT.search(text)
+    factors = np.asarray(scale, dtype=np.float64) * (float(unit[1]) if unit else 1.0)
     if not (factors == 1.0).all():
         triangles = triangles * factors
         if factors.prod() < 0:  # the corners of a mirrored mesh go round the other way
@@ -172,9 +169,10 @@ def _are_finite(text: bytes) -> bool:
         array = re.search(rb"<source\s+id=.%s.[^>]*>\s*<float_array[^>]*>([^<]*)" % re.escape(name), text)
         try:
             with np.errstate(over="ignore"):
-                if array and not np.isfinite(np.array(array[1].split(), np.float64).astype(np.float32)).all():
-                    return False
+                numbers = np.array(array[1].split() if array else (), np.float64).astype(np.float32)
         except ValueError:
+            return False
+        if not np.isfinite(numbers).all():
             return False
     return True
 
@@ -205,16 +203,14 @@ def _missing(message: str) -> ExtractProblem:
 
 def _read(path: Path) -> bytes:
     try:
-        if files.is_special(path):
-            raise _unreadable(f"{path} is no regular file", "name a mesh file")
-        if files.is_file(path) and path.stat().st_size > MAX_BYTES:
-            raise _unreadable(f"{path} is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
-        data = files.read_bytes(path)
+        data = files.read_bytes(path, MAX_BYTES + 1)
     except (FileNotFoundError, NotADirectoryError):
         raise NotThere.of("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise _unreadable(f"cannot read {path}: {reason}", "check the name and the permissions") from None
+    if len(data) > MAX_BYTES:
+        raise _unreadable(f"{path} is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
     if not data:
         raise ExtractProblem.of("mesh-empty", f"{path} is an empty file", "export it again")
     return data
@@ -227,12 +223,10 @@ def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Flo
 
     import trimesh
 
-    options: dict[str, Any] = {"process": False}
-    if kind == "gltf" or (kind == "obj" and coloured):
-        options["resolver"] = _Resolver(path.parent)
-    if kind != "obj" or not coloured:
-        options |= {"skip_materials": True} if kind in ("obj", "gltf", "glb") else {}
-    log = logging.getLogger("trimesh")  # which logs whole tracebacks of a broken file, and goes on
+    options: dict[str, Any] = {"process": False, "resolver": _Resolver(path.parent)}
+    if kind in ("gltf", "glb") or (kind == "obj" and not coloured):
+        options["skip_materials"] = True
+    log = logging.getLogger("trimesh")  # logs tracebacks of broken files
     level = log.level
     log.setLevel(logging.CRITICAL + 1)
     try:
@@ -264,8 +258,7 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
         if not isinstance(mesh, trimesh.Trimesh):
             continue
         corners, faces = np.asarray(mesh.vertices, np.float64).reshape(-1, 3), np.asarray(mesh.faces).reshape(-1, 3)
-        broken = int(((faces < 0) | (faces >= len(corners))).any(axis=1).sum())
-        if broken:
+        if broken := int(((faces < 0) | (faces >= len(corners))).any(axis=1).sum()):
             raise _unreadable(f"{path} has {counted(broken, 'triangle')} with a corner that the file does not have")
         triangles = TriangleMesh.placed(corners[faces], matrix[:3, :3].tolist(), matrix[:3, 3].tolist())
         yield triangles[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else triangles, _colour(mesh)

@@ -71,20 +71,19 @@ def why_unread(robot: Robot, name: str) -> str:
 
 
 def _read_cloud(robot: Robot, name: str, as_opened: bool) -> tuple[Vector, ...]:
-    if as_opened and name in robot.mesh_contents:
-        coordinates = read_vertices(*robot.mesh_contents[name])
-    else:
+    data, ending = robot.mesh_contents.get(name, (b"", "")) if as_opened else (b"", "")
+    if not ending:
         path = robot.mesh_files.get(name)
         try:
             if path is None or not files.is_file(path):
                 raise UnreadableMesh("the file is not found")
-            if path.stat().st_size > MAX_BYTES:
-                raise UnreadableMesh(f"the file is larger than {MAX_BYTES:,} bytes")
-            coordinates = read_vertices(files.read_bytes(path), path.suffix.lower())
+            data, ending = files.read_bytes(path, MAX_BYTES + 1), path.suffix.lower()
         except OSError as problem:
             raise UnreadableMesh(problem.strerror or "the file cannot be read") from None
-    xs, ys, zs = coordinates[::3], coordinates[1::3], coordinates[2::3]
-    return tuple(dict.fromkeys(zip(xs, ys, zs, strict=True)))
+    if len(data) > MAX_BYTES:
+        raise UnreadableMesh(f"the file is larger than {MAX_BYTES:,} bytes")
+    coordinates = read_vertices(data, ending)
+    return tuple(dict.fromkeys(zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True)))
 
 
 def read_vertices(data: bytes, ending: str) -> array[float]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from .cached import of_robot
 from .geometry import Pose, Transform
-from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher, motion
+from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
 from .sections import NO_SECTIONS, Sections
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 class ByName(dict[str, "Named"]):
     """A mapping by name; an unknown name raises a KeyError with a suggestion. ``kind`` is the word for its values."""
 
-    __slots__ = ("kind",)
-
     def __init__(self, kind: str, items: Mapping[str, Named]) -> None:
         super().__init__(items)
         self.kind = kind
@@ -54,6 +52,13 @@ def unknown(kind: str, name: object, known: Iterable[str], more: str = "") -> Ke
 
     way_out = more or did_you_mean(str(name), known) or "the robot has none"
     return KeyError(f'there is no {kind} "{name}"; {way_out}')
+
+
+def _grouped(pairs: Iterable[tuple[str, Named]]) -> dict[str, tuple[Named, ...]]:
+    groups: dict[str, list[Named]] = {}
+    for name, value in pairs:
+        groups.setdefault(name, []).append(value)
+    return {name: tuple(values) for name, values in groups.items()}
 
 
 @dataclass(frozen=True)
@@ -176,22 +181,18 @@ class Robot:
     mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)
 
     def __repr__(self) -> str:
-        """Return the name and the numbers of parts: a robot in full is pages long."""
         from rosorin_compile.source.wording import counted
 
         moving = sum(not joint.is_fixed for joint in self.joints)
         links, joints = counted(len(self.links), "link"), counted(len(self.joints), "joint")
-        sensors = counted(len(self.sensors), "sensor")
-        return f"<Robot {self.name}: {links}, {joints} ({moving} that move{'s' if moving == 1 else ''}), {sensors}>"
+        return f"<Robot {self.name}: {links}, {joints} ({moving} moving), {counted(len(self.sensors), 'sensor')}>"
 
     def _repr_html_(self) -> str:
-        """Return the tree of frames, for a notebook."""
         from .frame_tree import html
 
         return html(self)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the fields, without cached values."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     @cached_property
@@ -231,11 +232,9 @@ class Robot:
         return materials
 
     def colour(self, visual: Shape) -> Rgba | None:
-        """Return the colour of a visual, or that of its material, or None."""
         return self._look(visual).rgba
 
     def texture(self, visual: Shape) -> str:
-        """Return the image of a visual, or that of its material, or an empty text."""
         return self._look(visual).texture
 
     def _look(self, visual: Shape) -> Shape | Material:
@@ -251,19 +250,9 @@ class Robot:
         """Whether a link that is a frame of the robot has visuals."""
         return any(link.visual for link in self.links if link.name not in self.simulated_frames)
 
-    @property
-    def own_colours(self) -> Mapping[str, Rgba]:
-        """A colour for each link, by its name, for links without a visual."""
-        from .looks import own_colours
-
-        return own_colours(self)
-
     def positions(self, pose: str) -> Mapping[str, float]:
         """Return the positions (radians or metres by joint) of a named pose. Raises KeyError if there is none."""
-        for known in self.poses:
-            if known.name == pose:
-                return known.positions
-        raise unknown("pose", pose, [known.name for known in self.poses])
+        return ByName("pose", {one.name: one.positions for one in self.poses})[pose]
 
     # The tree of links and joints.
 
@@ -275,24 +264,19 @@ class Robot:
     @cached_property
     def joints_from(self) -> Mapping[str, tuple[Joint, ...]]:
         """The joints that a link is the parent of, in the order of the description, by link name."""
-        below: dict[str, list[Joint]] = {}
-        for joint in self.joints:
-            below.setdefault(joint.parent, []).append(joint)
-        return {name: tuple(joints) for name, joints in below.items()}
+        return _grouped((joint.parent, joint) for joint in self.joints)
 
     @cached_property
     def root(self) -> str:
-        """The name of the link that is not the child of a joint."""
         return next(link.name for link in self.links if link.name not in self.joint_to)
 
     @cached_property
     def is_tree(self) -> bool:
         """Whether joints and links are one tree."""
-        children = {joint.child for joint in self.joints}
-        if not (children <= self.link.keys() and self.joints_from.keys() <= self.link.keys()):
+        if not (self.joint_to.keys() | self.joints_from.keys()) <= self.link.keys():
             return False
         # Each link but one has one joint above it; what cannot be reached from there is a circle.
-        return len(children) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
+        return len(self.joint_to) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 
     @cached_property
     def mimics_resolve(self) -> bool:
@@ -363,11 +347,7 @@ class Robot:
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:
         """The edges of joints whose publisher depends on the mode, in the order of the description, by joint name."""
-        by_joint: dict[str, list[Edge]] = {}
-        for edge in self.edges:
-            if edge.joint:
-                by_joint.setdefault(edge.joint, []).append(edge)
-        return {name: tuple(edges) for name, edges in by_joint.items()}
+        return _grouped((edge.joint, edge) for edge in self.edges if edge.joint)
 
     @cached_property
     def simulated_frames(self) -> Mapping[str, str]:
@@ -432,17 +412,10 @@ class Robot:
         """Return all links in the root frame; a joint with several coordinates takes a number for each of them."""
         single = {name: value for name, value in positions.items() if not isinstance(value, Sequence)}
         poses = {self.root: Transform()}
-        for joint, place in self._joint_places:
-            if not joint.is_fixed:
-                several = len(joint.coordinates) > 1
-                position = positions.get(joint.name, 0.0) if several else self.position(joint, single)
-                place = place.then(motion(joint.type, joint.axis, position))
-            poses[joint.child] = poses[joint.parent].then(place)
+        for joint in self.joints_down():
+            position = self.position(joint, single) if joint.moves else positions.get(joint.name, 0.0)
+            poses[joint.child] = poses[joint.parent].then(joint.transform(position))
         return poses
-
-    @cached_property
-    def _joint_places(self) -> tuple[tuple[Joint, Transform], ...]:
-        return tuple((joint, joint.origin.transform()) for joint in self.joints_down())
 
     def transform(
         self, source: str, target: str, positions: Mapping[str, float] | None = None, *, pose: str = ""
@@ -454,13 +427,10 @@ class Robot:
         """
         for name in (source, target):
             if name not in self.link:
-                owners = {edge.parent: edge.publisher.name for edge in self.edges}
-                owners |= {edge.child: edge.publisher.name for edge in reversed(self.edges)}
-                owner = owners.get(name)
+                owner = next((edge.publisher.name for edge in self.edges if name in (edge.parent, edge.child)), "")
                 raise unknown("link", name, self.link, f"it is a frame of another node, {owner}" if owner else "")
         for name in positions or ():
-            if name not in self.joint:
-                raise unknown("joint", name, self.joint)
+            _ = self.joint[name]
         state = {**(self.positions(pose) if pose else {}), **(positions or {})}
         return self.pose_in_root(source, state).inverse().then(self.pose_in_root(target, state))
 
@@ -483,9 +453,8 @@ class Robot:
 
         Names of unknown links are ignored. Raises ValueError where a sum overflows.
         """
-
-        def heavier(link: Link) -> Link:
-            parts = (*([link.inertial] if link.inertial else []), *more[link.name])
-            return replace(link, inertial=together([(one, Transform()) for one in parts]))
-
-        return replace(self, links=tuple(heavier(link) if more.get(link.name) else link for link in self.links))
+        links = []
+        for link in self.links:
+            parts = [(one, Transform()) for one in (link.inertial, *more.get(link.name, ())) if one]
+            links.append(replace(link, inertial=together(parts)) if more.get(link.name) else link)
+        return replace(self, links=tuple(links))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import count
+from itertools import count, product
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .simulation import Contact, Values
@@ -21,13 +21,11 @@ class Box:
 
     @property
     def centre(self) -> Vector:
-        """The middle of the box."""
         a, b = self.lower, self.upper
         return ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2)
 
     @property
     def size(self) -> Vector:
-        """The full extents along x, y and z."""
         a, b = self.lower, self.upper
         return (b[0] - a[0], b[1] - a[1], b[2] - a[2])
 
@@ -76,11 +74,10 @@ class Mesh:
     mjcf: Values = field(default_factory=dict, compare=False)
 
 
-# How a height map is cut into boxes; each fills the same space.
+# How a height map is cut into boxes.
 ROWS = "rows"  # one for each run of equal cells within a row of constant x
 MERGED = "merged"  # equal cells along x and y together: fewer boxes
-# Rows again, which reach down to z = 0 whatever the map says of its bottom.
-GROUNDED = "grounded"
+GROUNDED = "grounded"  # rows that reach down to z = 0, whatever the bottom is
 
 
 @dataclass(frozen=True)
@@ -101,11 +98,9 @@ class HeightMap:
     bottom: float | tuple[tuple[float, ...], ...] = 0.0
 
     def bottom_of(self, i: int, j: int) -> float:
-        """Return where the body begins above z = 0 (m) in a cell, as it was given."""
         return self.bottom if isinstance(self.bottom, (int, float)) else self.bottom[i][j]
 
     def is_body(self, i: int, j: int) -> bool:
-        """Say whether there is a body in a cell: not where it would begin at its top, as in a well for a wheel."""
         return self.heights[i][j] > self.bottom_of(i, j)
 
     def boxes(self, form: str = ROWS) -> tuple[Box, ...]:
@@ -125,7 +120,7 @@ class HeightMap:
             )
         return self._boxes[form]
 
-    @cached_property  # each format uses them, and the proof of what it wrote
+    @cached_property
     def _boxes(self) -> dict[str, tuple[Box, ...]]:
         return {}
 
@@ -147,27 +142,21 @@ _Rectangle = tuple[int, int, int, int, _Layer]  # from row to before row, from c
 
 
 def _rectangles(cells: Sequence[Sequence[_Layer | None]], grow: bool) -> list[_Rectangle]:
-    """Return the runs of equal cells of each row; ``grow`` extends each over the rows below that have the same free."""
-    taken = [[False] * len(row) for row in cells]
+    """Return the runs of equal cells of each row; ``grow`` extends each over the rows below that have the same cells."""
+    free = {(i, j): value for i, row in enumerate(cells) for j, value in enumerate(row) if value is not None}
     made: list[_Rectangle] = []
-    for i, row in enumerate(cells):
-        left = 0
-        while left < len(row):
-            value, right = row[left], left + 1
-            if value is None or taken[i][left]:
-                left = right
-                continue
-            while right < len(row) and row[right] == value and not taken[i][right]:
-                right += 1
-            under = i + 1
-            while grow and under < len(cells):
-                if any(cells[under][j] != value or taken[under][j] for j in range(left, right)):
-                    break
-                under += 1
-            for k in range(i, under):
-                taken[k][left:right] = [True] * (right - left)
-            made.append((i, left, under, right, value))
-            left = right
+    for i, left in list(free):
+        value = free.get((i, left))
+        if value is None:
+            continue
+        right, under = left + 1, i + 1
+        while free.get((i, right)) == value:
+            right += 1
+        while grow and all(free.get((under, j)) == value for j in range(left, right)):
+            under += 1
+        for cell in product(range(i, under), range(left, right)):
+            del free[cell]
+        made.append((i, left, under, right, value))
     return made
 
 
@@ -175,10 +164,7 @@ Geometry = Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh | HeightMap
 
 
 def plain(geometry: Geometry) -> Geometry:
-    """Return what stands for a geometry in a URDF 1.0, as large: a cylinder for a capsule, a box for an ellipsoid.
-
-    All others are in it as they are.
-    """
+    """Return what replaces a geometry in a URDF 1.0: a cylinder for a capsule, a box for an ellipsoid, else itself."""
     if isinstance(geometry, Capsule):
         return Cylinder(geometry.radius, geometry.length + 2 * geometry.radius)
     if isinstance(geometry, Ellipsoid):
@@ -233,17 +219,12 @@ class Shape:
 
     @property
     def volume(self) -> float:
-        """The volume in m^3. Raises ValueError for a mesh, whose file is not read here."""
-        return volume_of(self.geometry)
-
-    @cached_property
-    def notes(self) -> dict[str, object]:
-        """What has been found out about the shape: several ask, and many links may share it."""
-        return {}
+        """The volume in m^3. Raises ValueError for a mesh."""
+        return math.fsum(volume_and_moments(solid.geometry)[0] for solid in self.solids())
 
     @cached_property  # links may share shapes
     def in_link(self) -> Shape:
-        """The shape as ``moved`` by nothing: a box that quarter turns brought along the axes of its link lies there."""
+        """The shape as ``moved`` by nothing: a box turned by quarter turns becomes one along the axes of its link."""
         return self.moved(Transform())
 
     @cached_property
@@ -288,13 +269,6 @@ class Shape:
 
 def _is_quarter_turn(transform: Transform) -> bool:
     return all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in transform.rows for c in row)
-
-
-def volume_of(geometry: Geometry) -> float:
-    """Return the volume of a geometry in m^3. Raises ValueError for a mesh, whose file is not read here."""
-    if isinstance(geometry, HeightMap):
-        return math.fsum(volume_of(box) for box in geometry.boxes())
-    return volume_and_moments(geometry)[0]
 
 
 def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:

@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from .geometry import Quaternion, Rows, Transform, Vector, plus
+from .geometry import Quaternion, Rows, Transform, Vector, plus, quaternion_of
 from .joint import motion
 from .kinematics import Graph, Move, Positions, Step, position_of
 
@@ -89,7 +89,7 @@ def _accumulate(graph: Graph, steps: Iterable[Step], positions: Positions) -> tu
         if joint is not None and not joint.is_fixed:
             position = position_of(graph.robot, joint, positions)
             transform = transform.then(motion(joint.type, joint.axis, position))
-        rotation = of_rows(transform.rows)
+        rotation = quaternion_of(transform.rows)
         vector = plus(_rotate(rotation, vector), transform.xyz)
         quaternion = _product(rotation, quaternion)
     return quaternion, vector
@@ -112,28 +112,6 @@ def _rotate(q: Quaternion, v: Vector) -> Vector:
     a, b, c = v
     turned = (w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a, -x * a - y * b - z * c)
     return _product(turned, (-x, -y, -z, w))[:3]
-
-
-def of_rows(rows: Rows) -> Quaternion:
-    """Return the quaternion of a rotation matrix as a tf2 buffer stores it.
-
-    w is positive if the trace of the matrix is, otherwise the largest of x, y and z.
-    """
-    trace = rows[0][0] + rows[1][1] + rows[2][2]
-    if trace > 0:
-        s = math.sqrt(trace + 1.0)
-        w, s = s * 0.5, 0.5 / s
-        return ((rows[2][1] - rows[1][2]) * s, (rows[0][2] - rows[2][0]) * s, (rows[1][0] - rows[0][1]) * s, w)
-    diagonal = [rows[i][i] for i in range(3)]
-    i = diagonal.index(max(diagonal))  # the first of equals, like tf2
-    j, k = (i + 1) % 3, (i + 2) % 3
-    s = math.sqrt(rows[i][i] - rows[j][j] - rows[k][k] + 1.0)
-    made = [0.0, 0.0, 0.0, 0.0]
-    made[i], s = s * 0.5, 0.5 / s
-    made[3] = (rows[k][j] - rows[j][k]) * s
-    made[j] = (rows[j][i] + rows[i][j]) * s
-    made[k] = (rows[k][i] + rows[i][k]) * s
-    return (made[0], made[1], made[2], made[3])
 
 
 def rows_of_rpy(angles: Vector) -> Rows:

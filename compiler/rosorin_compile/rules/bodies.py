@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Inertial, Link, Mesh
 from rosorin_compile.model.bounds import Bounds, bounds_of
-from rosorin_compile.model.shape import volume_of
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
 from rosorin_compile.source.tree import Path, at, exists
@@ -113,7 +112,7 @@ def _mass(case: Case, body: _Body) -> Iterator[Diagnostic]:
     is_heavy = density > DENSEST * ROUGHLY * (1.0 if body.complete else LESS_THAN_SEEN)
     if not is_heavy:  # a plate that is tilted fills little of the box around it
         shapes = ([one for one in own if not isinstance(one.geometry, Mesh)] for own in (link.visual, link.collision))
-        volumes = [math.fsum(volume_of(one.geometry) for one in own) for own in shapes]
+        volumes = [math.fsum(one.volume for one in own) for own in shapes]
         if density >= LIGHTEST or mass >= LIGHTEST * max(volumes):
             return
     place, shape = case.value(body.path, "density"), _shape(case, link)

@@ -18,8 +18,9 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
+from rosorin_compile.model.geometry import quaternion_of
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.model.tf2 import Answer, lookup, of_rows, rows_of_rpy, rpy
+from rosorin_compile.model.tf2 import Answer, lookup, rows_of_rpy, rpy
 from rosorin_compile.rules.transform import _result
 from support.paths import DATA
 from support.robots import compiled
@@ -180,5 +181,5 @@ def test_straight_up_and_down_the_angles_are_those_of_tf2(tf2: Path, pitch: floa
 def test_half_turns_keep_the_largest_component_positive(
     angles: tuple[float, float, float], expected: tuple[float, float, float]
 ) -> None:
-    kept = of_rows(rows_of_rpy(angles))
+    kept = quaternion_of(rows_of_rpy(angles))
     assert kept == pytest.approx((*expected, 0.0), abs=1e-15)

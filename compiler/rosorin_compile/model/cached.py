@@ -14,7 +14,7 @@ Made = TypeVar("Made")
 
 
 def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concatenate[Robot, Given], Made]:
-    """Make a function one that is worked out once for a robot: what came of it stays with the robot."""
+    """Cache the results of a function of a robot with the robot."""
 
     def cached(robot: Robot, /, *given: Given.args, **named: Given.kwargs) -> Made:
         key = (work.__module__, work.__qualname__, given, *named.items())

@@ -31,27 +31,22 @@ def through(shape: Shape, place: Transform, origin: Vector, direction: Vector) -
     """
     back = place.then(shape.origin().transform()).inverse()
     at, along, geometry = back.apply(origin), back.rotate(direction), shape.geometry
-    part = _NOWHERE
+    parts: list[tuple[float, float]] = []
     if isinstance(geometry, Box):
-        part = _EVERYWHERE
-        for start, step, side in zip(at, along, geometry.size, strict=True):
-            part = _both(part, _slab(start, step, side))
-    elif isinstance(geometry, Cylinder):
-        part = _tube(at, along, geometry)
-    elif isinstance(geometry, Sphere):
-        part = _ellipsoid(at, along, (geometry.radius,) * 3)
+        slabs = [_slab(*line) for line in zip(at, along, geometry.size, strict=True)]
+        parts = [(max(start for start, _ in slabs), min(end for _, end in slabs))]
     elif isinstance(geometry, Ellipsoid):
-        part = _ellipsoid(at, along, geometry.radii)
-    elif isinstance(geometry, Capsule):
-        (x, y, z), half, radii = at, abs(geometry.length) / 2, (geometry.radius,) * 3
-        parts = [_tube(at, along, geometry), *(_ellipsoid((x, y, z + end), along, radii) for end in (-half, half))]
-        inside = [part for part in parts if part[0] < part[1]]  # it is convex: they are one part together
-        part = (min(part[0] for part in inside), max(part[1] for part in inside)) if inside else _NOWHERE
-    return Way(*part) if part[0] < part[1] else None
-
-
-def _both(first: tuple[float, float], second: tuple[float, float]) -> tuple[float, float]:
-    return max(first[0], second[0]), min(first[1], second[1])
+        parts = [_ellipsoid(at, along, geometry.radii)]
+    elif isinstance(geometry, Sphere):
+        parts = [_ellipsoid(at, along, (geometry.radius,) * 3)]
+    elif isinstance(geometry, Cylinder | Capsule):
+        round_part = _ellipsoid(at, along, (geometry.radius, geometry.radius, math.inf))
+        flat_part = _slab(at[2], along[2], geometry.length)
+        parts = [(max(round_part[0], flat_part[0]), min(round_part[1], flat_part[1]))]
+        for end in (-geometry.length / 2, geometry.length / 2) if isinstance(geometry, Capsule) else ():
+            parts.append(_ellipsoid((at[0], at[1], at[2] + end), along, (geometry.radius,) * 3))
+    inside = [part for part in parts if part[0] < part[1]]  # all solids are convex: the parts are one
+    return Way(min(part[0] for part in inside), max(part[1] for part in inside)) if inside else None
 
 
 def _slab(start: float, step: float, side: float) -> tuple[float, float]:
@@ -63,26 +58,15 @@ def _slab(start: float, step: float, side: float) -> tuple[float, float]:
     return (first, second) if first < second else (second, first)
 
 
-def _roots(a: float, b: float, c: float) -> tuple[float, float]:
-    """Return where a t^2 + 2 b t + c is below zero; ``a`` is not negative."""
-    if a == 0.0:
-        return _EVERYWHERE if c < 0.0 else _NOWHERE
-    under = b * b - a * c
-    if under <= 0.0:
-        return _NOWHERE
-    root = math.sqrt(under)
-    return (-b - root) / a, (-b + root) / a
-
-
-def _tube(at: Vector, along: Vector, geometry: Cylinder | Capsule) -> tuple[float, float]:
-    (x, y, z), (u, v, w) = at, along
-    endless = _roots(u * u + v * v, x * u + y * v, x * x + y * y - geometry.radius * geometry.radius)
-    return _both(endless, _slab(z, w, geometry.length))
-
-
 def _ellipsoid(at: Vector, along: Vector, radii: Vector) -> tuple[float, float]:
+    """Return the part of a line in an ellipsoid; an infinite radius makes it an endless cylinder."""
     if not all(radii):
         return _NOWHERE
     x, y, z = (start / radius for start, radius in zip(at, radii, strict=True))
     u, v, w = (step / radius for step, radius in zip(along, radii, strict=True))
-    return _roots(u * u + v * v + w * w, x * u + y * v + z * w, x * x + y * y + z * z - 1.0)
+    a, b, c = u * u + v * v + w * w, x * u + y * v + z * w, x * x + y * y + z * z - 1.0
+    if a == 0.0:
+        return _EVERYWHERE if c < 0.0 else _NOWHERE
+    under = b * b - a * c
+    root = math.sqrt(max(under, 0.0))
+    return ((-b - root) / a, (-b + root) / a) if under > 0.0 else _NOWHERE

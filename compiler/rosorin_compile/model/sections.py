@@ -42,7 +42,7 @@ ENTRIES, ITEMS, ONE = "entries", "items", "one"
 class Section(Generic[T]):
     """A section of descriptions: its schema, the dataclass of its entries, its rules and its conversion.
 
-    The tool and plug-ins define sections in the same way; a plug-in calls ``by_name``, ``listed`` or ``single``.
+    A plug-in calls ``by_name`` (many entries by name), ``listed`` (a list) or ``single`` (one entry, or None).
 
     ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
     entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is the piece of the schema of
@@ -77,7 +77,6 @@ class Section(Generic[T]):
         checks: tuple[Check, ...] = (),
         lower: Lower | None = None,
     ) -> Section[Mapping[str, Entry]]:
-        """Return a section of many entries by name."""
         return Section(name, entry, schema, ENTRIES, adds, checks, lower)
 
     @classmethod
@@ -91,7 +90,6 @@ class Section(Generic[T]):
         checks: tuple[Check, ...] = (),
         lower: Lower | None = None,
     ) -> Section[tuple[Entry, ...]]:
-        """Return a section that is a list of entries."""
         return Section(name, entry, schema, ITEMS, adds, checks, lower)
 
     @classmethod
@@ -105,7 +103,6 @@ class Section(Generic[T]):
         checks: tuple[Check, ...] = (),
         lower: Lower | None = None,
     ) -> Section[Entry | None]:
-        """Return a section that is one entry; None is the value where a robot does not have it."""
         return Section(name, entry, schema, ONE, adds, checks, lower)
 
     def empty(self) -> Any:
@@ -113,32 +110,19 @@ class Section(Generic[T]):
         return {ENTRIES: {}, ITEMS: (), ONE: None}[self.form]
 
     def check(self) -> None:
-        """Raise ValueError or TypeError for an invalid record: a schema of another form, fields without a key."""
+        """Raise ValueError or TypeError for an invalid record: a schema of another form, an entry of another type."""
         if not (isinstance(self.name, str) and self.name.isidentifier() and self.name == self.name.lower()):
             raise ValueError(f'"{self.name}" cannot be the name of a section: small letters, digits and _')
         if not (isinstance(self.entry, type) and is_dataclass(self.entry)):
             raise TypeError(f"the entry of section {self.name} is {str(self.entry)[:60]!r}, not a dataclass")
         if not isinstance(self.schema, Mapping) or not isinstance(self.checks, tuple):
-            raise TypeError(f"the schema of section {self.name} is a mapping, its checks are a tuple")
-        for key in ("adds", "lower"):
-            if getattr(self, key) is not None and not callable(getattr(self, key)):
-                raise TypeError(f"{key} of section {self.name} is a function")
-        for key in ("urdf", "check_urdf"):
-            if getattr(self, key) is not None:
-                raise TypeError(f"section {self.name} has {key}, which only sections of the tool itself have")
-        form = _form_of(self.schema)
+            raise TypeError(f"the schema of section {self.name} must be a mapping, its checks a tuple")
+        if not all(one is None or callable(one) for one in (self.adds, self.lower)) or self.urdf or self.check_urdf:
+            raise TypeError(f"adds and lower of section {self.name} must be functions; it may have no urdf")
+        form = ITEMS if "items" in self.schema else ONE
+        form = ENTRIES if isinstance(self.schema.get("additionalProperties"), Mapping) else form
         if form != self.form:
-            raise ValueError(f"the schema of section {self.name} says {_WORDS[form]}, its record {_WORDS[self.form]}")
-
-
-def _form_of(schema: Mapping[str, Any]) -> str:
-    """Return the form of the section that a piece of the schema is for."""
-    if isinstance(schema.get("additionalProperties"), Mapping):
-        return ENTRIES
-    return ITEMS if "items" in schema else ONE
-
-
-_WORDS = {ENTRIES: "many entries by name", ITEMS: "a list of entries", ONE: "one entry"}
+            raise ValueError(f"the schema of section {self.name} is of {form}, its record of {self.form}")
 
 
 @cache
@@ -162,10 +146,10 @@ def sections_in_urdf(output: Output) -> Iterator[Section[Any]]:
 
 @dataclass(frozen=True)
 class Sections:
-    """The values of sections of plug-ins, and what of the robot is theirs.
+    """The values of sections of plug-ins by name.
 
-    ``values`` are by name; ``said`` is what the description says there, as plain lists, mappings, texts and numbers in
-    SI units, with the defaults of the schema. ``without`` is the robot without what its sections add; None: the same.
+    ``said`` has the same as plain lists, mappings, texts and numbers in SI units, with the defaults of the schema.
+    ``without`` is the robot without what its sections add; None: the same.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -179,14 +163,10 @@ class Sections:
     def __getitem__(self, section: str) -> Any: ...
 
     def __getitem__(self, section: Section[Any] | str) -> Any:
-        """Return the value of a section; an empty one if the robot does not have it.
-
-        Raises KeyError for the name of a section that the robot does not have.
-        """
+        # A record has an empty value if the robot does not have the section; for a name, that is a KeyError.
         return self.values[section] if isinstance(section, str) else self.values.get(section.name, section.empty())
 
     def __contains__(self, section: object) -> bool:
-        """Return True if the robot has a section, given by its record or its name."""
         return getattr(section, "name", section) in self.values
 
 

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from .joint import Limit
     from .robot import Robot
 
-# Of a pulse: a limit that was computed from a pulse is at that pulse.
-ROUNDING = 1e-6
+ROUNDING = 1e-6  # pulses: a limit that was computed from a pulse is at that pulse
 
 
 class NoServo(UnknownName):
@@ -73,11 +72,10 @@ def servo_of(robot: Robot, joint: str) -> ServoGroup:
     for group in robot.servos:
         if joint in group.joints:
             return group
-    with_servo = [name for group in robot.servos for name in group.joints]
+    joints = [name for group in robot.servos for name in group.joints]
     if joint in robot.joint:
-        have = f"these have one: {', '.join(with_servo)}" if with_servo else "the robot has none at all"
-        raise NoServo(f'joint "{joint}" has no servo; {have}')
-    raise NoServo(f'there is no joint "{joint}"; {did_you_mean(joint, with_servo or robot.joint)}')
+        raise NoServo(f'joint "{joint}" has no servo; joints with a servo: {", ".join(joints) or "none"}')
+    raise NoServo(f'there is no joint "{joint}"; {did_you_mean(joint, joints or robot.joint)}')
 
 
 def to_radians(robot: Robot, pulses: Mapping[str, int]) -> dict[str, float]:
@@ -89,8 +87,7 @@ def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
     """Return the position (rad or m) of a pulse. Raises NoPulse if it is not an integer or outside the pulse range."""
     low, high = group.pulse_range
     if not isinstance(pulse, Integral) or not low <= pulse <= high:
-        why = "outside the range" if isinstance(pulse, Integral) else "a pulse is a whole number"
-        raise NoPulse(f"there is no pulse {pulse}{_of(joint)}: {why}; {low} to {high} exist")
+        raise NoPulse(f"there is no pulse {pulse}{_of(joint)}: pulses are whole numbers from {low} to {high}")
     return group.radians(int(pulse))
 
 
@@ -117,8 +114,7 @@ def within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:
     """Return the smallest and the largest pulse within the limits of a joint, or None if there is none."""
     low, high = group.pulse_range
     for bound, is_upper in ((limit.lower, False), (limit.upper, True)) if limit is not None else ():
-        exact = math.inf if bound is None else group.exact_pulse(bound)
-        if not math.isfinite(exact):
+        if bound is None or not math.isfinite(exact := group.exact_pulse(bound)):
             continue
         # The upper limit bounds the pulses above if they increase with the position, otherwise below.
         if is_upper is (group.flipped == (group.rad_per_pulse < 0)):
@@ -143,19 +139,14 @@ class Compared(NamedTuple):
 def against_model(robot: Robot, content: bytes) -> Compared:
     """Compare the driver's model (robot_model.json) with the description: each pulse of each of its joints.
 
-    The driver computes (pulse - zero) * rad_per_pulse, or (zero - pulse) * rad_per_pulse if flipped. Equal means the
-    same double. Raises NoModel.
+    Equal means the same double. Raises NoModel.
     """
     try:
         entry = json_of(content)["pulse_to_rad"]
-        joints, rad, zero, flipped = (entry[key] for key in ("joints", "rad_per_pulse", "zero", "flipped"))
+        rad, zero = (entry[key] + 0.0 for key in ("rad_per_pulse", "zero"))
+        model = ServoGroup("model", tuple(map(str, entry["joints"])), rad, zero, bool(entry["flipped"]), (0, 0))
     except (ValueError, TypeError, KeyError):
         raise NoModel("it is no robot_model.json with pulse_to_rad: joints, rad_per_pulse, zero, flipped") from None
-    names = isinstance(joints, list) and all(isinstance(name, str) for name in joints)
-    numbers = all(isinstance(number, (int, float)) and not isinstance(number, bool) for number in (rad, zero))
-    if not (names and numbers and isinstance(flipped, bool)):
-        raise NoModel("its pulse_to_rad has values of other kinds than a list of names, two numbers, true or false")
-    model = ServoGroup("model", tuple(joints), rad, zero, flipped, (0, 0))
     differences: list[str] = []
     count = 0
     for joint in model.joints:

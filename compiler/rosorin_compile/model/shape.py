@@ -142,7 +142,7 @@ _Rectangle = tuple[int, int, int, int, _Layer]  # from row to before row, from c
 
 
 def _rectangles(cells: Sequence[Sequence[_Layer | None]], grow: bool) -> list[_Rectangle]:
-    """Return the runs of equal cells of each row; ``grow`` extends each over the rows below that have the same cells."""
+    """Return the runs of equal cells of each row; ``grow`` extends each over equal rows below."""
     free = {(i, j): value for i, row in enumerate(cells) for j, value in enumerate(row) if value is not None}
     made: list[_Rectangle] = []
     for i, left in list(free):

@@ -38,7 +38,6 @@ class Row(NamedTuple):
 
     @property
     def published(self) -> bool:
-        """Whether tf2 receives the edge."""
         return self.topic != NO_TOPIC
 
     @property
@@ -48,7 +47,6 @@ class Row(NamedTuple):
 
     @property
     def style(self) -> str:
-        """How the edge is drawn: moving, static or nobody."""
         return {TF: "moving", TF_STATIC: "static"}.get(self.topic, NOBODY)
 
 

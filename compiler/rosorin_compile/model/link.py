@@ -79,7 +79,6 @@ class Inertial:
 
     @cached_property
     def principal_moments(self) -> Vector:
-        """The eigenvalues of the inertia in kg*m^2, smallest first."""
         xy, xz, yz = self.ixy, self.ixz, self.iyz
         return eigenvalues(((self.ixx, xy, xz), (xy, self.iyy, yz), (xz, yz, self.izz)))
 

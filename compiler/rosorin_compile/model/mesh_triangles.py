@@ -60,7 +60,6 @@ class ExtractProblem(Exception):
 
     @classmethod
     def of(cls, rule: str, message: str, help: str = "", span: Span | None = None) -> ExtractProblem:
-        """Return a problem, to be raised."""
         return cls(error(rule, message, span, help))
 
 

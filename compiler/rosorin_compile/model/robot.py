@@ -197,7 +197,6 @@ class Robot:
 
     @cached_property
     def worked_out(self) -> dict[tuple[Any, ...], Any]:
-        """The cache of ``of_robot``, by function and arguments."""
         return {}
 
     def has_free_base(self, output: Output) -> bool:
@@ -213,12 +212,10 @@ class Robot:
 
     @cached_property
     def link(self) -> Mapping[str, Link]:
-        """The links by name; an unknown name raises a KeyError with a suggestion."""
         return ByName("link", {link.name: link for link in self.links})
 
     @cached_property
     def joint(self) -> Mapping[str, Joint]:
-        """The joints by name; an unknown name raises a KeyError with a suggestion."""
         return ByName("joint", {joint.name: joint for joint in self.joints})
 
     @cached_property
@@ -242,12 +239,10 @@ class Robot:
         return visual if has_own else self.material[visual.material]
 
     def look_of(self, link: Link) -> Rgba | None:
-        """Return the first colour of the visuals of a link, or None."""
         return next((colour for shape in link.visual if (colour := self.colour(shape)) is not None), None)
 
     @property
     def has_looks(self) -> bool:
-        """Whether a link that is a frame of the robot has visuals."""
         return any(link.visual for link in self.links if link.name not in self.simulated_frames)
 
     def positions(self, pose: str) -> Mapping[str, float]:
@@ -272,7 +267,6 @@ class Robot:
 
     @cached_property
     def is_tree(self) -> bool:
-        """Whether joints and links are one tree."""
         if not (self.joint_to.keys() | self.joints_from.keys()) <= self.link.keys():
             return False
         # Each link but one has one joint above it; what cannot be reached from there is a circle.
@@ -310,7 +304,6 @@ class Robot:
         return tuple(self.joint_to[link.name] for link in self._down if link.name in self.joint_to)
 
     def chain(self, link: str) -> tuple[Joint, ...]:
-        """Return the joints from the root to a link."""
         joints: list[Joint] = []
         while link in self.joint_to:
             joints.append(self.joint_to[link])
@@ -329,7 +322,6 @@ class Robot:
         return tuple(found)
 
     def moves_between(self, first: str, second: str) -> bool:
-        """Return True if a joint between two links moves."""
         ways = ({joint.name for joint in self.chain(name)} for name in (first, second))
         return any(not self.joint[name].is_fixed for name in set.symmetric_difference(*ways))
 
@@ -387,7 +379,6 @@ class Robot:
 
     @property
     def asks_for_humble(self) -> bool:
-        """Whether an output has its hardware blocks for ROS 2 Humble."""
         return any(output.options.get("control") == "humble" for output in self.outputs)
 
     # Poses of links.

@@ -106,7 +106,6 @@ class Section(Generic[T]):
         return Section(name, entry, schema, ONE, adds, checks, lower)
 
     def empty(self) -> Any:
-        """Return the value of a section that is not there."""
         return {ENTRIES: {}, ITEMS: (), ONE: None}[self.form]
 
     def check(self) -> None:

@@ -50,7 +50,6 @@ class ServoGroup:
     source: Source = NO_SOURCE
 
     def radians(self, pulse: int) -> float:
-        """Return the joint position of a pulse (rad or m)."""
         difference = self.zero_pulse - pulse if self.flipped else pulse - self.zero_pulse
         return difference * self.rad_per_pulse
 

@@ -48,7 +48,6 @@ class Actuator:
 
     @property
     def holds_position(self) -> bool:
-        """Whether its command is a position."""
         return self.type == POSITION
 
 
@@ -183,6 +182,5 @@ class GazeboSensor:
     )
 
     def in_classic(self) -> GazeboSensor:
-        """Return it with the names of Gazebo classic."""
         elements = (replace(item, name="ray" if item.name == "lidar" else item.name) for item in self.elements)
         return replace(self, type=self.CLASSIC_NAMES.get(self.type, self.type), elements=tuple(elements))

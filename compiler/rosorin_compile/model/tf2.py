@@ -28,7 +28,6 @@ class Answer(NamedTuple):
 
     @property
     def rows(self) -> Rows:
-        """The rotation matrix, computed from the quaternion like tf2_echo does."""
         x, y, z, w = self.quaternion
         s = 2.0 / (x * x + y * y + z * z + w * w)
         xs, ys, zs = x * s, y * s, z * s
@@ -43,12 +42,10 @@ class Answer(NamedTuple):
 
     @property
     def rpy(self) -> Vector:
-        """Fixed-axis roll, pitch and yaw in radians: of the two solutions that of tf2."""
         return rpy(self.rows)
 
     @property
     def degrees(self) -> Vector:
-        """Roll, pitch and yaw in degrees, multiplied like tf2_echo does."""
         roll, pitch, yaw = (angle * (180.0 / math.pi) for angle in self.rpy)
         return (roll, pitch, yaw)
 
@@ -63,14 +60,14 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Answ
     from_top = [move.step for move in reversed(way) if not move.up]
     below, above = _accumulate(graph, from_top, positions), _accumulate(graph, to_top, positions)
     # tf2 leaves out the frame that it starts from only where it meets it on its way: never at the root of its tree.
-    if not way or (not to_top and source in graph.parents):
+    if not way or (not to_top and source in graph.published):
         quaternion, translation = below
     else:
         x, y, z, w = above[0]
         quaternion = (-x, -y, -z, w)
         x, y, z = above[1]
         translation = _rotate(quaternion, (-x, -y, -z))
-        if from_top or target not in graph.parents:
+        if from_top or target not in graph.published:
             translation = plus(_rotate(quaternion, below[1]), translation)
             quaternion = _product(quaternion, below[0])
     return Answer(source, target, translation, quaternion, way)

@@ -52,7 +52,6 @@ class Node:
 
     @property
     def child(self) -> Element | None:
-        """The <child> of a joint."""
         return next((one for one in self.element.children if one.tag == "child"), None) if self.kind == JOINT else None
 
 
@@ -71,12 +70,10 @@ class Scope:
 
     @property
     def is_merged(self) -> bool:
-        """Whether its contents belong to the model that includes it."""
         return self.including is not None and is_true(self.including.get("merge"))
 
     @property
     def depth(self) -> int:
-        """How many models it is in."""
         return 0 if self.outer is None else self.outer.depth + 1
 
     @property
@@ -87,7 +84,6 @@ class Scope:
         return self.outer.prefix if self.is_merged else f"{self.outer.prefix}{self.name}_"
 
     def all_nodes(self) -> Iterator[Node]:
-        """Yield its nodes and those of nested models, in the order of the file."""
         for node in self.nodes.values():
             yield node
             if node.inner is not None:
@@ -180,7 +176,6 @@ class SdfReading(SdfValues):
             inner.node.inner = inner
 
     def _add(self, scope: Scope, kind: str, name: str, element: Element, posed: Element) -> Node | None:
-        """Add a named element, unless the scope has the name."""
         first = scope.nodes.get(name)
         if first is not None:
             message = f'the {kind} "{name}" has the name of another {first.kind}'
@@ -237,11 +232,9 @@ class SdfReading(SdfValues):
         return (OWN, node.element.span) if node.child is None else (node.child.text, node.child.span)
 
     def model_pose(self, scope: Scope, visited: tuple[Node, ...] = ()) -> Transform:
-        """Return the pose of a model in the outermost one."""
         return Transform() if scope.node is None else self.node_pose(scope.node, visited)
 
     def node_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
-        """Return the pose of a node in the outermost model."""
         if node in self._poses:
             return self._poses[node]
         made = Transform()

@@ -95,7 +95,6 @@ class _Robot:
         self.of_pieces = "fixed" if is_static else "floating"  # the joints that hold pieces without a joint
 
     def read(self) -> dict[str, Any] | None:
-        """Return the sections of the description, or None after an error that hides all others."""
         top, reading, bodies = self.top, self.reading, self.bodies
         if not bodies.links and not has_errors(reading.diagnostics):
             help = "add <link>: readers of SDF refuse a model without"
@@ -131,7 +130,6 @@ class _Robot:
     # Names and the world
 
     def _name_nodes(self) -> None:
-        """Give each link, frame and joint a name that a description can have and no other has."""
         for nodes in (self.bodies.members, [joint.node for joint in self.bodies.joints]):
             taken: set[str] = set()
             for node in nodes:
@@ -229,7 +227,6 @@ class Links:
         self.bodies, self.entries, self.reading = bodies, entries, bodies.reading
 
     def read(self) -> None:
-        """Fill the entries of all links."""
         for link in self.bodies.links:
             element = link.element
             self._inertial(link)
@@ -326,7 +323,6 @@ class Links:
         shapes.append(Placed(made, element.span))
 
     def _details(self, element: Element, solid: Element, made: dict[str, Any], link: Node) -> None:
-        """Set the look and the friction of a shape, and keep what the language has no key for."""
         reading, rest = self.reading, list[str]()
 
         def texts(elements: list[Element]) -> list[str]:

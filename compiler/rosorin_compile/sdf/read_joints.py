@@ -151,7 +151,6 @@ class Bodies:
         return None if member is None else (member, text.span)
 
     def _base_in_body(self, node: Node) -> Node | None:
-        """Return the member of the same body that the pose of a node is relative to, or None."""
         found = node.scope.find(self.reading.base(node)[0])
         is_member = found in self._body and self.body_of(found) is self.body_of(node)
         return found if is_member else None
@@ -163,7 +162,6 @@ class Bodies:
         return None if top is node else self._base_in_body(node) or top
 
     def roots(self) -> list[Node]:
-        """Return the tops of the bodies that no joint names as its child."""
         held = {self.body_of(joint.child) for joint in self.joints}
         return [self._tops[link] for link in self.links if link not in held]
 
@@ -284,7 +282,6 @@ class Joints:
         return turned.rotate((x, y, z)), numbers if is_near(Transform(turned.rows)) else None
 
     def _details(self, node: Node, entry: dict[str, Any], axis: Element | None) -> None:
-        """Set limit, dynamics and mimic of a joint, and keep what else its axis has."""
         reading = self.reading
         self._limit(node.called, entry, axis, (axis or node.element).span)
         if axis is None:

@@ -80,16 +80,13 @@ class SdfValues(Reading):
     # Values of elements
 
     def text(self, element: Element, tag: str) -> Placed | None:
-        """Return the text of a child with its place, or None if it is missing or empty."""
         child = self.single(element, tag)
         return None if child is None or not child.text else Placed(child.text, place(child))
 
     def all_of(self, element: Element, count: int, unit: str = "") -> list[Placed] | None:
-        """Return the numbers of an element, or None after an error."""
         return self.numbers(words(element), named(element), element.span, count, unit)
 
     def one(self, element: Element | None, tag: str, unit: str = "") -> Placed | None:
-        """Return the number of a child, or None if it is missing, or after an error."""
         child = None if element is None else self.single(element, tag)
         found = None if child is None else self.all_of(child, 1, unit)
         return found[0] if found else None

@@ -90,7 +90,6 @@ class _Writer:
                 self._sensor(sensor, one)
 
     def _named(self, purpose: str) -> dict[str, list[tuple[str, Shape]]]:
-        """Return the solids of each link, each with a name that is unique on the body."""
         taken: set[tuple[str, str]] = set()
         found: dict[str, list[tuple[str, Shape]]] = {}
         for link in self.robot.links:
@@ -116,7 +115,6 @@ class _Writer:
         return f"<pose{base}>{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}</pose>"
 
     def lines(self) -> Iterator[str]:
-        """Yield the lines of the file."""
         robot, root = self.robot, self.robot.root_in_world
         of_drake = ' xmlns:drake="http://drake.mit.edu"' if self.loops and not self.gazebo else ""
         yield '<?xml version="1.0"?>'
@@ -139,7 +137,6 @@ class _Writer:
         yield "</sdf>"
 
     def _link(self, name: str) -> list[str]:
-        """Return a link, or a frame that is attached to one."""
         above, attached = self.robot.joint_to.get(name), self.content.attached.get(name, "")
         if above is None:
             pose = self.pose(IDENTITY, MODEL) if attached else ""
@@ -167,7 +164,6 @@ class _Writer:
         return _element(f"link{attributes(name=name)}", lines, "    ")
 
     def _shape(self, link: str, name: str, solid: Shape, purpose: str) -> list[str]:
-        """Return a visual or a collision of a link."""
         own, inner = own_elements(solid.urdf_elements, "material", "mesh")
         pose = self.pose(solid.origin(), "" if self.content.carrier[link] == link else link)
         geometry = f"<geometry>{self._geometry(solid, inner.get('mesh', ()))}</geometry>"
@@ -210,7 +206,6 @@ class _Writer:
         return made + "".join(more)
 
     def _joint(self, joint: Joint) -> list[str]:
-        """Return a joint with its axis and what the description keeps for it."""
         own, inner = own_elements(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
         lines = self._ends(joint.origin, joint.parent, joint.child)
         if not (joint.is_fixed or joint.is_axleless):

@@ -9,13 +9,14 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, SourceError, Span, error
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.rule_registry import MESHES, Rule
 from rosorin_compile.source.wording import counted
@@ -51,12 +52,8 @@ _UNIT = re.compile(rb"""<unit\b[^>]*\bmeter\s*=\s*["']\s*(\d+\.?\d*(?:[eE][+-]?\
 Colour = tuple[float, float, float]
 
 
-class ExtractProblem(Exception):
+class ExtractProblem(SourceError):
     """A mesh cannot be used; carries the diagnostic that says why, and what to do."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
 
     @classmethod
     def of(cls, rule: str, message: str, help: str = "", span: Span | None = None) -> ExtractProblem:
@@ -141,7 +138,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     text = data.replace(b"\0", b"") if kind == "dae" else b""  # UTF-16 as well
     if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # a small file could be endless, or read other files
         raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
-    if not _are_finite(text):  # pycollada turns NaN into zero
+    if not _are_finite(text):
         raise _unreadable(f"{path} has corners that are not finite numbers")
     parsed = [piece for piece in _parse(path, kind, data, coloured) if len(piece[0])]
     if not parsed:
@@ -161,18 +158,15 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
 
 
 def _are_finite(text: bytes) -> bool:
-    """Return True if the positions in the text of a DAE are finite numbers of 32 bits."""
+    """Return True if the positions in the text of a DAE are finite numbers of 32 bits; pycollada takes NaN for zero."""
     import numpy as np
 
     for name in re.findall(rb"""semantic=["']POSITION["']\s+source=["']#([^"']+)["']""", text):
         array = re.search(rb"<source\s+id=.%s.[^>]*>\s*<float_array[^>]*>([^<]*)" % re.escape(name), text)
-        try:
-            with np.errstate(over="ignore"):
-                numbers = np.array(array[1].split() if array else (), np.float64).astype(np.float32)
-        except ValueError:
-            return False
-        if not np.isfinite(numbers).all():
-            return False
+        with np.errstate(over="ignore"), suppress(ValueError):
+            if np.isfinite(np.array(array[1].split() if array else (), np.float64).astype(np.float32)).all():
+                continue
+        return False
     return True
 
 
@@ -274,17 +268,17 @@ def _colour(mesh: Any) -> Colour | None:
 
 
 class _Resolver:
-    """Gives trimesh the side files of a mesh: the buffers of a .gltf, and materials of an .obj without images.
+    """Gives trimesh the side files of a mesh, from its folder or below: buffers of a .gltf, and materials of an .obj.
 
-    They are in the folder of the mesh or below. A material with an image is white.
+    A material with an image is white.
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
+        self.folder = files.resolve(folder)
 
     def __getitem__(self, name: str) -> bytes:
         file = files.resolve(self.folder / name)
-        if not file.is_relative_to(files.resolve(self.folder)) or not files.is_file(file):
+        if not file.is_relative_to(self.folder) or not files.is_file(file):
             raise FileNotFoundError(f'the file "{name}" is not next to it')
         if file.suffix.lower() != ".mtl":
             return files.read_bytes(file)

@@ -1,7 +1,6 @@
-"""Vertices of STL, OBJ and MSH files, read without any package.
+"""Vertices of STL and OBJ files, read without any package, so that artifacts do not depend on which extras there are.
 
-Every value in an artifact that follows from the size of a mesh comes from this reader, so artifacts do not depend on
-which extras are installed. Triangles and other formats are read by trimesh (``mesh_triangles``).
+Triangles and other formats are read by trimesh (``mesh_triangles``).
 """
 
 from __future__ import annotations
@@ -93,12 +92,10 @@ def read_vertices(data: bytes, ending: str) -> array[float]:
     without a face count, because MuJoCo takes them into the hull. Raises UnreadableMesh.
     """
     check_content(data)
-    if ending not in (".stl", ".obj", ".msh"):
-        raise UnreadableMesh("only STL, OBJ and MSH files are measured", "export it as STL or OBJ")
+    if ending not in (".stl", ".obj"):
+        raise UnreadableMesh("only STL and OBJ files are measured", "export it as STL or OBJ")
     coordinates = array("d")
-    if ending == ".msh":
-        coordinates.extend(_msh_coordinates(data))
-    elif ending == ".stl" and not is_ascii_stl(data):
+    if ending == ".stl" and not is_ascii_stl(data):
         if stl_count(data) is None:
             raise UnreadableMesh("the STL is damaged")
         for triangle in struct.iter_unpack("<12x9f2x", data[STL_HEADER:]):
@@ -117,16 +114,6 @@ def read_vertices(data: bytes, ending: str) -> array[float]:
     if not math.isfinite(sum(map(abs, coordinates))):
         raise UnreadableMesh("a coordinate of a vertex is not a finite number")
     return coordinates
-
-
-def _msh_coordinates(data: bytes) -> tuple[float, ...]:
-    """Return the coordinates of the vertices of a mesh in MuJoCo's binary format. Raises UnreadableMesh."""
-    header = struct.Struct("<4i")  # numbers of vertices, normals, texture coordinates and faces
-    counts = header.unpack_from(data) if len(data) >= header.size else (-1, 0, 0, 0)
-    size = header.size + sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
-    if min(counts) < 0 or size != len(data) or {counts[1], counts[2]} - {0, counts[0]}:
-        raise UnreadableMesh("the MSH is damaged")
-    return struct.unpack_from(f"<{3 * counts[0]}f", data, header.size)
 
 
 def check_content(data: bytes) -> None:

@@ -64,8 +64,7 @@ def rows(robot: Robot) -> tuple[Row, ...]:
             topic = TF_STATIC
         table.append(Row(parent, child, who, why, topic, when, first.setdefault(child, parent), joint, kind))
 
-    first: dict[str, str] = {}
-    table: list[Row] = []
+    first, table = dict[str, str](), list[Row]()
     joints = {(joint.parent, joint.child): joint for joint in robot.joints_down()}
     for joint in joints.values():
         if joint.child in robot.simulated_frames:
@@ -124,7 +123,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     for row in edges:
         if into.get(row.child) is row:
             children.setdefault(row.parent, []).append(row.child)
-    # Frames whose only line is that of the parent in one row outside the tree.
+    # frames that only appear as the parent in one row outside the tree
     parents = Counter(row.parent for rows in more.values() for row in rows)
     in_tree = into.keys() | children.keys() | more.keys()
     lone = {name for name in names if parents[name] == 1 and name not in in_tree}
@@ -158,19 +157,17 @@ def html(robot: Robot) -> str:
     """Return the tree of frames in all modes as a table for a notebook; every name is escaped."""
     from html import escape  # imports thousands of entities
 
-    tree = lines(rows(robot), robot.frames)
-    heads = "".join(f'<th style="{_LEFT}">{h}</th>' for h in ("frame", "published by", "topic", "joint", "when"))
-    body = ""
+    tree, body = lines(rows(robot), robot.frames), ""
     for line in tree[:_MAX_HTML_ROWS]:
-        row, cells = line.row, [""] * 4
+        row, name = line.row, f"\u2191 {line.frame}" if line.up else line.frame
+        cells = ["", "", "", ""]
         if row is not None:
             joint = f"{row.joint} ({row.kind})" if row.joint else ""
             cells = [row.who, row.topic if row.published else "", joint, row.when]
-        indent = f"{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em"
-        name = f"\u2191 {line.frame}" if line.up else line.frame
-        body += f'<tr><td style="{indent}">{escape(name)}</td>'
+        body += f'<tr><td style="{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em">{escape(name)}</td>'
         body += "".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in cells) + "</tr>"
     if len(tree) > _MAX_HTML_ROWS:
         body += f'<tr><td colspan="5">{and_more(len(tree) - _MAX_HTML_ROWS).strip()}</td></tr>'
+    heads = "".join(f'<th style="{_LEFT}">{h}</th>' for h in ("frame", "published by", "topic", "joint", "when"))
     caption = f'<caption style="{_LEFT}">{escape(repr(robot)[1:-1])}</caption>'
     return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"

@@ -114,10 +114,8 @@ class TriangleMesh:
         """Return triangles (n, 3, 3) turned by the rotation matrix ``rows`` and moved by ``xyz`` (metres)."""
         import numpy as np
 
-        rotation = np.asarray(rows, dtype=np.float64)
-        moved = triangles if (rotation == np.eye(3)).all() else triangles @ rotation.T
-        offset = np.asarray(xyz, dtype=np.float64)
-        return moved + offset if offset.any() else moved
+        moved: Floats = triangles @ np.asarray(rows, np.float64).T + np.asarray(xyz, np.float64)
+        return moved
 
 
 def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bool = False) -> TriangleMesh:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from .cached import of_robot
@@ -185,7 +185,8 @@ class Robot:
 
         moving = sum(not joint.is_fixed for joint in self.joints)
         links, joints = counted(len(self.links), "link"), counted(len(self.joints), "joint")
-        return f"<Robot {self.name}: {links}, {joints} ({moving} moving), {counted(len(self.sensors), 'sensor')}>"
+        joints += f" ({moving} that move{'s' if moving == 1 else ''})"
+        return f"<Robot {self.name}: {links}, {joints}, {counted(len(self.sensors), 'sensor')}>"
 
     def _repr_html_(self) -> str:
         from .frame_tree import html
@@ -235,8 +236,8 @@ class Robot:
         return self._look(visual).texture
 
     def _look(self, visual: Shape) -> Shape | Material:
-        has_own = visual.rgba is not None or visual.texture or visual.material not in self.material
-        return visual if has_own else self.material[visual.material]
+        has_own = visual.rgba is not None or visual.texture
+        return visual if has_own else self.material.get(visual.material, visual)
 
     def look_of(self, link: Link) -> Rgba | None:
         return next((colour for shape in link.visual if (colour := self.colour(shape)) is not None), None)
@@ -275,15 +276,11 @@ class Robot:
     @cached_property
     def mimics_resolve(self) -> bool:
         """Whether each mimic joint leads, directly or not, to a joint that exists and mimics no other."""
-        for joint in self.joints:
-            leader: Joint | None = joint
-            for _ in self.joints:
-                if leader is None or leader.mimic is None:
-                    break
-                leader = self.joint.get(leader.mimic.joint)
-            if leader is None or leader.mimic is not None:
-                return False
-        return True
+        followers = [joint for joint in self.joints if joint.mimic]
+        resolved = {joint.name for joint in self.joints if not joint.mimic}
+        for _ in followers:
+            resolved |= {joint.name for joint in followers if joint.mimic and joint.mimic.joint in resolved}
+        return resolved == self.joint.keys()
 
     def walk(self) -> Iterator[Link]:
         """Yield the links from the root, parents before children, children in the order of their joints."""
@@ -291,12 +288,7 @@ class Robot:
 
     @cached_property
     def _down(self) -> tuple[Link, ...]:
-        found: list[Link] = []
-        waiting = [self.root]
-        while waiting:
-            found.append(self.link[waiting.pop()])
-            waiting += [joint.child for joint in reversed(self.joints_from.get(found[-1].name, ()))]
-        return tuple(found)
+        return tuple(self.link[name] for name in self.below(self.root))
 
     @of_robot
     def joints_down(self) -> tuple[Joint, ...]:
@@ -311,14 +303,14 @@ class Robot:
         return tuple(reversed(joints))
 
     def below(self, link: str) -> tuple[str, ...]:
-        """Return a link and all links that joints lead to from it, each once; ends on any graph."""
+        """Return a link and all links below it, children in the order of their joints; ends on any graph."""
         found: dict[str, None] = {}
         waiting = [link]
         while waiting:
             name = waiting.pop()
             if name not in found:
                 found[name] = None
-                waiting += [joint.child for joint in self.joints_from.get(name, ())]
+                waiting += [joint.child for joint in reversed(self.joints_from.get(name, ()))]
         return tuple(found)
 
     def moves_between(self, first: str, second: str) -> bool:
@@ -394,10 +386,8 @@ class Robot:
 
     def pose_in_root(self, link: str, positions: Mapping[str, float]) -> Transform:
         """Return a link in the root frame at joint positions (radians or metres; joints not named are at zero)."""
-        result = Transform()
-        for joint in self.chain(link):
-            result = result.then(joint.transform(self.position(joint, positions)))
-        return result
+        steps = [joint.transform(self.position(joint, positions)) for joint in self.chain(link)]
+        return reduce(Transform.then, steps, Transform())
 
     def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
         """Return all links in the root frame; a joint with several coordinates takes a number for each of them."""
@@ -418,7 +408,8 @@ class Robot:
         """
         for name in (source, target):
             if name not in self.link:
-                owner = next((edge.publisher.name for edge in self.edges if name in (edge.parent, edge.child)), "")
+                edges = sorted(self.edges, key=lambda edge: edge.child != name)
+                owner = next((edge.publisher.name for edge in edges if name in (edge.parent, edge.child)), "")
                 raise unknown("link", name, self.link, f"it is a frame of another node, {owner}" if owner else "")
         for name in positions or ():
             _ = self.joint[name]

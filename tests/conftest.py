@@ -119,8 +119,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def _shorten(item: pytest.Item) -> None:
-    """Let a property try a part of its examples. It keeps its settings where the plug-in of hypothesis looks, too."""
+    """Let a property try a part of its examples, the same in every run; the tier tries all, and other ones each time.
+
+    The settings are kept where the plug-in of hypothesis looks, too.
+    """
     test = getattr(item.obj, "__func__", item.obj)  # type: ignore[attr-defined]
     own = getattr(test, HELD, settings.default)
     few = max(own.max_examples // PART, min(own.max_examples, FEW))
-    setattr(test, HELD, settings(own, max_examples=few))
+    setattr(test, HELD, settings(own, max_examples=few, derandomize=True, database=None))

@@ -320,8 +320,7 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
         diagnostics.append(api_arguments.deaf(path))
     reduced = replace(found.robot, outputs=())
     side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree).tolerance, path.parent)
-    left_out = list(dict.fromkeys(left.what for left in imported.left_out))
-    return _Loaded(side, diagnostics, left_out, None if imported.takes_arguments else path)
+    return _Loaded(side, diagnostics, imported.left_out, None if imported.takes_arguments else path)
 
 
 def explain(

@@ -52,7 +52,7 @@ def in_description(folder: Path) -> tuple[int, int]:
             if isinstance(section, dict):
                 sections.setdefault(name, {}).update(section)
     marks = [link.get("cameras") or {} for link in sections.get("links", {}).values() if link]
-    sensors = len(sections.get("sensors", {})) + len(sections.get("mjcf_sensors", {})) + sum(map(len, marks))
+    sensors = len(sections.get("sensors", {})) + sum(map(len, marks))
     joints = [joint for block in sections.get("control", {}).values() for joint in block.get("joints", {}).values()]
     servos = [joint for joint in sections.get("joints", {}).values() if "actuator" in joint]
     drives = len([one for one in joints if one.get("command")]) + len(servos) + len(sections.get("actuators", {}))

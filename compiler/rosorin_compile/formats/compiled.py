@@ -211,9 +211,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
     if has_errors(diagnostics):
-        from rosorin_compile.rules.typo_grouping import merge_misspelt
-
-        diagnostics = merge_misspelt(diagnostics, tree, lowered.places)
+        diagnostics = rules.merge_misspelt(diagnostics, tree, lowered.places)
     else:  # an argument whose use is an error would be reported as unused
         diagnostics += expanded.unused
     found = settled(tree, diagnostics, rules.acceptable())

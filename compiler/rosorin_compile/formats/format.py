@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document, MarkupError
 
-    from .imported import Imported, LeftOut, Proof, ReadOptions
+    from .imported import Imported, Proof, ReadOptions
     from .mesh_files import Searched
     from .templating import Templates
     from .unsupported import Unsupported
@@ -155,7 +155,6 @@ class Joined(NamedTuple):
 
     sections: Mapping[str, Any]
     diagnostics: Sequence[Diagnostic] = ()
-    left_out: tuple[LeftOut, ...] = ()
 
 
 class Asked(NamedTuple):

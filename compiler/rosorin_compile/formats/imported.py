@@ -60,13 +60,6 @@ class Comment:
     END: ClassVar[str] = END
 
 
-class LeftOut(NamedTuple):
-    """A description of something in the source that the tree does not carry, and its place."""
-
-    what: str
-    span: Span
-
-
 class Outputs(NamedTuple):
     """The entries of ``outputs`` of a description by format, and remarks on unusual ones.
 
@@ -86,19 +79,17 @@ class Outputs(NamedTuple):
 class Imported(NamedTuple):
     """The tree of a robot (None if the source is broken), all diagnostics, and facts for those who write it.
 
-    ``files`` are the files that were read, the source first. ``left_out`` has an entry for each warning
-    ``import-cannot-carry``. ``version`` is that of the format (``version`` of a URDF). ``format`` is the name of the
-    format; of a xacro that of its expansion. ``takes_arguments`` is true if arguments were passed to the file, and
-    ``unexpanded`` if a file with xacro elements was read as the URDF that its name promises. ``names`` are the names
-    that objects of the source got, by kind and index, for the proof in its engine. ``checked`` is False for a tree that
-    still has to be validated.
+    ``files`` are the files that were read, the source first. ``version`` is that of the format (``version`` of a URDF),
+    ``format`` its name; of a xacro that of its expansion. ``takes_arguments`` is true if arguments were passed to the
+    file, and ``unexpanded`` if a file with xacro elements was read as the URDF that its name promises. ``names`` are
+    the names that objects of the source got, by kind and index, for the proof in its engine. ``checked`` is False for
+    a tree that still has to be validated.
     """
 
     tree: Map | None
     diagnostics: list[Diagnostic]
     comments: Sequence[Comment] = ()
     files: tuple[Path, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
     version: str = ""
     format: str = ""
     takes_arguments: bool = False
@@ -110,6 +101,12 @@ class Imported(NamedTuple):
     def file_name(self) -> str:
         """The name of the robot as that of a file or folder; "" for a broken source."""
         return file_name(self.tree["robot"]) if self.tree is not None else ""
+
+    @property
+    def left_out(self) -> list[str]:
+        """What the tree does not carry, each once."""
+        lost = [one.message for one in self.diagnostics if one.rule == "import-cannot-carry"]
+        return [message.removesuffix(" is not carried over") for message in dict.fromkeys(lost)]
 
     @property
     def whole(self) -> Map:
@@ -180,9 +177,7 @@ def converted(made: object, opened: Opened) -> Imported:
     for key, value in (("robot", opened.path.stem), ("source", source)):
         if key not in tree:
             tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)
-    left = [one for one in diagnostics if one.rule == "import-cannot-carry"]
-    what = tuple(LeftOut(one.message.removesuffix(" is not carried over"), one.span or tree.span) for one in left)
-    return Imported(tree, diagnostics, files=(opened.path,), left_out=what, checked=False)
+    return Imported(tree, diagnostics, files=(opened.path,), checked=False)
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:

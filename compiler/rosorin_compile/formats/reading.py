@@ -143,10 +143,7 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
             here = document.source
             diagnostics += [d for d in found if d.severity == ERROR or d.span is None or d.span.source is here]
     return imported._replace(
-        tree=made,
-        diagnostics=[*imported.diagnostics, *diagnostics],
-        files=(*imported.files, path),
-        left_out=(*imported.left_out, *joined.left_out),
+        tree=made, diagnostics=[*imported.diagnostics, *diagnostics], files=(*imported.files, path)
     )
 
 

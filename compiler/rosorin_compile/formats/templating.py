@@ -33,10 +33,7 @@ from rosorin_compile.source.xml.escaping import Markup, escape
 
 RULES = (
     Rule(
-        "template-missing",
-        "There is no such template in the folder of the description.",
-        "Check the name.",
-        TEMPLATES,
+        "template-missing", "There is no such template in the folder of the description.", "Check the name.", TEMPLATES
     ),
     Rule("template-syntax", "A template is not legal Jinja.", "Correct the line that is shown.", TEMPLATES),
     Rule(

@@ -92,8 +92,8 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.cameras": Unsupported("cameras that are not sensors"),
     "links.*.lights": Unsupported("no lights"),
     "links.*.collision.*.contact.friction.1": Unsupported("sliding friction alone"),
-    "links.*.collision.*.contact.layers": Unsupported("no layers of contacts"),
-    "links.*.collision.*.contact.touches": Unsupported("no layers of contacts"),
+    "links.*.collision.*.contact.contype": Unsupported("no bits of contacts"),
+    "links.*.collision.*.contact.conaffinity": Unsupported("no bits of contacts"),
 }
 # Who publishes a frame; the name of a sensor's joint matters to publishers alone.
 OF_PUBLISHERS: Mapping[str, Unsupported] = _quiet(

@@ -34,7 +34,7 @@ RULES = (
     Rule(
         "mesh-not-read",
         "A warning: a mesh or a texture cannot be read, or not by MuJoCo; it is left out of the MJCF. An error of one "
-        "that an element of `mjcf_elements` names.",
+        "that an element of `mjcf` names.",
         "As the message says.",
         FORMATS,
         asked="meshes",

@@ -133,7 +133,7 @@ def _unused(name: str, robot: Robot) -> str:
     taken = {mark.name for link in robot.links for mark in link.marked}
     taken |= {shape.name for link in robot.links for shape in (*link.collision, *link.visual)}
     taken |= {part.name for sensor in robot.sensors for part in sensor.simulated}
-    texts = [*robot.mjcf_elements, *(text for link in robot.links for text in link.mjcf_elements)]
+    texts = [*robot.mjcf, *(text for link in robot.links for text in link.mjcf_elements)]
     taken |= {found for text in texts for found in _NAMED.findall(text)}
     while name in taken:
         name += "_"

@@ -11,11 +11,11 @@ from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
-from rosorin_compile.source.tree import Path, at, exists
+from rosorin_compile.source.tree import at, exists
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import first_of, listed
 
-from .case import Case, number, per_joint
+from .case import Case, number
 
 AXIS_TOLERANCE = 1e-3  # axes that were measured, printed to five digits, miss 1 by about 1e-5
 ZERO_AXIS = 1e-9
@@ -29,18 +29,18 @@ _WITHOUT_EFFECT = {"fixed": (*_SEVERAL, "dynamics"), "floating": _SEVERAL, "ball
 
 @rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
 @rule("axis-not-unit", "An axis is not of unit length.", "Scale it to length 1.", JOINTS, "joint", "always")
-@per_joint
-def axes(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+def axes(case: Case) -> Iterator[Diagnostic]:
     """Validate axes; readers differ in whether they normalise."""
-    if joint.is_fixed or joint.is_axleless:
-        return
-    length, path = norm(joint.axis), case.joint(joint, "axis")
-    if length < ZERO_AXIS:
-        yield case.problem("axis-zero", f'the axis of joint "{joint.name}" is zero: no direction', path)
-    elif abs(length - 1) > AXIS_TOLERANCE:
-        direction = ", ".join(number(c / length + 0.0) for c in joint.axis)
-        message = f'the axis of joint "{joint.name}" has length {number(length)}, not 1'
-        yield case.problem("axis-not-unit", message, path, f"the same direction with length 1: [{direction}]")
+    for joint in case.robot.joints:
+        length, path = norm(joint.axis), case.joint(joint, "axis")
+        if joint.is_fixed or joint.is_axleless or abs(length - 1) <= AXIS_TOLERANCE:
+            continue
+        if length < ZERO_AXIS:
+            yield case.problem("axis-zero", f'the axis of joint "{joint.name}" is zero: no direction', path)
+        else:
+            direction = ", ".join(number(c / length + 0.0) for c in joint.axis)
+            message = f'the axis of joint "{joint.name}" has length {number(length)}, not 1'
+            yield case.problem("axis-not-unit", message, path, f"the same direction with length 1: [{direction}]")
 
 
 @rule("limit-missing", "A joint has no `lower` and `upper` limit.", "Add them.", JOINTS, "joint", "lenient")
@@ -50,70 +50,66 @@ def axes(case: Case, joint: Joint) -> Iterator[Diagnostic]:
 @rule("limit-negative", "`effort` or `velocity` is below zero.", "Drop the sign.", JOINTS, "joint", "lenient")
 @rule("limit-zero", "`effort` or `velocity` is zero.", "Give the real value.", JOINTS, "joint", "always")
 @rule("limit-on-continuous", "A continuous joint has limits.", "Make it revolute.", JOINTS, "joint", "always")
-@per_joint
-def limits(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+def limits(case: Case) -> Iterator[Diagnostic]:
     """Validate limits: readers of URDF require some, and no joint can have others."""
-    path, limit, called = case.joint(joint, "limit"), joint.limit, f'joint "{joint.name}"'
-    is_bounded = joint.type in ("revolute", "prismatic")
-    if limit is None or not (joint.moves or joint.type == "planar"):
+    for joint in case.robot.joints:
+        path, limit, called = case.joint(joint, "limit"), joint.limit, f'joint "{joint.name}"'
+        is_bounded = joint.type in ("revolute", "prismatic")
         if limit is None and is_bounded:
             help = "add limit: {lower: , upper: , effort: , velocity: }, or make a revolute joint continuous"
             yield case.problem("limit-missing", f"{called} is {joint.type} and has no limit", path, help)
-        return
-    ends = ["lower", "upper"] if is_bounded else []
-    missing = [key for key in (*ends, "effort", "velocity") if getattr(limit, key) is None]
-    if missing:
-        id = "limit-missing" if {"lower", "upper"} & set(missing) else "limit-incomplete"
-        message = f"the limit of {called} lacks {listed(missing)}, which readers of URDF require"
-        yield case.problem(id, message, path, f"add {listed(missing)}", within=True)
-    lower, upper = limit.lower, limit.upper
-    key = "lower" if lower is not None else "upper"
-    if joint.type == "continuous" and getattr(limit, key) is not None:
-        message = f"{called} is continuous: it turns without end and has no {key} limit"
-        yield case.problem("limit-on-continuous", message, (*path, key), key=True)
-    elif joint.type != "continuous" and lower is not None and upper is not None and lower >= upper:
-        id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
-        message = f"the lower limit {number(lower)} {joint.unit} of {called} is {what} its upper limit {number(upper)}"
-        related = [("the upper limit", (*path, "upper"))]
-        yield case.problem(id, f"{message} {joint.unit}", (*path, "lower"), related=related)
-    for key in ("effort", "velocity"):
-        value: float | None = getattr(limit, key)
-        if value is not None and value <= 0:
-            id, what = ("limit-negative", "below zero") if value < 0 else ("limit-zero", "zero")
-            message = f"the {key} limit of {called} is {f'{number(value)}, ' if value else ''}{what}"
-            yield case.problem(id, message, (*path, key))
+        if limit is None or not (joint.moves or joint.type == "planar"):
+            continue
+        keys = ("lower", "upper", "effort", "velocity") if is_bounded else ("effort", "velocity")
+        missing = [key for key in keys if getattr(limit, key) is None]
+        if missing:
+            id = "limit-missing" if {"lower", "upper"} & set(missing) else "limit-incomplete"
+            message = f"the limit of {called} lacks {listed(missing)}, which readers of URDF require"
+            yield case.problem(id, message, path, f"add {listed(missing)}", within=True)
+        lower, upper = limit.lower, limit.upper
+        if joint.type == "continuous":
+            key = "lower" if lower is not None else "upper"
+            if getattr(limit, key) is not None:
+                message = f"{called} is continuous: it turns without end and has no {key} limit"
+                yield case.problem("limit-on-continuous", message, (*path, key), key=True)
+        elif lower is not None and upper is not None and lower >= upper:
+            id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
+            message = f"the lower limit {number(lower)} of {called} is {what} its upper limit {number(upper)}"
+            related = [("the upper limit", (*path, "upper"))]
+            yield case.problem(id, f"{message} {joint.unit}", (*path, "lower"), related=related)
+        for key in ("effort", "velocity"):
+            value = getattr(limit, key)
+            if value is not None and value <= 0:
+                message = f"the {key} limit of {called} is {number(value)}"
+                yield case.problem("limit-negative" if value < 0 else "limit-zero", message, (*path, key))
 
 
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
-    yield from per_joint(_units)(case)
-    for pose in case.robot.poses:
-        for name in pose.positions:
-            if name in case.robot.joint and case.robot.joint[name].moves:
-                yield from _unit(case, case.robot.joint[name], ("poses", pose.name, "positions", name))
-
-
-def _units(case: Case, joint: Joint) -> Iterator[Diagnostic]:
-    entry = (at(case.tree, case.joint(joint)) or {}) if joint.moves else {}
-    for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
-        for key, value in (entry.get(part) or {}).items():
-            if isinstance(value, Quantity):
-                yield from _unit(case, joint, case.joint(joint, part, key))
-
-
-def _unit(case: Case, joint: Joint, path: Path) -> Iterator[Diagnostic]:
-    value = at(case.tree, path)
-    leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None
-    expected = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader is not None else None)
-    parsed = parse_unit(expected) if expected is not None else None
-    if not isinstance(value, Quantity) or parsed is None or parsed[1] == value.dimension:
-        return
-    follows = "" if path[-1] != "multiplier" or leader is None else f" that follows a {leader.type} one"
-    message = f"{subject(list(path))} is {describe(parsed[1])} for a {joint.type} joint{follows}, but "
-    message += f"{value.text or number(value)} is {describe(value.dimension)}"
-    way = f"write it in {expected}" if expected else "write the number alone"
-    yield case.problem("wrong-unit", message, path, f"{way}, or correct the type of the joint")
+    joints = [joint for joint in case.robot.joints if joint.moves]
+    paths = [
+        (joint, case.joint(joint, part, key))
+        for joint in joints
+        for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller")
+        for key in at(case.tree, case.joint(joint, part)) or ()
+    ]
+    paths += [
+        (case.robot.joint[name], ("poses", pose.name, "positions", name))
+        for pose in case.robot.poses
+        for name in pose.positions
+        if name in case.robot.joint and case.robot.joint[name].moves
+    ]
+    for joint, path in paths:
+        value = at(case.tree, path)
+        leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None
+        expected = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader else None)
+        parsed = parse_unit(expected) if expected is not None else None
+        if isinstance(value, Quantity) and parsed is not None and parsed[1] != value.dimension:
+            message = f"{subject(list(path))} is {describe(parsed[1])} for a {joint.type} joint, but "
+            message += f"{value.text or number(value)} is {describe(value.dimension)}"
+            way = f"write it in {expected}" if expected else "write the number alone"
+            yield case.problem("wrong-unit", message, path, f"{way}, or correct the type of the joint")
 
 
 @rule("ignored-key", help="Remove it, or correct the type of the joint.", topic=JOINTS)
@@ -124,8 +120,7 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
         for key in _WITHOUT_EFFECT.get(joint.type, ()) if path[0] == "joints" else ():
             if exists(case.tree, (*path, key)):
                 message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
-                help = f"remove {key}, or correct the type of the joint"
-                yield case.problem("ignored-key", message, (*path, key), help, key=True)
+                yield case.problem("ignored-key", message, (*path, key), key=True)
     for link in case.robot.links:
         path = case.link(link.name, "inertial", "of")
         shapes = at(case.tree, path)
@@ -137,40 +132,38 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
 
 
 @rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Drop the sign.", JOINTS, "joint", "always")
-@per_joint
-def negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+def negative(case: Case) -> Iterator[Diagnostic]:
     """Validate the signs of what simulations and servos read."""
-    if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
-        return  # a part calculates the others from it
-    values: dict[tuple[str, str], object] = {
-        ("dynamics", key): joint.dynamics for key in ("damping", "friction", "armature", "stiffness")
-    }
-    values |= {("actuator", key): joint.actuator for key in ("damping", "kp", "kv")}
-    found = {path: getattr(owner, path[1], 0.0) or 0.0 for path, owner in values.items()}
-    found["mjcf", "springyield"] = joint.mjcf.get("springyield", 0.0)
-    pair = _numbers(joint, "springdamper")
-    if any(pair) and min(pair) <= 0:
-        found["mjcf", "springdamper"] = -1.0
-    for (part, key), value in found.items():
-        if isinstance(value, (int, float)) and value < 0:
-            path = case.joint(joint, part, key)
-            shown = "not above zero" if key == "springdamper" else f"{number(value)}{case.stands_in(path)}, below zero"
-            yield case.problem("dynamics-negative", f'the {key} of joint "{joint.name}" is {shown}', path)
+    for joint in case.robot.joints:
+        if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
+            continue  # a part calculates the others from it
+        owners = [("dynamics", key, joint.dynamics) for key in ("damping", "friction", "armature", "stiffness")]
+        owners += [("actuator", key, joint.actuator) for key in ("damping", "kp", "kv")]
+        values = [(part, key, getattr(owner, key, 0.0) or 0.0) for part, key, owner in owners]
+        values.append(("mjcf", "springyield", joint.mjcf.get("springyield", 0.0)))
+        pair = _numbers(joint, "springdamper")
+        values.append(("mjcf", "springdamper", -1.0 if any(pair) and min(pair) <= 0 else 0.0))
+        for part, key, value in values:
+            if value < 0:
+                path = case.joint(joint, part, key)
+                shown = "not above zero" if key == "springdamper" else f"{number(value)}{case.stands_in(path)}"
+                yield case.problem("dynamics-negative", f'the {key} of joint "{joint.name}" is {shown}', path)
 
 
 @rule("axis-missing", "A note: moving joints have no axis: x, the default.", "Write `axis: [0, 0, 1]`.", JOINTS)
 @rule("axis-across", "A warning: the axis of a joint is across its wheel.", "Correct it.", JOINTS, "joint", "always")
 def missing_axes(case: Case) -> Iterator[Diagnostic]:
     """Find joints without an axis: one note for all, but for wheels that would tumble."""
-    moving = [joint for joint in case.robot.joints if joint.moves or joint.type == "planar"]
-    moving = [joint for joint in moving if joint.axis == DEFAULT_AXIS]
-    without = [joint for joint in moving if not exists(case.tree, case.joint(joint, "axis"))]
-    wheels = [joint for joint in without if joint.type == "continuous" and lies_across(case, joint)]
-    for joint in wheels:
-        message = f'joint "{joint.name}" has no axis and turns "{joint.child}" about x, across the wheel that it is'
-        help = "write the axis, such as axis: [0, 1, 0]"
-        yield case.problem("axis-across", message, case.joint(joint), help, key=True)
-    others = [joint for joint in without if joint not in wheels]
+    others = []
+    for joint in case.robot.joints:
+        is_default = (joint.moves or joint.type == "planar") and joint.axis == DEFAULT_AXIS
+        if is_default and not exists(case.tree, case.joint(joint, "axis")):
+            if joint.type == "continuous" and lies_across(case, joint):
+                message = f'joint "{joint.name}" has no axis and turns "{joint.child}" about x, across that wheel'
+                help = "write the axis, such as axis: [0, 1, 0]"
+                yield case.problem("axis-across", message, case.joint(joint), help, key=True)
+            else:
+                others.append(joint)
     if others:
         names = first_of([f'"{joint.name}"' for joint in others], SHOWN)
         message = f"no axis: {names} {'turns' if len(others) == 1 else 'turn'} about x of the child, [1, 0, 0]"
@@ -192,22 +185,16 @@ def lies_across(case: Case, joint: Joint) -> bool:
 
 @rule("joint-word", help="Leave one of them out.", topic=SIMULATED)
 def contradictions(case: Case) -> Iterator[Diagnostic]:
-    """The `mjcf` of a joint or a tendon contradicts its other keys: formats would differ in what they take."""
+    """The `mjcf` of a joint contradicts its other keys: formats would differ in what they take."""
     for joint in case.robot.joints:
-        for word, other, theirs in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
-            path = case.joint(joint)
-            message = f'joint "{joint.name}" has another {word} in mjcf than {".".join(other)}, {number(theirs)}'
+        path = case.joint(joint)
+        for word, other, value in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
+            message = f'joint "{joint.name}" has another {word} in mjcf than {".".join(other)}, {number(value)}'
             related = [("the other one", (*path, *other))]
             yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:
-            message, path = f'joint "{joint.name}" is continuous, and has a range in mjcf', case.joint(joint)
+            message = f'joint "{joint.name}" is continuous, and has a range in mjcf'
             yield case.problem("joint-word", message, (*path, "mjcf", "range"), key=True)
-    for name, entry in case.section("tendons").items():
-        for word in ("stiffness", "damping"):
-            values = (entry.get("mjcf") or {}).get(word)
-            if word in entry and values and not _same(values[0], entry[word]):
-                message = f'tendon "{name}" has a {word} of {number(values[0])} in mjcf, and {number(entry[word])}'
-                yield case.problem("joint-word", message, ("tendons", name, "mjcf", word), key=True)
 
 
 def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str], float]]:

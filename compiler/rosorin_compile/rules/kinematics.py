@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import count
 
 from rosorin_compile.language.lower.lowering import owner_of_frame
@@ -18,6 +18,19 @@ from .case import Case
 # REP 105: frames of the world, which localisation places and no description owns.
 WORLD_FRAMES = ("earth", "map", "odom")
 MAX_NAMED = 20
+
+
+def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
+    """Return the sets of names that pairs connect, in the order in which the pairs name them."""
+    piece_of: dict[str, set[str]] = {}
+    for parent, child in pairs:
+        first, second = piece_of.setdefault(parent, {parent}), piece_of.setdefault(child, {child})
+        if first is not second:
+            if len(first) < len(second):  # else a long chain from its end would take quadratic time
+                first, second = second, first
+            first |= second
+            piece_of.update(dict.fromkeys(second, first))
+    return list({id(piece): piece for piece in piece_of.values()}.values())
 
 
 @rule("no-links", "The robot has no link at all.", "Add `links: {base_link: {}}`.", JOINTS)

@@ -42,7 +42,6 @@ _UNSUPPORTED = {
     "sensors.*.joint": _FIXED,
     "sensors.*.optical.joint": _FIXED,
     "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
-    "tendons": Unsupported("no tendons"),
     "joints.*.calibration": Unsupported("no calibration of joints"),
     "joints.*.safety_controller": Unsupported("no soft limits"),
 }

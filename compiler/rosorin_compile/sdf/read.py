@@ -17,7 +17,7 @@ from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree
 from rosorin_compile.formats.reading import accept, lower_artifact
 from rosorin_compile.formats.urdf.reading import NAME
-from rosorin_compile.formats.urdf.robot import plain
+from rosorin_compile.formats.urdf.read import plain
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, has_errors
@@ -46,7 +46,7 @@ def read_sdf(opened: Opened) -> Imported:
     top = reading.top(document.root, opened.path)
     sections = None if top is None else _Robot(reading, top).read()
     diagnostics = reading.all_diagnostics()
-    imported = Imported(None, diagnostics, (), tuple(reading.files), reading.left_out())
+    imported = Imported(None, diagnostics, (), tuple(reading.files))
     if sections is None or top is None or has_errors(diagnostics):
         return imported
     source = {"status": "imported", "note": f"from {printable_name(opened.path)}"}
@@ -411,7 +411,7 @@ class Links:
             if child is not None and values and (key != "scale" or [one.value for one in values] != [1, 1, 1]):
                 sizes[key] = values[0] if count == 1 else Placed(values, child.span)
         made[solid.tag] = Placed(sizes, solid.span)
-        return solid if len(reading.diagnostics) == before else None
+        return None if has_errors(reading.diagnostics[before:]) else solid
 
     def _address(self, uri: str, link: Node) -> str:
         first, own = self.reading.files[0], link.scope.file

@@ -23,9 +23,10 @@ from rosorin_compile.source.xml.describing import correction, named, place, word
 from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
+from .content import UNLIMITED
+
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
 _POSE_ATTRIBUTES = ("relative_to", "frame", "rotation_format", "degrees")
-_UNLIMITED = 1e16  # a limit of this or more is no limit
 _ROUNDING = 1e-15  # as in ``Pose``: smaller numbers of a pose are rounding errors
 MAX_MODELS = 1_000  # the files that a robot may consist of, each inclusion counted
 MAX_ELEMENTS = 200_000  # in these files
@@ -95,7 +96,7 @@ class SdfValues(Reading):
         """Return a limit, or None if it is missing or infinite, or after an error."""
         child = None if element is None else self.single(element, tag)
         found = None if child is None or _INFINITE.match(child.text) else self.one(element, tag, unit)
-        return found if found is not None and abs(found.value) < _UNLIMITED else None
+        return found if found is not None and abs(found.value) < UNLIMITED else None
 
     def pose(self, element: Element | None) -> WrittenPose:
         """Return the pose of a <pose>; a missing or empty one is the identity."""

@@ -1,6 +1,6 @@
 """URDF: what robot_state_publisher, MoveIt and most other readers take.
 
-``content`` decides what a URDF contains of a robot, ``gazebo`` adds blocks for Gazebo, ``write`` writes it. ``robot``
+``content`` decides what a URDF contains of a robot, ``gazebo`` adds blocks for Gazebo, ``write`` writes it. ``read``
 reads URDFs, with ``reading``, which readers of other XML formats share.
 """
 
@@ -28,13 +28,13 @@ __all__ = ["FORMAT"]
 
 
 def _read(opened: Opened) -> Imported:
-    from .robot import read_urdf
+    from .read import read_urdf
 
     return read_urdf(opened.xml, opened.path, opened.options)
 
 
 def _read_back(text: str) -> Robot:
-    from .robot import read
+    from .read import read
 
     return read(text)
 
@@ -76,7 +76,6 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported]:
         **OF_MUJOCO,
         **OF_PUBLISHERS,
         "constraints": Unsupported("no loops, and no couplings but mimic"),
-        "tendons": Unsupported("no tendons"),
         "disabled_contacts": Unsupported("the SRDF lists pairs of links that are not to collide", quiet=True),
     }
     if not output.options.get("gazebo"):

@@ -87,43 +87,25 @@ def _moved_inertia(robot: Robot) -> Mapping[str, float]:
     """
     found: dict[str, float] = {}
     below: dict[str, list[tuple[Inertial, Transform]]] = {}
-    poses = {robot.root: Transform()}
-    for link in robot.walk():
-        above = robot.joint_to.get(link.name)
-        if above is not None:
-            try:
-                step = above.transform(_at_zero(robot, above) if above.moves else 0.0)
-            except ValueError:  # no axis: reported where it is written
-                step = above.origin.transform()
-            poses[link.name] = poses[above.parent].then(step)
-    for link in reversed(list(robot.walk())):
+    try:
+        poses = robot.poses_in_root({}) if robot.mimics_resolve else {}
+    except ValueError:  # a joint without an axis: reported where it is written
+        poses = {}
+    for link in reversed(list(robot.walk())) if poses else ():
         parts, joint, pose = below.pop(link.name, []), robot.joint_to.get(link.name), poses[link.name]
-        if link.inertial is not None:
-            parts.append((link.inertial, pose))
+        parts += [(link.inertial, pose)] if link.inertial is not None else []
         if not parts or joint is None:
             continue
         try:
-            whole = together(parts)  # along the axes of the root
-            axis = pose.rotate(unit(joint.axis)) if joint.moves else (0.0, 0.0, 1.0)
-        except ValueError:  # no mass or no axis: reported where it is written
+            i = together(parts)  # along the axes of the root
+        except ValueError:  # no mass: reported where it is written
             continue
+        below.setdefault(joint.parent, []).append((i, Transform()))
         if joint.moves:
-            i, place = whole, whole.pose.transform()
+            axis, place = pose.rotate(unit(joint.axis)), i.pose.transform()
             x, y, z = place.inverse().rotate(axis)
             about = i.ixx * x * x + i.iyy * y * y + i.izz * z * z + 2 * (i.ixy * x * y + i.ixz * x * z + i.iyz * y * z)
             way = minus(place.xyz, pose.xyz)
             about += i.mass * max(0.0, dot(way, way) - dot(axis, way) ** 2)
             found[link.name] = i.mass if joint.type == "prismatic" else about
-        below.setdefault(joint.parent, []).append((whole, Transform()))
     return found
-
-
-def _at_zero(robot: Robot, joint: Joint) -> float:
-    """Return the position of a joint where the others are at zero; 0 of one that follows no joint, or itself."""
-    leaders = [joint]
-    while (mimic := leaders[-1].mimic) is not None:
-        leader = robot.joint.get(mimic.joint)
-        if leader is None or leader in leaders:  # reported by the rules about mimics
-            return 0.0
-        leaders.append(leader)
-    return robot.position(joint, {})

@@ -47,12 +47,7 @@ RULES = (
         'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.',
         FORMATS,
     ),
-    Rule(
-        "urdf-mass-sum",
-        "Masses that move to one link of the URDF are together no number.",
-        "Correct them.",
-        FORMATS,
-    ),
+    Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
 )
 
 INERTIAL, FROM_COLLISION = "inertial", "from_collision"

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.urdf.robot import read_urdf
+from rosorin_compile.formats.urdf.read import read_urdf
 from rosorin_compile.importing.xacro.trust import untrusted
 from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import (

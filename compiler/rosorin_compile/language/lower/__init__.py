@@ -244,5 +244,5 @@ CORE: tuple[Section[Any], ...] = (
         form=ITEMS,
         lower=lambda tree, _: tuple(tuple(one["links"]) for one in tree["disabled_contacts"]),
     ),
-    Section("mjcf_elements", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf_elements"])),
+    Section("mjcf", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf"])),
 )

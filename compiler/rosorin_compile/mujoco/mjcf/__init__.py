@@ -156,7 +156,7 @@ FORMAT = Format(
     covers=(
         *MODEL_KEYS,
         "poses",
-        "mjcf_elements",
+        "mjcf",
     ),
     unsupported=_UNSUPPORTED,
     options={
@@ -191,7 +191,7 @@ FORMAT = Format(
         "contacts": {
             "enum": ["implied", "described"],
             "description": "Who does not touch whom; default: implied, which is links that a joint connects, and those"
-            " that touch wherever it is, with disabled_contacts and contact_pairs; described: those two"
+            " that touch wherever it is, with disabled_contacts; described: disabled_contacts alone"
             " alone, and what MuJoCo does by itself.",
         },
         "groups": {

@@ -72,7 +72,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     if tree is not None:
         put(tree, "outputs", _outputs(reading))
     diagnostics = arrange([*reading.diagnostics, *about_meaning])
-    return Imported(tree, diagnostics, comments_of(reading), files, tuple(reading.left_out), names=_names(reading))
+    return Imported(tree, diagnostics, comments_of(reading), files, names=_names(reading))
 
 
 def _no_body(markup: Markup) -> Diagnostic:
@@ -106,10 +106,10 @@ def _read(reading: Reading, path: Path) -> None:
     put(tree, "links", reading.links)
     put(tree, "joints", reading.joints)
     joints.add_root(reading)
-    entries.add_tendons(reading)
+    entries.keep_section(reading, "tendon", reading.facts["elements"]["tendons"])
     entries.add_equalities(reading)
     poses.add_poses(reading)
-    entries.add_sensors(reading)
+    entries.keep_section(reading, "sensor", reading.facts["elements"]["sensors"])
     entries.add_contacts(reading)
     entries.add_kept(reading)
     joints.report_stand_ins(reading)

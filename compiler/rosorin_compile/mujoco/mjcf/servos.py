@@ -115,7 +115,7 @@ def controls_of(drive: Drive, asked: float) -> list[float]:
 
 def kept_controls(robot: Robot) -> int:
     """Return how many controls the actuators have that stand in elements of MJCF."""
-    texts = [text for text in robot.mjcf_elements if "<actuator" in text]
+    texts = [text for text in robot.mjcf if "<actuator" in text]
     elements = [found for text in texts for found in found_in(text) if found.tags[:-1] == ("actuator",)]
     return sum(_count(found.tags[-1], {**found.attributes}) for found in elements)
 

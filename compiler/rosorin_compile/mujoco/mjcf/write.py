@@ -139,10 +139,10 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     drives = drives_of(robot, joints, output)
     shown = colours_of(robot) if _shows_collision(robot, output) else {}
     printer = _Printer(robot, number, elements.bodies, free, output, weightless(robot, free), shown)
-    kept = [*robot.mjcf_elements, *(text for _, text in elements.sections)]
+    kept = [*robot.mjcf, *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
-    simulated = printer.simulated.sections(printer.actuators(drives), lambda link: printer.geom_names.get(link, ()))
+    simulated = printer.simulated.sections(printer.actuators(drives))
     touching = contacts(robot, form, output.options.get("contacts", "implied") == "implied")
     values = {
         "robot": robot,
@@ -166,7 +166,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "numbers": printer.numbers,
         "pairs": lambda pairs: attributes(**dict(pairs)),
         "printed": printer.simulated.printed,
-        "kept": [indented(text, "  ") for text in robot.mjcf_elements],
+        "kept": [indented(text, "  ") for text in robot.mjcf],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
     told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *elements.diagnostics]

@@ -11,9 +11,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
+from rosorin_compile.language.suppressions import accepted
 from rosorin_compile.model import Joint, Mesh
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.check import accepts
+from rosorin_compile.rules.check import acceptable
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, first_of, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path
@@ -77,15 +78,15 @@ def split_accepted(
     case: Case, rule: str, members: Iterable[Member], names: Callable[[Member], Sequence[str]]
 ) -> tuple[list[Diagnostic], list[Member]]:
     """Split what one note sums up: a diagnostic for each member that the description accepts by name, and the rest."""
-    accepted: list[Diagnostic] = []
+    apart: list[Diagnostic] = []
     rest: list[Member] = []
     for member in members:
         found = Diagnostic(rule, NOTE, "", of=tuple(names(member)))
-        if accepts(case, found):
-            accepted.append(found)
+        if accepted(case.tree, found, acceptable()):
+            apart.append(found)
         else:
             rest.append(member)
-    return accepted, rest
+    return apart, rest
 
 
 def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -> Iterator[Diagnostic]:

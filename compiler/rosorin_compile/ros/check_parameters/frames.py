@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.kinematics import pieces
 from rosorin_compile.rules.publishers import legal_steps
-from rosorin_compile.rules.tf_tree import pieces
 from rosorin_compile.source.diagnostics import Diagnostic, Related, did_you_mean, error, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 

@@ -90,7 +90,7 @@ def join(opened: Opened, tree: Map) -> Joined:
     poses = made.poses(tree.get("poses") or {})
     moveit = made.moveit()
     sections = {"moveit": moveit, **({"poses": poses} if poses else {})}
-    return Joined(sections, made.reading.all_diagnostics(), made.reading.left_out())
+    return Joined(sections, made.reading.all_diagnostics())
 
 
 class _Joining:

@@ -20,16 +20,15 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
-from rosorin_compile.source.wording import and_more, counted, listed, plural, quoted
+from rosorin_compile.source.wording import and_more, listed
 from rosorin_compile.source.xml.describing import named, shortened
 from rosorin_compile.source.xml.files import printable_name
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
 
 from ..comments import comments_of
-from ..format import Placed
 from ..imported import Imported, ReadOptions
 from ..reading import accept, lower_artifact
-from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, numbers, put
+from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, lacks, numbers, put
 
 RULES = (
     Rule("not-expanded", "A warning: a value has `${...}` or `$(...)`.", "Name the file `NAME.xacro`.", READING),
@@ -111,7 +110,7 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
             for one in problems
         ]
     comments = comments_of(document, reader.paths) if tree is not None else []
-    return Imported(tree, diagnostics, comments, files or (path,), reader.left_out(), document.root.get("version"))
+    return Imported(tree, diagnostics, comments, files or (path,), document.root.get("version"))
 
 
 def read(text: str) -> Robot:
@@ -166,10 +165,14 @@ class _Reader(Reading):
         version = root.attributes.get("version")
         if version is not None and version.value.strip() not in _VERSIONS:
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
-        self._not_expanded(root)
+        elements = (one for one in root.iter() if not one.tag.startswith("xacro:"))
+        values = (value for one in elements for value in one.attributes.values())
+        found = next((value for value in values if "${" in value.raw or "$(" in value.raw), None)
+        if found is not None:
+            message, help = f"{shortened(found.raw)} looks like xacro that was not expanded", "name the file NAME.xacro"
+            self.diagnostics.append(Diagnostic("not-expanded", WARNING, message, found.span, (), help))
         if "links" not in tree and not has_errors(self.diagnostics):
-            message = f'the robot "{tree.get("robot")}" has no links'
-            self.error("no-links", message, root.span, 'add <link name="..."/>')
+            self.error("no-links", f'the robot "{tree.get("robot")}" has no links', root.span, 'add <link name="..."/>')
         return tree
 
     def check_element(self, element: Element, keep: Map | None = None) -> None:
@@ -185,13 +188,13 @@ class _Reader(Reading):
         ``position`` is the unit of the position of the joint that the element belongs to.
         """
         for name, (count, unit) in NUMBERS[element.tag].items():
-            if keys is not None and name not in keys:
+            attribute = element.attributes.get(name)
+            if attribute is None or (keys is not None and name not in keys):
                 continue
             made = numbers(element, name, count, position if unit == _POSITION_UNIT else unit, self)
             if made is not None:
                 span = made.span if count > 1 else made.value_spans[0]
-                key = keys[name] if keys else name
-                entry.put(key, made if count > 1 else made[0], element.attributes[name].name_span, span)
+                entry.put(keys[name] if keys else name, made if count > 1 else made[0], attribute.name_span, span)
 
     def _put_text(self, entry: Map, key: str, element: Element, name: str) -> str | None:
         """Set a key to a required attribute and return it."""
@@ -215,10 +218,14 @@ class _Reader(Reading):
         name = self.attribute(element, "name")
         if name is None or NAME.match(name):
             return name
-        why = "begins or ends with a space" if name != name.strip() else "has one of < > & \" ' or a control character"
-        message = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {why}'
-        message = message if name.strip() else f"the name of a {element.tag} is empty"
-        help = "rename it" if name.strip() else "give it a name"
+        message, help = f"the name of a {element.tag} is empty", "give it a name"
+        if name.strip():
+            why = (
+                "begins or ends with a space"
+                if name != name.strip()
+                else "has one of < > & \" ' or a control character"
+            )
+            message, help = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {why}', "rename it"
         self.error("bad-name", message, element.attributes["name"].span, help)
         return name
 
@@ -234,22 +241,10 @@ class _Reader(Reading):
             entry = read(element, path)
             if name in section:
                 related = [Related("first defined here", section.key_spans[name])]
-                message = f'the {tag} "{name}" is defined twice'
-                span = element.attributes["name"].span
+                message, span = f'the {tag} "{name}" is defined twice', element.attributes["name"].span
                 self.error("duplicate-name", message, span, "rename or remove one", related)
             elif name is not None:
                 section.put(name, entry, element.attributes["name"].span, element.span)
-
-    def _not_expanded(self, root: Element) -> None:
-        """Warn of a file that looks like xacro that was not expanded."""
-        text = root.document.source.text
-        for element in root.iter() if "${" in text or "$(" in text else ():
-            for attribute in () if element.tag.startswith("xacro:") else element.attributes.values():
-                if "${" in attribute.raw or "$(" in attribute.raw:
-                    message = f"{shortened(attribute.raw)} looks like xacro that was not expanded"
-                    help = "name the file NAME.xacro, or declare xmlns:xacro in <robot>"
-                    self.diagnostics.append(Diagnostic("not-expanded", WARNING, message, attribute.span, (), help))
-                    return
 
     # Links
 
@@ -268,7 +263,7 @@ class _Reader(Reading):
     def _inertial(self, element: Element, link: Map, path: TreePath) -> None:
         """Set the inertial of a link; mass and all six moments are required, as in urdfdom.
 
-        Leniently, an unreadable one is left out, as urdfdom does, and missing products are 0.
+        Leniently, an unreadable one is left out, as urdfdom does.
         """
         entry, before = Map(element.span), len(self.diagnostics)
         self.paths[id(element)] = path
@@ -276,10 +271,8 @@ class _Reader(Reading):
         for tag, part in (("mass", mass), ("inertia", inertia)):
             if part is not None:
                 self.paths[id(part)] = (*path, tag)
-            elif self.options.lenient:
-                self.cannot_carry(f"{named(element)}, which lacks <{tag}>,", element.span)
             else:
-                help = f"add <{tag}>, or remove <inertial> of a frame without mass; --lenient leaves the inertial out"
+                help = f"add <{tag}>, or remove <inertial> of a frame without mass"
                 self.error("missing-element", f"{named(element)} lacks <{tag}>", element.span, help)
         if mass is not None:
             self.check_element(mass)
@@ -289,7 +282,7 @@ class _Reader(Reading):
         if inertia is not None:
             put(entry, "inertia", self._inertia(inertia), inertia)
         self.check_element(element)
-        if mass is not None and inertia is not None and not self.spoilt(element, "the inertial", before):
+        if not self.spoilt(element, "the inertial", before):
             put(link, "inertial", entry, element)
 
     def _inertia(self, element: Element) -> Map:
@@ -300,23 +293,15 @@ class _Reader(Reading):
                 names.append(name)
         self.check(element, (), names, None)
         self.put_numbers(moments, element)
-        missing = [name for name in NUMBERS["inertia"] if name not in element.attributes]
-        if missing and set(missing) <= set(_PRODUCTS.values()):
-            message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
-            help = "add " + " ".join(f'{name}="0"' for name in missing) + ", if that is meant"
-            if self.lenient("missing-attribute", message, element.span, help, "takes 0"):
-                for name in missing:
-                    put(moments, name, 0, element)
-        else:
-            self.need(element, *missing)
+        self.need(element, *NUMBERS["inertia"])
         return moments
 
     def _shape(self, element: Element, link: Map, path: TreePath) -> None:
         """Add a <visual> or a <collision> to its list; kept whole where the language has no key for its geometry."""
         geometry = self.single(element, "geometry")
-        if geometry is None:
-            message = f"{named(element)} has no <geometry>"
-            if self.lenient("missing-element", message, element.span, "add one, or remove it", "keeps it as it is"):
+        if geometry is None or not geometry.children:
+            message, span = f"{named(element)} has no shape in a <geometry>", (geometry or element).span
+            if self.lenient("missing-element", message, span, "add one, or remove it", "keeps it as it is"):
                 self.keep(element, link)
             return
         entry = Map(element.span)
@@ -358,54 +343,22 @@ class _Reader(Reading):
             help = "make a second <visual> or <collision> of it"
             self.error("duplicate-element", message, shapes[1].span, help)
             return None
-        if not geometry.children:
-            help = f"it takes one of {', '.join(SHAPES)}"
-            self.error("missing-element", f"{named(geometry)} is empty", geometry.span, help)
-            return None
         before = len(self.diagnostics)
         self.check_element(geometry, None if shapes else Map(geometry.span))
         if not shapes:
             return None if has_errors(self.diagnostics[before:]) else geometry
-        shape = shapes[0]
-        made = Map(shape.span)
+        shape, made = shapes[0], Map(shapes[0].span)
         self.check_element(shape)
         if shape.tag == "mesh":
             file = self._put_text(made, "file", shape, "filename")
             if file is not None and not file.strip():
-                message = f"filename of {named(shape)} is empty"
-                self.error("missing-attribute", message, shape.attributes["filename"].span, "name a mesh")
-            words = shape.attributes["scale"].words() if "scale" in shape.attributes else []
-            if len(words) == 1 or len(words) > 3:
-                instead = "takes it for all three" if len(words) == 1 else "takes the first three"
-                self._recounted(made, shape, "scale", "give 3", instead, lambda found: (found * 3)[:3])
-            else:
-                self.put_numbers(made, shape)
+                span = shape.attributes["filename"].span
+                self.error("missing-attribute", f"filename of {named(shape)} is empty", span, "name a mesh")
         else:
             self.need(shape, *NUMBERS[shape.tag])
-            self.put_numbers(made, shape)
+        self.put_numbers(made, shape)
         put(entry, shape.tag, made, shape)
         return shape
-
-    def _recounted(
-        self,
-        entry: Map,
-        element: Element,
-        name: str,
-        help: str,
-        instead: str,
-        change: Callable[[list[Placed]], list[Placed]],
-    ) -> None:
-        """Set a list of numbers that has another length than URDF takes, ``change`` makes the right one of it."""
-        attribute, what = element.attributes[name], f"{name} of {named(element)}"
-        words, count = attribute.words(), NUMBERS[element.tag][name][0]
-        found = self.numbers(words, what, attribute.span, len(words))
-        message = f"{what} has {counted(len(words), 'number')}; it takes {count}"
-        if found is None or not self.lenient("wrong-count", message, attribute.span, help, instead):
-            return
-        made = Seq(attribute.span)
-        for one in change(found):
-            made.put(one.value, one.span)
-        entry.put(name, made, attribute.name_span, attribute.span)
 
     def _origin(self, entry: Map, element: Element, path: TreePath) -> None:
         """Set ``xyz`` and ``rpy`` of an entry from the <origin> in an element."""
@@ -423,18 +376,17 @@ class _Reader(Reading):
             self.error("duplicate-element", message, attribute.name_span, "remove one")
             return
         quaternion = numbers(origin, "quat_xyzw", 4, PLAIN, self)
-        if quaternion is None:
-            return
-        if not any(quaternion):
+        if quaternion is not None and not any(quaternion):
             message = f"quat_xyzw of {named(origin)} is zero: no rotation"
             self.error("zero-quaternion", message, attribute.span, "correct it")
-            return
-        x, y, z, w = quaternion
-        made = Seq(attribute.span)
-        for angle in Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy():
-            made.put(angle + 0.0, attribute.span)
-        entry.put("rpy", made, attribute.name_span, attribute.span)
-        self.note("import-converted", f"quat_xyzw of {named(origin)} became rpy: the same rotation", attribute.span)
+        elif quaternion is not None:
+            x, y, z, w = quaternion
+            made = Seq(attribute.span)
+            for angle in Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy():
+                made.put(angle + 0.0, attribute.span)
+            entry.put("rpy", made, attribute.name_span, attribute.span)
+            message = f"quat_xyzw of {named(origin)} became rpy: the same rotation"
+            self.note("import-converted", message, attribute.span)
 
     # Joints
 
@@ -466,7 +418,7 @@ class _Reader(Reading):
                 self._joint_part(part, entry, TYPES[kind] if kind in _WITH_RANGE else PLAIN)
             elif tag != "axis":
                 self.ignored(f"<{tag}> of a {kind} joint has no effect", part.span)
-        if kind in _WITH_RANGE and "limit" not in entry and self.single(element, "limit") is None:
+        if kind in _WITH_RANGE and all(child.tag != "limit" for child in element.children):
             help = 'add <limit lower="" upper="" effort="" velocity=""/>'
             help += ", or make it continuous" if kind == "revolute" else ""
             message = f"{named(element)} is {kind} and has no <limit>"
@@ -506,10 +458,9 @@ class _Reader(Reading):
         if tag == "limit":
             missing = [name for name in ("effort", "velocity") if name not in element.attributes]
             if missing:
-                message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
                 help = "add them, the largest torque or force and the largest speed: readers of URDF refuse a limit"
                 help += " without"
-                self.lenient("limit-incomplete", message, element.span, help, "takes it without")
+                self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "takes it without")
         elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.attributes.keys():
             message = f"{named(element)} has neither damping nor friction"
             help = "add one, or remove the element: urdfdom, the reader of ROS, refuses the joint"
@@ -527,12 +478,10 @@ class _Reader(Reading):
     def _materials(self, robot: Element, tree: Map) -> None:
         """Set the section of materials, if <robot> has some."""
         for element in robot.children:
-            if element.tag != "material":
-                continue
-            name = self._material_name(element)
+            name = self._material_name(element) if element.tag == "material" else None
+            if name == "":
+                self.cannot_carry("a material of the robot without a name", element.span)
             if not name:
-                if name is not None:
-                    self.cannot_carry("a material of the robot without a name", element.span)
                 continue
             tree.setdefault_at("materials", Map(element.span), element.span)
             made, entry = tree["materials"], Map(element.span)
@@ -562,12 +511,8 @@ class _Reader(Reading):
         if color is not None:
             self.check_element(color)
             before = len(self.diagnostics)
-            if self.attribute(color, "rgba") is not None:
-                if len(color.attributes["rgba"].words()) == 3:
-                    help, instead = "add the opacity: 1 hides what is behind", "takes an opacity of 1"
-                    self._recounted(entry, color, "rgba", help, instead, lambda rgb: [*rgb, Placed(1, rgb[-1].span)])
-                else:
-                    self.put_numbers(entry, color)
+            self.need(color, "rgba")
+            self.put_numbers(entry, color)
             self.spoilt(color, "the colour", before)
         if texture is not None:
             self.check_element(texture)
@@ -587,12 +532,12 @@ class _Reader(Reading):
             rgba = entry.get("rgba")
             return (None if rgba is None else tuple(map(float, rgba)), entry.get("texture"))
 
-        materials = (tree.get("materials") or {}).items()
-        looks = {name: look(entry) for name, entry in materials if "rgba" in entry or "texture" in entry}
+        nothing = (None, None)
+        looks = {name: look(entry) for name, entry in (tree.get("materials") or {}).items() if look(entry) != nothing}
         others: list[tuple[str, Span]] = []
         for name, link in (tree.get("links") or {}).items():
             for visual in link.get("visual", ()):
-                if "material" not in visual or not ("rgba" in visual or "texture" in visual):
+                if "material" not in visual or look(visual) == nothing:
                     continue
                 material = visual["material"]
                 if looks.setdefault(material, look(visual)) != look(visual):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from .geometry import IDENTITY, Transform, Vector, dot, plane_axes
@@ -106,36 +106,27 @@ def along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
     """
     geometry, there = shape.geometry, place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
-    u, v, w = there.xyz
-    extent: Callable[[float, float, float], float]
-    if isinstance(geometry, Capsule | Sphere):
-        radius, half = geometry.radius, geometry.length / 2 if isinstance(geometry, Capsule) else 0.0
-        extent = lambda x, y, z: abs(z) * half + radius  # noqa: ARG005, E731
-    elif isinstance(geometry, Cylinder):
-        radius, length = geometry.radius, geometry.length
-        extent = lambda x, y, z: abs(z) * length / 2 + radius * math.hypot(x, y)  # noqa: E731
-    elif isinstance(geometry, Ellipsoid):
-        p, q, r = geometry.radii
-        extent = lambda x, y, z: math.hypot(x * p, y * q, z * r)  # noqa: E731
-    else:
-        boxes = geometry.boxes(MERGED) if isinstance(geometry, HeightMap) else (geometry,)
-        extent = _extent_of_boxes([box for box in boxes if isinstance(box, Box)])
+    boxes = [solid.geometry for solid in shape.solids(MERGED) if isinstance(solid.geometry, Box)]
+    # By the sign of each component of a direction: the ends of all boxes on that side.
+    ends = [[[pick(b.lower[k], b.upper[k]) for b in boxes] for pick in (min, max)] for k in range(3)]
 
     def reach(direction: Vector) -> float:
         x, y, z = direction
-        return u * x + v * y + w * z + extent(a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z)
+        x, y, z = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
+        if isinstance(geometry, Capsule):
+            extent = abs(z) * geometry.length / 2 + geometry.radius
+        elif isinstance(geometry, Sphere):
+            extent = geometry.radius
+        elif isinstance(geometry, Cylinder):
+            extent = abs(z) * geometry.length / 2 + geometry.radius * math.hypot(x, y)
+        elif isinstance(geometry, Ellipsoid):
+            extent = math.hypot(x * geometry.radii[0], y * geometry.radii[1], z * geometry.radii[2])
+        else:  # a height map without a body reaches nowhere
+            sides = zip(ends[0][x > 0], ends[1][y > 0], ends[2][z > 0], strict=True)
+            extent = max((x * p + y * q + z * r for p, q, r in sides), default=-math.inf)
+        return dot(there.xyz, direction) + extent
 
     return reach
-
-
-def _extent_of_boxes(boxes: Sequence[Box]) -> Callable[[float, float, float], float]:
-    if not boxes:  # a height map without a body
-        return lambda *_: -math.inf
-    # By the sign of each component of a direction: the ends of all boxes on that side.
-    xs, ys, zs = (
-        ([min(b.lower[k], b.upper[k]) for b in boxes], [max(b.lower[k], b.upper[k]) for b in boxes]) for k in range(3)
-    )
-    return lambda x, y, z: max([x * a + y * b + z * c for a, b, c in zip(xs[x > 0], ys[y > 0], zs[z > 0], strict=True)])
 
 
 def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> float:

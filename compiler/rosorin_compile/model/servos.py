@@ -158,7 +158,7 @@ def against_model(robot: Robot, content: bytes) -> Compared:
         count += high - low + 1
         unequal = [pulse for pulse in range(low, high + 1) if model.radians(pulse) != group.radians(pulse)]
         if unequal:
-            first = unequal[0]
-            values = f"pulse {first} is {model.radians(first)!r} there, {group.radians(first)!r} in the description"
+            there, here = (one.radians(unequal[0]) for one in (model, group))
+            values = f"pulse {unequal[0]} is {there!r} there, {here!r} in the description"
             differences.append(f'joint "{joint}": {values} ({len(unequal):,} of {high - low + 1:,} pulses differ)')
     return Compared(len(model.joints), count, tuple(differences))

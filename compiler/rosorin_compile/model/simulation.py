@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any, ClassVar
 
 from .geometry import IDENTITY, Pose
@@ -168,15 +167,10 @@ class GazeboSensor:
     feels: str = ""
     without: frozenset[str] = frozenset()
 
-    # The element that names the frame of its messages, by reader. SDF up to 1.11 has none; in Gazebo classic a plug-in
-    # sets the frame.
-    FRAME_ELEMENTS: ClassVar[Mapping[str, str]] = MappingProxyType(
-        {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
-    )
-    # The names of types and elements in Gazebo classic where they differ (gazebo11:gazebo/sensors).
-    CLASSIC_NAMES: ClassVar[Mapping[str, str]] = MappingProxyType(
-        {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
-    )
+    # The element that names the frame of its messages, by reader; in Gazebo classic a plug-in sets the frame.
+    FRAME_ELEMENTS: ClassVar = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
+    # The types that have another name in Gazebo classic (gazebo11:gazebo/sensors).
+    CLASSIC_NAMES: ClassVar = {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
 
     def in_classic(self) -> GazeboSensor:
         elements = (replace(item, name="ray" if item.name == "lidar" else item.name) for item in self.elements)

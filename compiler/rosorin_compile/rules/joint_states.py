@@ -13,10 +13,9 @@ from typing import Literal, NamedTuple
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Joint, Robot
-from rosorin_compile.model.geometry import quaternion_of
+from rosorin_compile.model.geometry import quaternion_of, rotation_of_rpy
 from rosorin_compile.model.kinematics import Position, Positions, position_of
 from rosorin_compile.model.servos import ServoGroup, nearest, servo_of, to_radians, within
-from rosorin_compile.model.tf2 import rows_of_rpy
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, did_you_mean
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.rule_registry import ASKING, Rule
@@ -108,7 +107,7 @@ def place(robot: Robot, name: str, text: str) -> Position:
     numbers = tuple(_number(joint, part, kind) for part, kind in zip(parts, kinds, strict=True))
     if "roll" in form:
         *xyz, roll, pitch, yaw = numbers
-        return (*xyz, *quaternion_of(rows_of_rpy((roll, pitch, yaw))))
+        return (*xyz, *quaternion_of(rotation_of_rpy((roll, pitch, yaw))))
     if "qw" in form and not any(numbers[-4:]):
         raise RequestError(f'the quaternion of joint "{name}" is zero: {text}')
     return numbers

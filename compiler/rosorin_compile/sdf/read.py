@@ -16,8 +16,8 @@ from rosorin_compile.formats.comments import comments_of
 from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree
 from rosorin_compile.formats.reading import accept, lower_artifact
-from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.formats.urdf.read import plain
+from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, has_errors

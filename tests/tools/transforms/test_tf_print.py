@@ -20,8 +20,7 @@ from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.geometry import quaternion_of
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.model.tf2 import Answer, lookup, rows_of_rpy, rpy
-from rosorin_compile.rules.transform import _result
+from rosorin_compile.rules.transform import FrameTransform, lookup, rows_of_rpy, rpy
 from support.paths import DATA
 from support.robots import compiled
 
@@ -49,8 +48,8 @@ int main() {
 TF2_ECHO = (DATA / "robots/tf2_echo.txt").read_text("utf-8")
 
 
-def text(answer: Answer) -> list[str]:
-    return _echo(_result(answer, {}), 3, "humble")
+def text(answer: FrameTransform) -> list[str]:
+    return _echo(answer, 3, "humble")
 
 
 def built(folder: Path, source: str, *flags: str) -> Path:

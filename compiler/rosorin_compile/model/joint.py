@@ -87,8 +87,8 @@ class Limit:
 class Mimic:
     """A joint that follows another: position = multiplier * leader + offset.
 
-    ``solref`` and ``solimp`` are parameters of MuJoCo's solver for the coupling, or empty for the defaults. ``name`` is
-    the name of the coupling in MuJoCo, or empty for that of the joint.
+    In MuJoCo, ``solref`` and ``solimp`` are parameters of the solver (empty: the defaults), ``name`` is that of the
+    coupling (empty: that of the joint).
     """
 
     joint: str
@@ -136,10 +136,9 @@ class SafetyController:
 class Publisher:
     """Who puts an edge on /tf or /tf_static.
 
-    ``kind`` is ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE (any other node) or UNPUBLISHED. ``name`` is the
-    name of the node; ``about`` says what is worth knowing, for UNPUBLISHED why nobody publishes it. ``stamps`` are
-    frames that the node writes into the headers of messages. ``simulated``: the edge is one of simulations alone, and
-    what hangs on it no frame of the robot's.
+    ``kind`` is ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE (any other node ``name``) or UNPUBLISHED;
+    ``about`` is a remark, for UNPUBLISHED the reason. ``stamps`` are frames that the node writes into the headers of
+    messages. ``simulated``: the edge and what hangs on it exist in simulations alone.
     """
 
     kind: str

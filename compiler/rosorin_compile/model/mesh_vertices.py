@@ -1,4 +1,4 @@
-"""Vertices of STL and OBJ files, read without any package, so that artifacts do not depend on which extras there are.
+"""Vertices of STL, OBJ and MSH files, read without any package: artifacts do not depend on which extras there are.
 
 Triangles and other formats are read by trimesh (``mesh_triangles``).
 """
@@ -92,10 +92,16 @@ def read_vertices(data: bytes, ending: str) -> array[float]:
     without a face count, because MuJoCo takes them into the hull. Raises UnreadableMesh.
     """
     check_content(data)
-    if ending not in (".stl", ".obj"):
-        raise UnreadableMesh("only STL and OBJ files are measured", "export it as STL or OBJ")
+    if ending not in (".stl", ".obj", ".msh"):
+        raise UnreadableMesh("only STL, OBJ and MSH files are measured", "export it as STL or OBJ")
     coordinates = array("d")
-    if ending == ".stl" and not is_ascii_stl(data):
+    if ending == ".msh":  # of MuJoCo: the numbers of vertices, normals, texture coordinates and faces, then all of them
+        counts = struct.unpack_from("<4i", data) if len(data) >= 16 else (-1, 0, 0, 0)
+        size = 16 + sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
+        if min(counts) < 0 or size != len(data) or {counts[1], counts[2]} - {0, counts[0]}:
+            raise UnreadableMesh("the MSH is damaged")
+        coordinates.extend(struct.unpack_from(f"<{3 * counts[0]}f", data, 16))
+    elif ending == ".stl" and not is_ascii_stl(data):
         if stl_count(data) is None:
             raise UnreadableMesh("the STL is damaged")
         for triangle in struct.iter_unpack("<12x9f2x", data[STL_HEADER:]):

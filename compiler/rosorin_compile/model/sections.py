@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 Entry = TypeVar("Entry")
+Schema = Mapping[str, Any]
 Adds = Callable[["Robot", Any], "Robot"]
 Lower = Callable[[Mapping[str, Any], Any], Any]  # of the tree, and of what reports a problem (``Problem``)
 
-# The module of each section of the tool that is not defined in the core; the record has its name in capitals. A value
-# is the field of ``Robot`` with the name of the section.
+# The module of each section of ROS and MuJoCo, in which the record has its name in capitals. A value is the field of
+# ``Robot`` with the name of the section.
 SECTIONS = {
     "control": "rosorin_compile.ros.sections.control",
     "controllers": "rosorin_compile.ros.sections.controllers",
@@ -38,15 +39,14 @@ ENTRIES, ITEMS, ONE = "entries", "items", "one"
 class Section(Generic[T]):
     """A section of descriptions: its schema, the dataclass of its entries, its rules and its conversion.
 
-    A plug-in calls ``by_name`` (many entries by name), ``listed`` (a list) or ``single`` (one entry, or None).
+    A plug-in calls ``by_name`` (many entries by name), ``listed`` (a list) or ``single`` (one entry, or None), with
+    ``adds``, ``checks`` and ``lower`` as keywords.
 
     ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
-    entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is the piece of the schema of
-    descriptions: JSON Schema of draft 7, which may refer to the definitions of ours, with the annotations of
-    docs/extend.md; the sections of the tool are in ``schemas/description.schema.json``. ``checks`` are functions under
-    ``@rule``. ``lower`` converts the whole tree to the value of the section where the fields of the dataclass are not
-    enough; it gets the tree and ``problem(rule, message, path, help)``. ``adds`` returns the robot with what the
-    section means for it: a mass, shapes, links that are fixed, elements; it gets the robot and the value.
+    entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is JSON Schema of draft 7
+    with the annotations of docs/extend.md; it may refer to the definitions of ours. ``checks`` are functions under
+    ``@rule``. ``lower`` converts the tree and ``problem(rule, message, path, help)`` to the value of the section where
+    the fields of the dataclass are not enough. ``adds`` returns the robot with what the value means for it.
 
     Only of the tool: ``urdf`` returns elements for a URDF whose output has an option with the name of the section, and
     ``check_urdf`` validates them.
@@ -54,7 +54,7 @@ class Section(Generic[T]):
 
     name: str
     entry: type[Any] = object
-    schema: Mapping[str, Any] = field(default_factory=dict)
+    schema: Schema = field(default_factory=dict)
     form: str = ENTRIES
     adds: Adds | None = None
     checks: tuple[Check, ...] = ()
@@ -63,43 +63,16 @@ class Section(Generic[T]):
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
     @classmethod
-    def by_name(
-        cls,
-        name: str,
-        entry: type[Entry],
-        schema: Mapping[str, Any],
-        *,
-        adds: Callable[[Robot, Mapping[str, Entry]], Robot] | None = None,
-        checks: tuple[Check, ...] = (),
-        lower: Lower | None = None,
-    ) -> Section[Mapping[str, Entry]]:
-        return Section(name, entry, schema, ENTRIES, adds, checks, lower)
+    def by_name(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[Mapping[str, Entry]]:
+        return Section(name, entry, schema, ENTRIES, **more)
 
     @classmethod
-    def listed(
-        cls,
-        name: str,
-        entry: type[Entry],
-        schema: Mapping[str, Any],
-        *,
-        adds: Callable[[Robot, tuple[Entry, ...]], Robot] | None = None,
-        checks: tuple[Check, ...] = (),
-        lower: Lower | None = None,
-    ) -> Section[tuple[Entry, ...]]:
-        return Section(name, entry, schema, ITEMS, adds, checks, lower)
+    def listed(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[tuple[Entry, ...]]:
+        return Section(name, entry, schema, ITEMS, **more)
 
     @classmethod
-    def single(
-        cls,
-        name: str,
-        entry: type[Entry],
-        schema: Mapping[str, Any],
-        *,
-        adds: Callable[[Robot, Entry], Robot] | None = None,
-        checks: tuple[Check, ...] = (),
-        lower: Lower | None = None,
-    ) -> Section[Entry | None]:
-        return Section(name, entry, schema, ONE, adds, checks, lower)
+    def single(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[Entry | None]:
+        return Section(name, entry, schema, ONE, **more)
 
     def empty(self) -> Any:
         return {ENTRIES: {}, ITEMS: (), ONE: None}[self.form]

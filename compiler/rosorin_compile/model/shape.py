@@ -64,8 +64,7 @@ class Ellipsoid:
 class Mesh:
     """A mesh file by reference, in the units of the file times ``scale``.
 
-    ``inertia`` is what MuJoCo takes it for (shell, ...); empty is MuJoCo's own choice. ``mjcf`` are attributes of
-    MuJoCo's that the language has no word for.
+    ``inertia`` is what MuJoCo takes it for (shell, ...; empty: the default), ``mjcf`` are other attributes of MuJoCo's.
     """
 
     file: str
@@ -84,10 +83,9 @@ GROUNDED = "grounded"  # rows that reach down to z = 0, whatever the bottom is
 class HeightMap:
     """The top of a body as heights above z = 0 on a grid of square cells; height 0 is no body.
 
-    ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. ``step`` is the height
-    to whose multiples the boxes are rounded up, so that they are never smaller than the body. ``bottom`` is where the
-    body begins above z = 0: one number, or one for each cell, which is rounded down to a multiple of ``step``. A cell
-    whose bottom is not below its height has no body.
+    ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. The tops of boxes are
+    rounded up to multiples of ``step``. ``bottom`` is where the body begins above z = 0: one number, or one for each
+    cell, rounded down to a multiple of ``step``. A cell whose bottom is not below its height has no body.
     """
 
     origin: tuple[float, float]
@@ -205,10 +203,7 @@ class Shape:
     mjcf: Values = field(default_factory=dict, hash=False)
 
     def solids(self, form: str = ROWS) -> tuple[Shape, ...]:
-        """Return the shape as primitives: a height map becomes its boxes, NAME_1, NAME_2, ...; all else is itself.
-
-        ``form`` says how a height map is cut: ``rows``, ``merged`` or ``grounded``.
-        """
+        """Return the shape as primitives: a height map becomes boxes NAME_1, NAME_2, ... in a form, else itself."""
         if not isinstance(self.geometry, HeightMap):
             return (self,)
         if form not in self._pieces:
@@ -232,10 +227,7 @@ class Shape:
         return {}
 
     def drawn(self) -> tuple[Shape, ...]:
-        """Return what is drawn of the shape, where height maps stand on z = 0 of their own frame.
-
-        A height map with one bottom is lifted; one with a bottom for each cell is its boxes.
-        """
+        """Return what is drawn of the shape: a height map with one bottom is lifted, with several it is its boxes."""
         grid = self.geometry
         if not isinstance(grid, HeightMap) or not grid.bottom:
             return (self,)
@@ -274,10 +266,8 @@ def _is_quarter_turn(transform: Transform) -> bool:
 def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
     """Return the volume of a solid (m^3) and its moments about its middle for a mass of 1 (m^2).
 
-    Box, cylinder and sphere: D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias".
-    Capsule: a cylinder and two half spheres, each with its centre of mass 3/8 of the radius from the flat side
-    (F. P. Beer, E. R. Johnston, "Vector Mechanics for Engineers: Statics", table of centroids of volumes).
-    Raises ValueError for a mesh or a height map.
+    D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias"; a capsule is a cylinder and
+    two half spheres with their centres 3/8 of the radius from the flat sides. Raises ValueError for a mesh.
     """
     if isinstance(geometry, Box):
         x, y, z = geometry.size
@@ -294,8 +284,7 @@ def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
         tube, ends = math.pi * r * r * length, 4 / 3 * math.pi * r**3
         volume = tube + ends
         along = (tube * r * r / 2 + ends * 2 / 5 * r * r) / volume
-        # A half sphere about its own centre: 2/5 r^2 about the flat side, less the way to that side (3/8 r), plus the
-        # way to the middle of the capsule (l/2 + 3/8 r).
+        # A half sphere: 2/5 r^2 about the flat side, minus (3/8 r)^2, plus (l/2 + 3/8 r)^2 to the middle.
         end = 2 / 5 * r * r + length * length / 4 + 3 / 8 * r * length
         across = (tube * (3 * r * r + length * length) / 12 + ends * end) / volume
         return volume, (across, across, along)

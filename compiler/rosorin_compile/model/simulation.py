@@ -25,10 +25,10 @@ CLASSIC = "classic"
 class Actuator:
     """What drives a joint, a tendon, a site or a body.
 
-    ``targets`` are what it acts on by MuJoCo's attribute (joint, tendon, site, refsite, ...); empty for the actuator of
-    a joint, which has the name of the joint if ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or
-    N/m, N*s/m); ``damping`` is that of the drive at the joint. ``range`` is that of its command: None is what its type
-    and joint imply, and ``unlimited`` is no limit. ``force`` is the smallest and largest force (N or N*m).
+    ``targets`` are what it acts on by MuJoCo's attribute; empty for the actuator of a joint, whose name it has if
+    ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or N/m, N*s/m); ``damping`` is that of the drive
+    at the joint. ``range`` is that of its command; None: by its type and joint. ``force``: smallest and largest, N or
+    N*m.
     """
 
     type: str = POSITION

@@ -189,7 +189,7 @@ def lowest(scene: Path, key: str) -> float:
 
 
 @pytest.mark.parametrize(
-    ("file", "data"), [("foot.stl", stl()), ("foot.obj", obj()), ("letters/foot.stl", letters())]
+    ("file", "data"), [("foot.stl", stl()), ("foot.obj", obj()), ("foot.msh", msh()), ("letters/foot.stl", letters())]
 )
 @pytest.mark.parametrize("by", ["", "package://feet/"])
 def test_the_lowest_vertex_is_on_the_floor(home: Path, file: str, data: bytes, by: str) -> None:
@@ -254,7 +254,8 @@ def test_the_picture_of_a_robot_of_meshes_is_as_large_as_the_robot(home: Path) -
         (b"v 1 2\nf 1 1 1\n", ".obj"),
         (b"v 0 0 x\nf 1 2 3\n", ".obj"),
         (b"f 1 2 3\n", ".obj"),
-        (msh(), ".msh"),
+        (msh()[:20], ".msh"),
+        (b"abc", ".msh"),
         (b"ply", ".ply"),
     ],
 )
@@ -264,7 +265,7 @@ def test_what_is_damaged_has_no_vertices(data: bytes, ending: str) -> None:
 
 
 def test_every_vertex_is_read() -> None:
-    for data, ending in ((stl(), ".stl"), (letters(), ".stl"), (obj(), ".obj")):
+    for data, ending in ((stl(), ".stl"), (letters(), ".stl"), (obj(), ".obj"), (msh(), ".msh")):
         stray = [(0.0, 0.0, -90.0)] if ending == ".obj" else []
         numbers = read_vertices(data, ending)
         assert set(zip(numbers[::3], numbers[1::3], numbers[2::3], strict=True)) == {*CORNERS, *stray}

@@ -44,8 +44,8 @@ ROLES: Mapping[str, tuple[str, ...]] = {
 STEERED = (TRICYCLE, ACKERMANN)
 SLIDING = (MECANUM, OMNI)  # drives that move sideways
 
-# The grip of a mecanum wheel along x and y, in the X layout: from above, the axes of the upper rollers point at the
-# middle, so those on the ground are across.
+# The grip of a mecanum wheel along x and y, of any length, in the X layout: from above, the axes of the upper rollers
+# point at the middle, so those on the ground are across.
 _GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
 _SINGULAR = 1e-9
 
@@ -260,8 +260,7 @@ def driving_of(robot: Robot) -> Driving:
             raise ValueError("a wheel that lies flat rolls nowhere")
         direction = grip = (ay / across, -ax / across)
         if drive.kind == MECANUM:
-            gx, gy = _GRIPS[next(role for role, members in drive.joints.items() if name in members)]
-            grip = (gx / math.sqrt(2), gy / math.sqrt(2))
+            grip = _GRIPS[next(role for role, members in drive.joints.items() if name in members)]
         steered_by = steering_of(robot, drive, name)
         wheels.append(Wheel(name, at[name][0] - x, at[name][1] - y, radius, direction, grip, steered_by))
     base = drive.frame or robot.root

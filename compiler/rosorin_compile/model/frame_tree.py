@@ -22,8 +22,7 @@ _LEFT = "text-align: left"
 class Row(NamedTuple):
     """One transform: ``why`` nobody publishes it, and ``when``, the modes in which somebody does ("" is always).
 
-    ``first`` is the parent in the first row of this child. ``joint`` and ``kind`` are empty for the transforms of other
-    nodes.
+    ``first`` is the parent in the first row of this child. ``joint`` and ``kind`` are empty for other nodes.
     """
 
     parent: str
@@ -42,7 +41,6 @@ class Row(NamedTuple):
 
     @property
     def who(self) -> str:
-        """The publisher, or "nobody: why"."""
         return f"{self.publisher}: {self.why}" if self.why else self.publisher
 
     @property
@@ -51,10 +49,7 @@ class Row(NamedTuple):
 
 
 def rows(robot: Robot) -> tuple[Row, ...]:
-    """Return all edges without frames of simulations: joints from the root down, then the transforms of other nodes.
-
-    A joint that another node publishes under the same parent is one edge with that transform.
-    """
+    """Return all edges without frames of simulations: joints from the root down, then the transforms of other nodes."""
 
     def add(parent: str, child: str, publisher: Publisher, moving: bool, when: str, joint: str, kind: str) -> None:
         who, why, topic = publisher.name, "", TF if moving else TF_STATIC
@@ -67,12 +62,10 @@ def rows(robot: Robot) -> tuple[Row, ...]:
     first, table = dict[str, str](), list[Row]()
     joints = {(joint.parent, joint.child): joint for joint in robot.joints_down()}
     for joint in joints.values():
-        if joint.child in robot.simulated_frames:
-            continue
-        first.setdefault(joint.child, joint.parent)
-        if joint.name in robot.turns and joint.publisher.kind == UNPUBLISHED:
-            continue  # its publishers are edges below, each in its modes
-        add(joint.parent, joint.child, joint.publisher, joint.moves_on_tf, "", joint.name, joint.type)
+        if joint.child not in robot.simulated_frames:
+            first.setdefault(joint.child, joint.parent)
+            if joint.name not in robot.turns or joint.publisher.kind != UNPUBLISHED:  # else it is an edge for each mode
+                add(joint.parent, joint.child, joint.publisher, joint.moves_on_tf, "", joint.name, joint.type)
     for edge in robot.edges:
         same = joints.get((edge.parent, edge.child))
         name, kind = (same.name, same.type) if same is not None else ("", "")

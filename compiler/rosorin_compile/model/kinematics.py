@@ -1,7 +1,6 @@
 """The graph of frames, and forward kinematics for many joint states at once.
 
-``Graph`` finds the way from one frame to another through joints and the transforms of other nodes. ``Kinematics``
-composes transforms with numpy, which it imports when it is made. The transform that tf2 computes is in ``tf2``.
+``Graph`` finds the way from one frame to another through joints and the transforms of other nodes.
 """
 
 from __future__ import annotations
@@ -35,10 +34,7 @@ def position_of(robot: Robot, joint: Joint, positions: Positions) -> Position:
 
 
 class NoWay(Exception):
-    """Two frames have no known transform.
-
-    ``missing`` are the steps whose numbers only their publishers know. It is empty if the frames are in separate trees.
-    """
+    """Two frames have no known transform: only publishers know ``missing`` steps, or they are in separate trees."""
 
     def __init__(self, source: str, target: str, missing: tuple[Step, ...] = ()) -> None:
         super().__init__(f"no known transform from {source} to {target}")
@@ -46,10 +42,7 @@ class NoWay(Exception):
 
 
 class Step(NamedTuple):
-    """A transform from ``parent`` to ``child``: a joint of the robot, edges of other nodes, or both.
-
-    Several edges are the same transform, published by different nodes depending on the mode.
-    """
+    """A transform from ``parent`` to ``child``: a joint, edges of other nodes (one for each mode), or both."""
 
     parent: str
     child: str

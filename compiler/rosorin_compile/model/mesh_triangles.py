@@ -1,7 +1,7 @@
 """Triangles of mesh files in metres, read by trimesh.
 
-A file that is broken, empty or hostile is an ``ExtractProblem``, never a traceback. Side files are not read, except the
-buffers of a .gltf and the materials of an .obj in the same folder; a .dae with a DTD is not parsed.
+A file that is broken, empty or hostile is an ``ExtractProblem``. Side files are not read, except the buffers of a .gltf
+and the materials of an .obj in the same folder; a .dae with a DTD is not parsed.
 """
 
 from __future__ import annotations
@@ -81,10 +81,9 @@ class TriangleMesh:
     def of_shape(
         cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False
     ) -> TriangleMesh | Diagnostic:
-        """Return the mesh of a shape, or a warning at its place if it cannot be read.
+        """Return the mesh of a shape (link, "visual" or "collision", index), or a warning if it cannot be read.
 
-        ``shape`` is the link, "visual" or "collision", and the index there; ``files`` are mesh files by the names in
-        the description.
+        ``files`` are mesh files by the names in the description.
         """
         link, purpose, number = shape
         mesh = getattr(case.robot.link[link], purpose)[number].geometry
@@ -177,10 +176,8 @@ def mesh_inertial(path: Path, scale: Sequence[float]) -> Inertial:
     mesh = trimesh.Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), process=True)
     if not mesh.is_watertight or not abs(mesh.volume) > 0:
         raise _unreadable(f"{path} is not a closed mesh", "close it, or list primitive shapes")
-    x, y, z = map(float, mesh.center_mass)
-    moments = mesh.moment_inertia * (1 if mesh.volume > 0 else -1)
-    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = moments.tolist()
-    return Inertial(abs(float(mesh.volume)), Pose((x, y, z)), ixx, iyy, izz, ixy, ixz, iyz)
+    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = (mesh.moment_inertia * np.sign(mesh.volume)).tolist()
+    return Inertial(abs(float(mesh.volume)), Pose(tuple(mesh.center_mass.tolist())), ixx, iyy, izz, ixy, ixz, iyz)
 
 
 def _unreadable(message: str, help: str = "export it again") -> ExtractProblem:
@@ -241,11 +238,9 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
     import numpy as np
     import trimesh
 
-    nodes = [(np.eye(4), loaded)]
-    if isinstance(loaded, trimesh.Scene):
-        placed = [loaded.graph[node] for node in sorted(loaded.graph.nodes_geometry)]
-        nodes = [(np.asarray(matrix, dtype=np.float64), loaded.geometry.get(name)) for matrix, name in placed]
-    for matrix, mesh in nodes:
+    scene = loaded if isinstance(loaded, trimesh.Scene) else trimesh.Scene(loaded)
+    for matrix, name in (scene.graph[node] for node in sorted(scene.graph.nodes_geometry)):
+        mesh = scene.geometry.get(name)
         if not isinstance(mesh, trimesh.Trimesh):
             continue
         corners, faces = np.asarray(mesh.vertices, np.float64).reshape(-1, 3), np.asarray(mesh.faces).reshape(-1, 3)

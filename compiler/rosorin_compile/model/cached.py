@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 if TYPE_CHECKING:
     from .robot import Robot
 
-Arguments, Result = ParamSpec("Arguments"), TypeVar("Result")
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 
 def of_robot(work: Callable[Concatenate[Robot, Arguments], Result]) -> Callable[Concatenate[Robot, Arguments], Result]:

@@ -239,8 +239,8 @@ def driving_of(robot: Robot) -> Driving:
         track = middle("front_left", "rear_left")[1] - middle("front_right", "rear_right")[1]
     elif drive.kind in STEERED:
         roles = ["rolling" if drive.joints.get("rolling") else "driven"]
-        across = [at[name][1] for name in drive.joints[roles[0]]]
-        wheelbase, track = abs(middle("steering")[0] - middle(*roles)[0]), max(across) - min(across)
+        sides = [at[name][1] for name in drive.joints[roles[0]]]
+        wheelbase, track = abs(middle("steering")[0] - middle(*roles)[0]), max(sides) - min(sides)
     x, y = middle(*roles)
     if drive.kind == DIFFERENTIAL:
         (xl, yl), (xr, yr) = middle("left"), middle("right")

@@ -218,7 +218,7 @@ class Kinematics:
         origin = self._matrices([joint.origin.transform()])
         if joint.is_several:
             return origin @ self._matrices([motion(joint.type, joint.axis, row) for row in states[joint.name].tolist()])
-        state = self.robot.position(joint, states)  # type: ignore[arg-type]
+        state: Any = self.robot.position(joint, states)  # type: ignore[arg-type]
         x, y, z = axis = unit(joint.axis)
         pose = np.tile(np.eye(4), (len(state), 1, 1))
         if joint.type == "prismatic":

@@ -27,8 +27,8 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
         raise ValueError("no shape, no mass")
     if mass is None and density is None:
         raise ValueError("a mass or a density is needed")
-    sizes = [volume_and_moments(solid.geometry) for solid in solids]
     with _finite("a shape is so large that its mass is no number"):
+        sizes = [volume_and_moments(solid.geometry) for solid in solids]
         volume = math.fsum(size for size, _ in sizes)
         total = density * volume if density is not None else mass or 0.0
         bodies = []

@@ -139,15 +139,12 @@ def content_of(robot: Robot) -> Content:
         below = (joint.child for joint in robot.joints_from.get(name, ()) if joint.is_fixed and joint.child in carrier)
         if name not in carrier and (heavy := next(below, "")):
             attached[name], carrier[name] = heavy, carrier[heavy]
-    tops = []
-    for name in links:
-        above = robot.joint_to.get(name)
-        if name not in carrier and (above is None or not above.is_fixed or above.parent == world):
-            tops.append(name)
+    held = {joint.child for joint in robot.joints if joint.is_fixed and joint.parent != world}
+    tops = tuple(name for name in links if name not in carrier and name not in held)
     carrier |= {name: name for name in tops}
     attach_down()
     inertials = {name: own.get(name, LEAST) for name in links if carrier[name] == name}
-    return Content(inertials, attached, carrier, carrier[links[0]], tuple(tops))
+    return Content(inertials, attached, carrier, carrier[links[0]], tops)
 
 
 def version_of(robot: Robot, output: Output) -> str:
@@ -180,9 +177,8 @@ def view(robot: Robot, output: Output) -> Robot:
     links, joints = [], []
     for link in robot.links:
         solids = [solid for shape in link.collision for solid in shape.solids(form)]
-        bare = tuple(Shape(solid.geometry, solid.pose) for solid in solids)
-        if any(isinstance(solid.geometry, Mesh) for solid in solids):
-            bare = ()
+        is_mesh = any(isinstance(solid.geometry, Mesh) for solid in solids)
+        bare = () if is_mesh else tuple(Shape(solid.geometry, solid.pose) for solid in solids)
         links.append(Link(link.name, link.inertial if _has_mass(link.inertial) else None, (), bare))
     # A link that no joint of the SDF holds is read as one that floats in the world, and so is the root then.
     loose = [joint for joint in robot.joints if joint.type in FREE and joint.parent != world]
@@ -211,16 +207,15 @@ def view(robot: Robot, output: Output) -> Robot:
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find names that no model, link, frame or joint of an SDF can have."""
-    robot = case.robot
-    found = [("link", link.name, case.link(link.name)) for link in robot.links if link.name != world_of(robot)]
+    robot, world = case.robot, world_of(case.robot)
+    found = [("link", link.name, case.link(link.name)) for link in robot.links if link.name != world]
     found += [("joint", joint.name, case.joint(joint)) for joint in robot.joints]
     for kind, name, path in (*found, ("model", robot.name, ("robot",))):
-        why = "that is the world itself" if name == WORLD else ":: leads into a model" if "::" in name else ""
-        why = why or ("SDF keeps names between two underscores for itself" if RESERVED.match(name) else "")
-        if why:
-            may = name == WORLD and kind == "link"
-            help = "rename it; a root that is nothing but the world may have this name" if may else "rename it"
-            message = f'no {kind} of {output.file} can be called "{name}": {why}'
+        if name == WORLD or "::" in name or RESERVED.match(name):
+            message = (
+                f'no {kind} of {output.file} can be called "{name}": SDF reserves world, __NAME__ and "::"'
+            )
+            help = "rename it; a root without mass and shapes may be called world"
             yield case.problem("sdf-name", message, path, help, key=kind != "model")
 
 

@@ -149,9 +149,9 @@ class SdfReading(SdfValues):
         return ""
 
     def _fill(self, scope: Scope) -> Scope:
-        placement = scope.including and self.text(scope.including, "placement_frame")
-        placement = placement or scope.element.attributes.get("placement_frame")
-        if placement and placement.value:
+        outside = self.text(scope.including, "placement_frame") if scope.including is not None else None
+        placement = outside or scope.element.attributes.get("placement_frame")
+        if placement is not None and placement.value:
             message = f"placement_frame of {named(scope.element)} is not read: a model is placed by its own frame"
             self.error("sdf-include", message, placement.span, "remove it, and adapt the <pose> of the model")
         for child in scope.element.children:

@@ -72,7 +72,7 @@ class SdfValues(Reading):
         self.files: list[Path] = [file]
         self.environment = os.environ if options.environment is None else options.environment
         self.packages = Packages(options.packages, self.environment, file)
-        allowed = (*options.packages.values(), *self._folders(*OF_GAZEBO, *_ROS_PATHS))
+        allowed = [*options.packages.values(), *map(Path, self._folders(*OF_GAZEBO, *_ROS_PATHS))]
         self._allowed = [Path(os.path.abspath(folder)) for folder in allowed]
         folders = (Path(os.path.abspath(file)).parent, resolve(file).parent)
         self._resolved_allowed = [resolve(folder) for folder in (*folders, *self._allowed)]
@@ -162,8 +162,8 @@ class SdfValues(Reading):
     def find_file(self, uri: str, including: Path) -> tuple[Path | None, str, str]:
         """Return the file of an address, or None with the reason (empty if it is not found) and what to do.
 
-        An SDF of unknown origin may only include files in the folder of the first file, in a package or model that is
-        found by its name, and in folders that the user names with ``--package`` or in the environment.
+        Only files in the folder of the first file, in packages and models found by name, and in folders that the user
+        names (``--package``, environment) may be included: the SDF may be of unknown origin.
         """
         if re.match(r"https?://", uri):
             return None, "", "download the model, and name the file: nothing is fetched from the net"

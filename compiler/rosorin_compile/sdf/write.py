@@ -1,9 +1,8 @@
 """The SDF of a robot, as text.
 
 Every frame of the description is in it: what has mass is a ``<link>``, the rest ``<frame attached_to>`` (``content``).
-Each pose is relative to the frame that the description has it in, so that its numbers are those of the description: a
-joint is placed in its parent, the child at the joint, a shape in its own frame.
-Rules of the readers: the specification files of libsdformat 12, and what Drake 1.51 refuses.
+Each pose has the numbers of the description: a joint is placed in its parent, the child at the joint, a shape in its
+own frame. Readers: libsdformat 12 and Drake 1.51.
 """
 
 from __future__ import annotations
@@ -240,10 +239,7 @@ class _Writer:
         return [*lines, *_indented(more.get("axis", ()), "        ")]
 
     def _closed(self) -> Iterator[str]:
-        """Yield what closes each kinematic loop: a ball or fixed joint for Gazebo, or constraints for Drake.
-
-        Drake 1.51 refuses a file whose joints are no tree, and Gazebo has no word but joints.
-        """
+        """Yield a ball or fixed joint for each kinematic loop, or constraints for Drake, which refuses such joints."""
         places = self.robot.poses_in_root({})
         taken = {link.name for link in self.robot.links} | set(self.names.values())
         for loop in self.loops:
@@ -274,21 +270,15 @@ class _Writer:
                 yield from _element(f"{word}{attributes(name=name)}", lines, "    ")
 
     def _loop_ends(self, loop: Entry) -> tuple[str, str, Transform] | None:
-        """Return the links of a constraint and its place in the first, or None unless both are links of the SDF.
-
-        MuJoCo holds together what coincides where all joints are at zero.
-        """
+        """Return the links of a constraint and its place in the first (joints at zero), or None without such links."""
         if "relpose" in loop.values:
             return None
         marks = [(link.name, mark) for link in self.robot.links for mark in link.marked if mark.tag == "site"]
         sites = {mark.name: (link, mark.pose.transform()) for link, mark in marks}
         values = loop.values
+        first, second, at = str(values.get("body1", "")), str(values.get("body2", "")), Transform()
         if "site1" in values:
-            (first, at), (second, _) = (
-                sites.get(str(values.get(key)), ("", Transform())) for key in ("site1", "site2")
-            )
-        else:
-            first, second, at = str(values.get("body1", "")), str(values.get("body2", "")), Transform()
+            (first, at), (second, _) = (sites.get(str(values.get(f"site{end}")), ("", at)) for end in (1, 2))
         anchor = values.get("anchor")
         if isinstance(anchor, tuple):
             x, y, z = (float(value) for value in anchor)
@@ -297,21 +287,17 @@ class _Writer:
 
     def _sensor(self, sensor: Sensor, one: GazeboSensor) -> None:
         """Write a sensor of Gazebo into the link or joint that it is in, or take down why it cannot be."""
-        kind, carrier = distribution(self.gazebo), self.content.carrier
+        kind, link, why = distribution(self.gazebo), one.feels or one.link, ""
         frame_id = _FRAME_ID if self.version == NEWEST else DISTRIBUTIONS.get(kind, "")
         names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
-        link, why = one.feels or one.link, ""
-        if one.at_joint:
-            where, base = f"joint {one.link}", ""
-            if not self.content.has_joint(self.robot.joint[one.link]):
-                why = f'joint "{one.link}" holds nothing that has mass'
-        else:
-            where = carrier.get(link, "")
-            base = "" if where == link else link
-            if one.feels and not names:
-                why = f'link "{one.feels}" has no shape that could feel'
-            elif not where:
-                why = f'"{one.link}" is the world'
+        where = f"joint {one.link}" if one.at_joint else self.content.carrier.get(link, "")
+        base = "" if one.at_joint or where == link else link
+        if one.at_joint and not self.content.has_joint(self.robot.joint[one.link]):
+            why = f'joint "{one.link}" holds nothing that has mass'
+        elif one.feels and not names:
+            why = f'link "{one.feels}" has no shape that could feel'
+        elif not where:
+            why = f'"{one.link}" is the world'
         if why:
             self.unseen.setdefault(why, []).append(sensor.name)
             return

@@ -491,8 +491,7 @@ def pulses(
     if model is not None:
         if not Path(model).is_file():
             raise RequestError(no_file(Path(model)))
-        compared = against_model(case.robot, Path(model).read_bytes())
-        comparison = ModelComparison(str(model), compared.joints, compared.pulses, compared.differences)
+        comparison = ModelComparison(str(model), *against_model(case.robot, Path(model).read_bytes()))
         return Pulses(servos, model=comparison, diagnostics=diagnostics, robot=case.robot)
     found = joint_states.joint_pulses(case.robot, values or {}, pose, unit)
     beyond = _beyond_limits(case, [{one.joint: one.position for one in found}], strict)

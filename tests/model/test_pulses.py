@@ -136,9 +136,9 @@ def test_joints_without_a_servo(rosorin: Robot) -> None:
 def test_the_model_of_another_robot_is_told(rosorin: Robot) -> None:
     model = json.loads((OUTPUTS / "robot_model.json").read_text("utf-8"))
     model["pulse_to_rad"] |= {"zero": 501, "joints": ["joint1", "claw"]}
-    found = against_model(rosorin, json.dumps(model).encode())
-    assert found.pulses == 1001
-    assert found.differences == (
+    _, pulses, differences = against_model(rosorin, json.dumps(model).encode())
+    assert pulses == 1001
+    assert differences == (
         'joint "joint1": pulse 0 is 2.098583892597982 there, 2.0943951023931953 in the description'
         " (1,001 of 1,001 pulses differ)",
         'there is no joint "claw"; known: joint1, joint2, joint3, joint4, joint5',

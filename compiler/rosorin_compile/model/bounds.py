@@ -137,10 +137,9 @@ def along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
 
 
 def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return how far shapes that are not meshes reach from an axis through the origin (m).
+    """Return how far shapes that are not meshes reach from an axis through the origin (m); up to 40 um less at 1 m.
 
-    Each shape has the pose of its link. The support functions are evaluated in 360 directions and in that of the middle
-    of the shape: up to 40 um are missing at 1 m.
+    Each shape has the pose of its link.
     """
     u, v = plane_axes(axis)
     turns = [2 * math.pi * step / 360 for step in range(360)]

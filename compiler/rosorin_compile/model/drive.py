@@ -163,7 +163,7 @@ class Driving:
         """Return the velocity of the base for speeds of the wheels (rad/s) and positions of the steering (rad).
 
         Joints that are not named are at zero. Speeds that contradict each other give the best fit (least squares).
-        Raises ValueError if the wheels do not determine it, such as two wheels in one place.
+        Raises ValueError if the wheels do not determine it.
         """
         angles = angles or {}
         equations = [(self._row(wheel, angles), speeds.get(wheel.joint, 0.0)) for wheel in self.wheels]
@@ -218,7 +218,7 @@ def _least_squares(rows: Sequence[Sequence[float]]) -> list[float]:
 
 @of_robot
 def driving_of(robot: Robot) -> Driving:
-    """Return the kinematics of the drive of a robot at zero. Raises ValueError without a drive, or for a broken one."""
+    """Return the kinematics of the drive of a robot at zero. Raises ValueError without a valid drive."""
     drive = robot.drive
     if drive is None:
         raise ValueError(f'the robot "{robot.name}" has no drive')

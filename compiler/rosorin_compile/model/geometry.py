@@ -18,10 +18,8 @@ Quaternion = tuple[float, float, float, float]
 
 _UNIT_ROWS: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
-# Below this, a sine or cosine is rounding: pi itself is stored to 1.2e-16, a product of three rotations to about 1e-15.
-_ROUNDING = 4e-15
-# The cosine of a pitch within about half a degree of +-90 degrees: the atan2 of numbers so small loses digits.
-_STEEP = 1e-2
+_ROUNDING = 4e-15  # of a sine or cosine: a product of three rotations is exact to about 1e-15
+_STEEP = 1e-2  # the cosine of a pitch near +-90 degrees: the atan2 of numbers so small loses digits
 
 
 def dot(a: Vector, b: Vector) -> float:
@@ -69,8 +67,6 @@ def _snap(value: float) -> float:
 @lru_cache(maxsize=20_000)
 def rotation_of_rpy(rpy: Vector) -> Rows:
     """Return the 3x3 rotation matrix, as rows, of fixed-axis roll, pitch, yaw in radians."""
-    if rpy == _ORIGIN:
-        return _UNIT_ROWS
     (sr, cr), (sp, cp), (sy, cy) = ((_snap(math.sin(angle)), _snap(math.cos(angle))) for angle in rpy)
     return (
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
@@ -100,8 +96,7 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
 def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
     """Return the axes x and y of the plane of a planar joint, of unit length, in the frame of the joint.
 
-    They are those of the frame, turned the shortest way that brings z to the normal, like in MuJoCo's reader of URDF.
-    Raises ValueError for a zero normal.
+    They are turned the shortest way that brings z to the normal, like in MuJoCo. Raises ValueError for a zero normal.
     """
     x, y, z = unit(normal)
     across = math.hypot(x, y)
@@ -224,10 +219,7 @@ class Transform:
         return (-w, -x, -y, -z) if w < 0 else (w, x, y, z)
 
     def turn_to(self, other: Transform) -> tuple[Vector, float]:
-        """Return the axis and the angle (rad, 0 to pi) that turn this rotation into another one.
-
-        The axis has length 1 and is seen from this frame; where nothing is turned it is zero.
-        """
+        """Return the axis (length 1, in this frame; zero for no turn) and angle (rad, 0 to pi) to another rotation."""
         w, x, y, z = Transform(self.rows).inverse().then(Transform(other.rows)).quaternion()
         return unit((x, y, z)), 2 * math.atan2(norm((x, y, z)), w)
 
@@ -242,7 +234,7 @@ class Transform:
         if horizontal < 1e-12:
             return (math.atan2(-f if g < 0 else f, e) * (1 if g < 0 else -1) + 0.0, math.atan2(-g, horizontal), 0.0)
         if horizontal < _STEEP:
-            # Roll and yaw are hardly told apart: the yaw is what the roll leaves, in numbers that are not small.
+            # the yaw is what the roll leaves, in numbers that are not small
             roll = math.atan2(h, i)
             sine, cosine = math.sin(roll), math.cos(roll)
             yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)

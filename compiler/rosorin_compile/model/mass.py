@@ -25,8 +25,6 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
     solids = [solid for shape in shapes for solid in shape.solids()]
     if not solids:
         raise ValueError("no shape, no mass")
-    if mass is None and density is None:
-        raise ValueError("a mass or a density is needed")
     with _finite("a shape is so large that its mass is no number"):
         sizes = [volume_and_moments(solid.geometry) for solid in solids]
         volume = math.fsum(size for size, _ in sizes)

@@ -26,15 +26,15 @@ ROUNDING = 1e-6  # pulses: a limit that was computed from a pulse is at that pul
 
 
 class NoServo(UnknownName):
-    """There is no such joint, or it has no servo; the message lists those that have one."""
+    """There is no such joint, or it has no servo."""
 
 
 class NoPulse(ValueError):
-    """A pulse that does not exist, or a position that no pulse gives; the message has the range."""
+    """A pulse that does not exist, or a position that no pulse gives."""
 
 
 class NoModel(ValueError):
-    """A file that is not a model of the driver; the message says why."""
+    """A file that is not a model of the driver."""
 
 
 @dataclass(frozen=True)
@@ -92,13 +92,11 @@ def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
 
 def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
     """Return the pulse nearest to a position (rad or m). Raises NoPulse if it is outside the pulse range."""
-    low, high = group.pulse_range
-    exact = group.exact_pulse(position)
+    (low, high), (first, last), exact = group.pulse_range, travel(group), group.exact_pulse(position)
     if not low - 0.5 <= exact <= high + 0.5:
-        first, last = travel(group)
         span = f"the pulses {low} to {high} give {first:.6g} to {last:.6g}"
         raise NoPulse(f"no pulse gives the position {position:.6g}{_of(joint)}: {span}")
-    candidates = {min(max(math.floor(exact), low), high), min(max(math.ceil(exact), low), high)}
+    candidates = {min(max(whole, low), high) for whole in (math.floor(exact), math.ceil(exact))}
     pulse = min(candidates, key=lambda one: (abs(group.radians(one) - position), abs(one - group.zero_pulse)))
     return Nearest(pulse, group.radians(pulse), group.radians(pulse) - position)
 
@@ -127,18 +125,10 @@ def _of(joint: str) -> str:
     return f' of joint "{joint}"' if joint else ""
 
 
-class Compared(NamedTuple):
-    """The number of joints and pulses that were compared with a model of the driver, and the differences."""
-
-    joints: int
-    pulses: int
-    differences: tuple[str, ...]
-
-
-def against_model(robot: Robot, content: bytes) -> Compared:
+def against_model(robot: Robot, content: bytes) -> tuple[int, int, tuple[str, ...]]:
     """Compare the driver's model (robot_model.json) with the description: each pulse of each of its joints.
 
-    Equal means the same double. Raises NoModel.
+    Return the numbers of joints and of pulses, and the differences. Equal means the same double. Raises NoModel.
     """
     try:
         entry = json_of(content)["pulse_to_rad"]
@@ -161,4 +151,4 @@ def against_model(robot: Robot, content: bytes) -> Compared:
             there, here = (one.radians(unequal[0]) for one in (model, group))
             values = f"pulse {unequal[0]} is {there!r} there, {here!r} in the description"
             differences.append(f'joint "{joint}": {values} ({len(unequal):,} of {high - low + 1:,} pulses differ)')
-    return Compared(len(model.joints), count, tuple(differences))
+    return len(model.joints), count, tuple(differences)

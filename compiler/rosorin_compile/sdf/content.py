@@ -235,10 +235,7 @@ def keep(entry: dict[str, Any], element: Element, text: str) -> int:
 
 
 class Kept(NamedTuple):
-    """Elements as text: of the model, of links and joints by name, and the tags of those that SDF has no place for.
-
-    ``collisions`` are the numbers for all collisions of a link, by the words of Gazebo classic.
-    """
+    """Elements as text by name, numbers for all collisions of a link by their words, and the tags of other elements."""
 
     model: list[str]
     links: dict[str, list[str]]

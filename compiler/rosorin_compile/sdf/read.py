@@ -90,9 +90,8 @@ class _Robot:
         self.entries = Entries({}, {}, {})
         self.holder: dict[str, Any] = {"urdf_elements": []}  # the elements of the robot
         self.constraints: dict[str, Placed] = {}
-        static = (child.text for child in top.element.children if child.tag == "static")
-        is_static = any(map(is_true, (top.element.get("static"), *static)))
-        self.of_pieces = "fixed" if is_static else "floating"  # the joints that hold pieces without a joint
+        static = [top.element.get("static"), *(one.text for one in top.element.children if one.tag == "static")]
+        self.of_pieces = "fixed" if any(map(is_true, static)) else "floating"  # joints that hold pieces without a joint
 
     def read(self) -> dict[str, Any] | None:
         top, reading, bodies = self.top, self.reading, self.bodies
@@ -117,10 +116,9 @@ class _Robot:
         for node in roots if world else ():
             joints.fix(node, world, bodies.local_pose(node, None), self.of_pieces)
         spans = {node.called: name_span(node.element) for node in bodies.members}
+        links = self.entries.links
         made: dict[str, Any] = {"robot": Placed(top.name, name_span(top.element))}
-        made["links"] = {
-            name: Placed(entry, spans.get(name, top.element.span)) for name, entry in self.entries.links.items()
-        }
+        made["links"] = {name: Placed(links[name], spans.get(name, top.element.span)) for name in links}
         self._keep_elements(top)
         for name, found in self.entries.gazebo.items():
             self._put("gazebo", found, reference=name)
@@ -190,10 +188,9 @@ class _Robot:
         if scope.including is not None:
             gazebo += [child for child in scope.including.children if child.tag == "plugin"]
             reading.check(scope.including, _IN_INCLUDE, ("merge",), None)
-        for child in rest:
-            if child.tag == "drake:joint":
-                message = f"{named(child)} is a joint of Drake's own, which no description has"
-                reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
+        for child in (child for child in rest if child.tag == "drake:joint"):
+            message = f"{named(child)} is a joint of Drake's own, which no description has"
+            reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
         rest = [child for child in rest if not self._is_constraint(child, scope)]
         for tag, found in (("gazebo", gazebo), ("sdf", rest)):
             self._put(tag, [(child, reading.text_of(child, scope)) for child in found])

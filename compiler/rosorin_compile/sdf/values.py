@@ -76,7 +76,7 @@ class SdfValues(Reading):
         self._allowed = [Path(os.path.abspath(folder)) for folder in allowed]
         folders = (Path(os.path.abspath(file)).parent, resolve(file).parent)
         self._resolved_allowed = [resolve(folder) for folder in (*folders, *self._allowed)]
-        self._elements = 0
+        self._elements, self._is_too_much = 0, False
 
     # Values of elements
 
@@ -139,12 +139,9 @@ class SdfValues(Reading):
         for variable in variables:
             yield from filter(None, self.environment.get(variable, "").split(os.pathsep))
 
-    def _too_much(self) -> bool:
-        return len(self.files) > MAX_MODELS or self._elements > MAX_ELEMENTS
-
     def included(self, file: Path, asked: Span) -> Document | None:
         """Return a file that is included, and count it; None after an error, and when too much is included."""
-        if self._too_much():
+        if self._is_too_much:
             return None
         try:
             document = parse(read_source(file, asked))
@@ -153,7 +150,8 @@ class SdfValues(Reading):
             return None
         self.files.append(file)
         self._elements += sum(1 for _ in document.root.iter())
-        if not self._too_much():
+        self._is_too_much = len(self.files) > MAX_MODELS or self._elements > MAX_ELEMENTS
+        if not self._is_too_much:
             return document
         message = f"more is included than a robot has: over {MAX_MODELS:,} models, or {MAX_ELEMENTS:,} elements"
         self.error("include-too-many", message, asked, "do files include each other, or one many times?")

@@ -107,10 +107,7 @@ def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
 
 
 def along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
-    """Return the support function of a shape that is not a mesh: how far (m) it reaches along a unit vector.
-
-    ``place`` is the pose of its link.
-    """
+    """Return how far (m) a shape that is not a mesh, of a link at ``place``, reaches along a unit vector."""
     geometry, there = shape.geometry, place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
     boxes = [solid.geometry for solid in shape.solids(MERGED) if isinstance(solid.geometry, Box)]
@@ -163,7 +160,7 @@ class Way(NamedTuple):
 def through(shape: Shape, place: Transform, origin: Vector, direction: Vector) -> Way | None:
     """Return the part of a line inside a solid whose link is at ``place``, or None where it passes by.
 
-    ``direction`` is a unit vector. Lines pass by meshes, and by height maps that are not split into boxes.
+    ``direction`` is a unit vector. Lines pass by meshes and height maps.
     """
     back = place.then(shape.origin().transform()).inverse()
     at, along, geometry = back.apply(origin), back.rotate(direction), shape.geometry

@@ -82,8 +82,7 @@ class Line(NamedTuple):
     """A line of the tree: its frame, and the edge that leads there (None for a root).
 
     ``on`` is the index of the parent's line (-1 for a root), ``last`` whether it is the last line of that parent.
-    ``up``: the frame is the parent in ``row``, and tf2 has another parent for the child. Then ``again`` means that the
-    frame also has a line of its own.
+    ``up``: the frame is the parent in ``row``, but not in tf2; with ``again`` it also has a line of its own.
     """
 
     frame: str
@@ -98,8 +97,7 @@ class Line(NamedTuple):
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     """Return the tree of edges and further frames: parents above children, each frame once.
 
-    The parent of a frame is that of tf2 if it has one. A frame that is only a parent in the description, on no topic,
-    is a line below its child.
+    The parent of a frame is that of tf2 if it has one. A frame that is a parent on no topic is a line below its child.
     """
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     into: dict[str, Row] = {}

@@ -21,9 +21,7 @@ AXLELESS = ("floating", "ball")
 # The coordinates of a joint by its type, in radians and metres; a quaternion may have any length but zero.
 COORDINATES: Mapping[str, tuple[str, ...]] = {
     "fixed": (),
-    "revolute": ("position",),
-    "continuous": ("position",),
-    "prismatic": ("position",),
+    **dict.fromkeys(MOVING_TYPES, ("position",)),
     "planar": ("x", "y", "angle"),
     "floating": ("x", "y", "z", "qx", "qy", "qz", "qw"),
     "ball": ("qx", "qy", "qz", "qw"),

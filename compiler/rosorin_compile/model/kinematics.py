@@ -149,8 +149,7 @@ class Kinematics:
 
     ``positions`` maps joint names to arrays of n positions (radians or metres) or to single numbers. Joints that are
     not named are at zero, joints that mimic others follow them, and names that are not joints have no effect. A joint
-    with several coordinates takes an array in the order of ``Joint.coordinates``: (n, 3) if it is planar, (n, 7) if it
-    is floating, (n, 4) if it is a ball joint. Raises ImportError, with what to install, where numpy is missing.
+    with several coordinates takes an array in their order, (n, 3) if it is planar. Raises ImportError without numpy.
     """
 
     def __init__(self, robot: Robot) -> None:

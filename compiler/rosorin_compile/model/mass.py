@@ -40,8 +40,8 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
 def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
     """Return the inertial of bodies that move as one: each with the pose of its link in the frame of the result.
 
-    A single body keeps its axes, several are along those of the frame. Without any mass the inertia is about the frame.
-    Raises ValueError if there is none, or a number overflows.
+    A single body keeps its axes, several are along those of the frame. Raises ValueError if there is none, or a number
+    overflows.
     """
     if not parts:
         raise ValueError("no inertial, no mass")

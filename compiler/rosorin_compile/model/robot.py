@@ -144,8 +144,7 @@ class Robot:
 
     ``missing_meshes`` are the names of mesh files that were not found. ``mesh_files`` maps the names of the others, and
     of images, to files. ``mesh_contents`` has the bytes of the mesh files that artifacts open, by name.
-    ``root_in_world`` is the pose and the joint of the root link in a simulation. ``sections`` has the values of
-    sections of plug-ins.
+    ``root_in_world`` is for simulations, ``sections`` has the values of plug-ins.
     """
 
     name: str
@@ -357,10 +356,7 @@ class Robot:
 
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:
-        """Return the joints of the URDF: those of robot_state_publisher, and those that it cannot move.
-
-        A joint with several coordinates is in the URDF for other readers, whoever publishes it.
-        """
+        """Return the joints of the URDF: those of robot_state_publisher, and for other readers those it cannot move."""
         ours = ROBOT_STATE_PUBLISHER
         return tuple(j for j in self.joints if j.publisher.kind == ours or j.type in SEVERAL_COORDINATES)
 

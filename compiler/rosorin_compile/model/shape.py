@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import count, product
+from itertools import product
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .simulation import Contact, Values
@@ -206,11 +206,9 @@ class Shape:
         """Return the shape as primitives: a height map becomes boxes NAME_1, NAME_2, ... in a form, else itself."""
         if not isinstance(self.geometry, HeightMap):
             return (self,)
-        if form not in self._pieces:
-            names = (f"{self.name}_{number}" if self.name else "" for number in count(1))
-            boxes = zip(self.geometry.boxes(form), names, strict=False)
-            self._pieces[form] = tuple(replace(self, geometry=box, name=name) for box, name in boxes)
-        return self._pieces[form]
+        boxes = enumerate(self.geometry.boxes(form), 1)
+        names = ((box, f"{self.name}_{number}" if self.name else "") for number, box in boxes)
+        return tuple(replace(self, geometry=box, name=name) for box, name in names)
 
     @property
     def volume(self) -> float:
@@ -221,10 +219,6 @@ class Shape:
     def in_link(self) -> Shape:
         """The shape as ``moved`` by nothing: a box turned by quarter turns becomes one along the axes of its link."""
         return self.moved(Transform())
-
-    @cached_property
-    def _pieces(self) -> dict[str, tuple[Shape, ...]]:
-        return {}
 
     def drawn(self) -> tuple[Shape, ...]:
         """Return what is drawn of the shape: a height map with one bottom is lifted, with several it is its boxes."""

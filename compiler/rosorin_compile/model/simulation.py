@@ -1,6 +1,6 @@
 """Values that only simulations use: actuators, contact, constraints, and the elements of sensors.
 
-Attributes that the language has no key for are kept under their names in MuJoCo, in SI units (``Values``).
+Attributes without a key in the language have their names in MuJoCo, in SI units (``Values``).
 """
 
 from __future__ import annotations
@@ -26,9 +26,8 @@ class Actuator:
     """What drives a joint, a tendon, a site or a body.
 
     ``targets`` are what it acts on by MuJoCo's attribute; empty for the actuator of a joint, whose name it has if
-    ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or N/m, N*s/m); ``damping`` is that of the drive
-    at the joint. ``range`` is that of its command; None: by its type and joint. ``force``: smallest and largest, N or
-    N*m.
+    ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or N/m, N*s/m), ``damping`` is that at the joint.
+    ``range`` is that of its command; None: by its type and joint. ``force``: smallest and largest, N or N*m.
     """
 
     type: str = POSITION
@@ -77,8 +76,7 @@ class Marked:
 class Root:
     """The pose of the root link in the world, and the name and attributes of a free joint there.
 
-    ``placed``: the description has the pose; a free base without one stands on the floor (``rest_pose``). ``world``: it
-    is not a body in the world, but the world itself.
+    Not ``placed``: a free base is on the floor. ``world``: it is not a body in the world, but the world itself.
     """
 
     pose: Pose = IDENTITY
@@ -112,9 +110,8 @@ class Replicas:
 class Simulated:
     """An element of the MJCF for a sensor.
 
-    ``kind`` is SENSOR_ELEMENT (in the list of sensors), BODY_ELEMENT (in the body of ``link``) or TEMPLATE_ELEMENT
-    (text of a template, in that body, or in ``section`` of the file). ``element`` is the name of the element, or the
-    file of the template. ``pose`` is its pose in the link; None is the link's own frame.
+    ``kind`` is SENSOR_ELEMENT (in the list of sensors), BODY_ELEMENT (in the body of ``link``) or TEMPLATE_ELEMENT (the
+    file ``element``, in that body or in ``section``). ``pose`` is that in the link; None: the same.
     """
 
     kind: str

@@ -8,8 +8,9 @@ joint it joins, however many ``<gazebo>`` say it (``gazebosim/sdformat@sdf14:src
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Set
+from collections.abc import Iterable, Set
 from typing import TYPE_CHECKING, NamedTuple
+from xml.etree import ElementTree
 
 from rosorin_compile.formats.gazebo_sensors import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH, with_noise
 from rosorin_compile.model import Pose
@@ -24,8 +25,8 @@ _SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: shor
 _DIGITS = 10  # of metres and entries of a rotation, behind the point
 
 # A lidar has two names in the newer Gazebo, in the classic one only the first.
-ALIASES = {"ray": "lidar"}
-_OF_LIDARS = ("gpu_lidar", "lidar")
+_ALIASES = {"ray": "lidar"}
+_LIDARS = ("gpu_lidar", "lidar")
 
 
 class Context(NamedTuple):
@@ -39,7 +40,7 @@ Key = tuple[str, ...]
 
 
 def meanings(texts: Iterable[str], context: Context) -> Counter[Key]:
-    """Return what some texts of elements say, each thing with how often; a text that is no XML says its words."""
+    """Return the contents of some texts of elements, each with its count; of a text that is no XML its words."""
     found: Counter[Key] = Counter()
     for text in texts:
         try:
@@ -48,49 +49,47 @@ def meanings(texts: Iterable[str], context: Context) -> Counter[Key]:
             found["text", " ".join(text.split())] += 1
             continue
         for element in root:
-            found.update(_keys(element, context))
+            if element.tag == "ros2_control":
+                found["ros2_control", element.get("name", ""), _form(element, context)] += 1
+            elif element.tag == "gazebo" and not (element.text or "").strip():
+                of = {key: value for key, value in sorted(element.attrib.items()) if key != "reference"}
+                for child in element:
+                    form = _form(child, context) if child.tag == "sensor" else canonical(child)
+                    found["gazebo", element.get("reference", ""), repr(of), child.tag, form] += 1
+            else:
+                found[element.tag, canonical(element)] += 1
     return found
 
 
-def _keys(element: Element, context: Context) -> Iterator[Key]:
-    if element.tag == "ros2_control":
-        yield ("ros2_control", element.get("name", ""), _block(element, context))
-    elif element.tag == "gazebo" and not (element.text or "").strip():
-        of = {key: value for key, value in sorted(element.attrib.items()) if key != "reference"}
-        for child in element:
-            what = _sensor(child) if child.tag == "sensor" else canonical(child)
-            yield ("gazebo", element.get("reference", ""), repr(of), child.tag, what)
-    else:
-        yield (element.tag, canonical(element))
+def _form(element: Element, context: Context, above: tuple[str, ...] = (), lidar: bool = False) -> str:
+    """Return an element of SDF or of ros2_control in one spelling; empty if it has the default value.
 
-
-def _sensor(element: Element) -> str:
-    modern = element.get("type") in _OF_LIDARS
-    return _form(element, (), modern)
-
-
-def _form(element: Element, above: tuple[str, ...], modern: bool) -> str:
-    """Return an element of SDF in one spelling; empty where it says what is taken by default."""
+    Elements with one name keep their order, parameters have none.
+    """
     if element.tag == "plugin":
-        return _exact(element)
-    tag = ALIASES.get(element.tag, element.tag) if modern and len(above) == 1 else element.tag
-    start = tag + "".join(f" {name}={_number(value)}" for name, value in sorted(element.attrib.items()))
-    text = " ".join(map(_number, (element.text or "").split()))
+        return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
+    lidar = element.get("type") in _LIDARS if element.tag == "sensor" else lidar
+    tag = _ALIASES.get(element.tag, element.tag) if lidar and len(above) == 1 else element.tag
+    values = dict(element.attrib)
+    if tag == "joint" and values.get("name") in context.followers and not context.humble:
+        values.setdefault("mimic", "true")
+    start = tag + "".join(f" {name}={_numbers(value)}" for name, value in sorted(values.items()))
+    text = _numbers(element.text or "")
     text = SDF_TRUTH.get(text, text) if tag in SDF_FLAGS else text
-    text = _pose(text) if tag == "pose" and not element.attrib else text
+    text = _pose(text) if tag == "pose" and not values else text
     if not len(element):
-        default = SDF_DEFAULTS.get((above[-1], tag)) if above and not element.attrib else None
-        same = default is not None and text == (_pose(default) if tag == "pose" else _number(default))
-        return "" if same else f"<{start}>{text}</>"
-    inner = [(child.tag, _form(child, (*above, tag), modern)) for child in element]
-    if tag in ("imu", "clip") and not element.attrib and not text and not any(form for _, form in inner):
-        return ""
-    parts = "".join(form for _, form in sorted(inner, key=lambda item: ALIASES.get(item[0], item[0])))
-    return f"<{start}>{text}{parts}</>"
+        default = SDF_DEFAULTS.get((above[-1], tag)) if above and not values else None
+        is_default = default is not None and text == (_pose(default) if tag == "pose" else _numbers(default))
+        return "" if is_default else f"<{start}>{text}</>"
+    children = sorted(
+        element, key=lambda child: (_ALIASES.get(child.tag, child.tag), child.tag == "param" and child.get("name", ""))
+    )
+    inner = "".join(_form(child, context, (*above, tag), lidar) for child in children)
+    return f"<{start}>{text}{inner}</>" if inner or values or text or tag not in ("imu", "clip") else ""
 
 
 def _pose(text: str) -> str:
-    """Return a pose in one spelling: its place and its rotation, which several angles may say."""
+    """Return a pose in one spelling: its place and its rotation, which has several triples of angles."""
     try:
         x, y, z, roll, pitch, yaw = map(float, text.split())
     except ValueError:
@@ -100,49 +99,14 @@ def _pose(text: str) -> str:
     return " ".join(f"{round(number, _DIGITS) + 0.0!r}" for number in numbers)
 
 
-def _number(word: str) -> str:
-    try:
-        return word if "_" in word else f"{float(word) + 0.0:.{_SIGNIFICANT}g}"
-    except ValueError:
-        return word
+def _numbers(text: str) -> str:
+    def spelling(word: str) -> str:
+        try:
+            return word if "_" in word else f"{float(word) + 0.0:.{_SIGNIFICANT}g}"
+        except ValueError:
+            return word
 
-
-def _exact(element: Element) -> str:
-    values = "".join(f" {name}={value!r}" for name, value in sorted(element.attrib.items()))
-    inner = "".join(_exact(child) for child in element)
-    return f"<{element.tag}{values}>{(element.text or '').strip()}{inner}</>"
-
-
-def _block(element: Element, context: Context) -> str:
-    """Return a hardware block in one spelling: what has one tag keeps its order, parameters have none."""
-    return _component(element, context, ("hardware", "joint", "sensor", "gpio", "transmission"))
-
-
-_NUMBERS = ("min", "max", "initial_value", "multiplier")
-_NUMBER_TAGS = ("mechanical_reduction", "offset")
-
-
-def _component(element: Element, context: Context, order: tuple[str, ...] = ()) -> str:
-    attributes = dict(element.attrib)
-    follower = element.tag == "joint" and attributes.get("name") in context.followers
-    if follower and not context.humble:
-        attributes.setdefault("mimic", "true")
-    values = "".join(f" {name}={value.strip()!r}" for name, value in sorted(attributes.items()))
-    params = sorted(_param(child) for child in element if child.tag == "param")
-    others = [child for child in element if child.tag != "param"]
-    rank = {tag: place for place, tag in enumerate(order or sorted({child.tag for child in others}))}
-    others.sort(key=lambda child: rank.get(child.tag, len(rank)))
-    inner = "".join(_component(child, context) for child in others)
-    text = (element.text or "").strip()
-    text = _number(text) if element.tag in _NUMBER_TAGS else text
-    return f"<{element.tag}{values}>{text}{''.join(params)}{inner}</>"
-
-
-def _param(element: Element) -> str:
-    name, text = element.get("name", ""), (element.text or "").strip()
-    more = "".join(f" {key}={value}" for key, value in sorted(element.attrib.items()) if key != "name")
-    inner = "".join(_exact(child) for child in element)
-    return f"<param {name}{more}>{_number(text) if name in _NUMBERS else text}{inner}</>"
+    return " ".join(map(spelling, text.split()))
 
 
 def context_of(robot: Robot, humble: bool) -> Context:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from markupsafe import escape
+
 from rosorin_compile.model.simulation import GazeboSensor, SdfElement
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.numbers import NumberFormat
-from rosorin_compile.source.xml.escaping import escape
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
 from .templating import attributes

@@ -12,9 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.comments import comments_of
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree
+from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree, comments_of
 from rosorin_compile.formats.reading import accept, lower_artifact
 from rosorin_compile.formats.urdf.read import plain
 from rosorin_compile.formats.urdf.reading import NAME
@@ -22,10 +21,8 @@ from rosorin_compile.model import Robot, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, has_errors
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.wording import counted, first_of, listed, quoted
-from rosorin_compile.source.xml.describing import correction, named
-from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import Element, MarkupError, parse
+from rosorin_compile.source.wording import counted, first_of, listed, masked, quoted
+from rosorin_compile.source.xml.markup import Element, MarkupError, correction, named, parse
 
 from .content import OF_LINK, OF_MODEL, SOLIDS, WORLD, keep, wrapped
 from .models import FRAME, LINK, Node, Scope, SdfReading, relative_to
@@ -49,7 +46,7 @@ def read_sdf(opened: Opened) -> Imported:
     imported = Imported(None, diagnostics, (), tuple(reading.files))
     if sections is None or top is None or has_errors(diagnostics):
         return imported
-    source = {"status": "imported", "note": f"from {printable_name(opened.path)}"}
+    source = {"status": "imported", "note": f"from {masked(opened.path.name)}"}
     tree: Map | None = as_tree({"robot": sections.pop("robot"), "source": source, **sections}, document.root.span)
     problems: list[Diagnostic] = []
     if tree is not None and opened.options.checked:

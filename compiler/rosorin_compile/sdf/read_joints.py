@@ -14,8 +14,7 @@ from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import cross
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.describing import named, place
-from rosorin_compile.source.xml.markup import Element
+from rosorin_compile.source.xml.markup import Element, named, place
 
 from .content import OF_JOINT, WORLD, keep, wrapped
 from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReading, relative_to

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple
 
+from markupsafe import escape
+
 from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import Joint, Mesh, Output, Pose, Robot, Sensor, Shape, Transform
@@ -20,7 +22,6 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_
 from rosorin_compile.source.numbers import number_format, numbers, vector
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.xml.elements import indented
-from rosorin_compile.source.xml.escaping import escape
 
 from . import content as contents
 from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements

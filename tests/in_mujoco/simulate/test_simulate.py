@@ -13,8 +13,8 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.mujoco.simulate import simulation
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.system import pip_install
 from support.cases import as_comment, check
 from support.commands import Shown
 from support.paths import DATA, ROOT

@@ -20,7 +20,7 @@ from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.geometry import quaternion_of
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.rules.transform import FrameTransform, lookup, rows_of_rpy, rpy
+from rosorin_compile.queries import FrameTransform, lookup, rows_of_rpy, rpy
 from support.paths import DATA
 from support.robots import compiled
 

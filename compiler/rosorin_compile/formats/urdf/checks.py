@@ -14,7 +14,7 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import counted
 
-from .content import has_inertials, joints_of
+from .content import elements_of, joints_of
 
 RULES = (
     Rule(
@@ -40,14 +40,15 @@ STEP = 1 / 240  # s, that of PyBullet if nobody sets another; Gazebo has 1/1000
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Validate an output of a URDF and return diagnostics."""
-    others = (one for one in case.robot.outputs if one.backend == output.backend)
+    others = [one for one in case.robot.outputs if one.backend == output.backend]
+    has_inertials = "inertial" in elements_of(output)
     heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
-    if heavy and not has_inertials(output) and not any(map(has_inertials, others)):
+    if heavy and not has_inertials and not any("inertial" in elements_of(one) for one in others):
         message = f"{output.file} leaves out {counted(heavy, 'inertial')}: Gazebo reads it as an empty model, and other"
         message += " simulators invent masses"
         help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
         yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
-    if case.robot.is_tree and has_inertials(output) and "dynamics" in output.options.get("elements", ("dynamics",)):
+    if case.robot.is_tree and has_inertials and "dynamics" in elements_of(output):
         yield from _damping(case, joints_of(case.robot, output))
     for section in sections_in_urdf(output):
         if section.check_urdf is not None:

@@ -42,7 +42,7 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         joined = tree.get(section)
         holds_others = isinstance(joined, (Map, Seq)) and (have is not None or not is_one_entry(section))
         # Each entry of a part knows what made it; an include also leads to the entries of other files.
-        if parts and holds_others and not isinstance(joined.via, Include):
+        if parts and joined is not None and holds_others and not isinstance(joined.via, Include):
             joined.via = tree.via
     return good
 

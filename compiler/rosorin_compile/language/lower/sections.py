@@ -81,7 +81,7 @@ def completed(fragment: Mapping[str, Any], value: Any) -> Any:
 def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
     """Report any exception of a plug-in."""
     try:
-        with aside(plugin):
+        with aside():
             yield
     except (Exception, SystemExit) as fault:
         report(failed(plugin, fault), section)

@@ -14,9 +14,9 @@ from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, counted, has_errors, listed
-from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.system import is_installed
 
 from .mesh_checks import check_meshes
 from .overlaps import ZERO, State, check_overlaps, nearest_to_zero

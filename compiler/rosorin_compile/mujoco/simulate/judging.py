@@ -20,7 +20,7 @@ from rosorin_compile.source.diagnostics import (
     first_of,
 )
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.tree import Path
+from rosorin_compile.source.tree import Path, exists
 
 from .scenarios import Driven, End, PoseTrial, Results, Stop
 from .world import Touch, World, describe_joint
@@ -165,7 +165,7 @@ class Judge:
 
     def _held(self, held: PoseTrial) -> Iterator[Diagnostic]:
         named: Path = ("poses", held.pose)
-        is_named = self.case.tree.has(named)
+        is_named = exists(self.case.tree, named)
         path: Path = named if is_named else ("robot",)
         where = f'in pose "{held.pose}"' if is_named else "at rest"
         if held.broken is not None:

@@ -12,10 +12,10 @@ from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, RequestError, error, has_errors, listed
-from rosorin_compile.source.installing import is_installed, pip_install
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.system import is_installed, pip_install
 
 from .judging import LIMITS, Judge, Limit, limits_with
 from .scenarios import Driven, PoseTrial, Swept, Swung, run_scenarios

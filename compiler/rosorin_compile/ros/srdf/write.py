@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from markupsafe import Markup
+
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import DisabledCollision, Output, Pose, Robot
 from rosorin_compile.model.robot import JointPose
@@ -15,7 +17,6 @@ from rosorin_compile.ros.moveit import FIXED, PLANAR, Ball, Group
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, error, first_of
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.escaping import Markup
 
 from .matrix import changed_meshes, ordered
 from .planning import Planning, planning_of

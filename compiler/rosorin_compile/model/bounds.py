@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-from .geometry import IDENTITY, Transform, Vector, dot, plane_axes
+from .geometry import IDENTITY, Transform, Vector, dot, minus, plane_axes, plus
 from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 _NOWHERE = (math.inf, -math.inf)
@@ -25,8 +25,7 @@ class Bounds(NamedTuple):
 
     @property
     def size(self) -> Vector:
-        (a, b, c), (d, e, f) = self
-        return (d - a, e - b, f - c)
+        return minus(self.upper, self.lower)
 
     @property
     def diagonal(self) -> float:
@@ -56,11 +55,11 @@ def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
             return None
         lower, upper = _corners(shape.geometry)
         if shape.pose != IDENTITY:
-            place = shape.pose.transform()
-            half = ((upper[0] - lower[0]) / 2, (upper[1] - lower[1]) / 2, (upper[2] - lower[2]) / 2)
-            x, y, z = place.apply((lower[0] + half[0], lower[1] + half[1], lower[2] + half[2]))
+            place, (x, y, z) = shape.pose.transform(), minus(upper, lower)
+            half = (x / 2, y / 2, z / 2)
+            middle = place.apply(plus(lower, half))
             a, b, c = (sum(abs(cell) * side for cell, side in zip(row, half, strict=True)) for row in place.rows)
-            lower, upper = (x - a, y - b, z - c), (x + a, y + b, z + c)
+            lower, upper = minus(middle, (a, b, c)), plus(middle, (a, b, c))
         bounds = bounds.join(Bounds(lower, upper)) if bounds else Bounds(lower, upper)
     return bounds
 

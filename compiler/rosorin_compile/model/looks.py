@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from colorsys import hls_to_rgb, rgb_to_hls
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .cached import of_robot
 from .link import Link
@@ -48,9 +48,8 @@ def is_own(rgba: Sequence[float]) -> bool:
     """Return True if a colour can be one of ``own_colours``."""
     if len(rgba) != 4 or rgba[3] != 1.0 or not all(0 <= part <= 1 for part in rgba):
         return False
-    _, light, saturation = rgb_to_hls(*rgba[:3])
-    is_light = min(abs(light - one) for one in _LIGHTNESSES) < _ROUNDED
-    return is_light and min(abs(saturation - one) for one in _SATURATIONS) < _ROUNDED
+    pairs = zip(rgb_to_hls(*rgba[:3])[1:], (_LIGHTNESSES, _SATURATIONS), strict=True)
+    return all(min(abs(value - one) for one in usual) < _ROUNDED for value, usual in pairs)
 
 
 def colours_of(robot: Robot) -> dict[str, Material]:
@@ -76,8 +75,8 @@ def with_visuals(robot: Robot) -> Robot:
     links = []
     for link in robot.links:
         if link.name in colours:
-            look = {"name": "", "material": colours[link.name].name, "stand_in": "", "urdf_elements": ()}
-            link = replace(link, visual=tuple(replace(shape, **look) for shape in link.collision))  # type: ignore[arg-type]
+            look: Any = {"name": "", "material": colours[link.name].name, "stand_in": "", "urdf_elements": ()}
+            link = replace(link, visual=tuple(replace(shape, **look) for shape in link.collision))
         links.append(link)
     return replace(robot, links=tuple(links), materials=(*robot.materials, *colours.values())) if colours else robot
 

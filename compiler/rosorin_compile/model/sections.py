@@ -94,22 +94,14 @@ class Section(Generic[T]):
 
 
 @cache
-def section_named(name: str) -> Section[Any]:
-    """Return the record of a section in ``SECTIONS``; imports its module."""
-    record: Section[Any] = getattr(import_module(SECTIONS[name]), name.upper())
-    return record
+def own_sections() -> tuple[Section[Any], ...]:
+    """Return the records of all sections in ``SECTIONS``; imports their modules."""
+    return tuple(getattr(import_module(module), name.upper()) for name, module in SECTIONS.items())
 
 
-def own_sections() -> Iterator[Section[Any]]:
-    """Yield the records of all sections in ``SECTIONS``."""
-    return map(section_named, SECTIONS)
-
-
-def sections_in_urdf(output: Output) -> Iterator[Section[Any]]:
-    """Yield the sections of which a URDF has elements: those that the options of its output name."""
-    for name in SECTIONS:
-        if output.options.get(name) and section_named(name).urdf is not None:
-            yield section_named(name)
+def sections_in_urdf(output: Output) -> list[Section[Any]]:
+    """Return the sections of which a URDF has elements: those that the options of its output name."""
+    return [section for section in own_sections() if section.urdf is not None and output.options.get(section.name)]
 
 
 @dataclass(frozen=True)

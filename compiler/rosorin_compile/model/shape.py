@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 
-from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
+from .geometry import IDENTITY, Pose, Transform, Vector, minus, pose_of
 from .simulation import Contact, Values
 
 
@@ -26,8 +26,7 @@ class Box:
 
     @property
     def size(self) -> Vector:
-        a, b = self.lower, self.upper
-        return (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        return minus(self.upper, self.lower)
 
 
 @dataclass(frozen=True)
@@ -227,9 +226,8 @@ class Shape:
             return (self,)
         if not isinstance(grid.bottom, (int, float)):
             return self.solids(MERGED)
-        low = grid.bottom
-        heights = tuple(tuple(height - low if height > 0 else 0.0 for height in row) for row in grid.heights)
-        lifted = Pose(self.pose.transform().apply((0.0, 0.0, low)), self.pose.rpy)
+        heights = tuple(tuple(height - grid.bottom if height > 0 else 0.0 for height in row) for row in grid.heights)
+        lifted = Pose(self.pose.transform().apply((0.0, 0.0, grid.bottom)), self.pose.rpy)
         return (replace(self, geometry=replace(grid, heights=heights, bottom=0.0), pose=lifted),)
 
     def origin(self) -> Pose:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.model.sections import ENTRIES, ITEMS, Section
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, broken, load
-from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, check_texts, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, find
 
 from .annotations import DESCRIPTION, GIVES, NAMES, check_annotations, kinds_of, own_schema
 from .validator import check_schema
@@ -91,6 +91,4 @@ def _marks(section: Section[Any]) -> Collection[str]:
     check_schema(own, {**own_schema(), **own}, strict=True)
     check_annotations(piece(section), own_schema())
     rules = [rule for check in section.checks for rule in check.rules]
-    for rule in rules:
-        check_texts(rule)
     return [section.name, *(rule.id for rule in rules)]

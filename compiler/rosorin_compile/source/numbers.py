@@ -31,11 +31,6 @@ def exact(value: float) -> str:
     return repr(float(value) + 0.0).removesuffix(".0")
 
 
-def six_digits(value: float) -> str:
-    """Return a number for a person to read, with six digits at most."""
-    return exact(float(f"{value:.6g}"))
-
-
 def amount(value: float, unit: str) -> str:
     """Return a length, angle or mass that is not negative in the unit that suits its size.
 

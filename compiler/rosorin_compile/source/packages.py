@@ -115,7 +115,7 @@ class Packages:
             visited.add(real)
             try:
                 name = package_name(folder)
-                inner = [] if name or depth >= _DEPTH else files.list_folder(folder)
+                inner = [] if name or depth >= _DEPTH else sorted(folder.iterdir())
             except OSError:  # it may not be read
                 continue
             if name:

@@ -81,7 +81,7 @@ class Description:
     def nearest_file(path: Path) -> Path | None:
         """Return the file in the same folder with a similar name, whatever its ending, or None."""
         try:
-            stems = {file.stem: file for file in files.list_folder(path.parent) if files.is_file(file)}
+            stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
         except (OSError, ValueError):  # no folder, or a name that no file can have
             return None
         close = nearest(path.stem, stems)
@@ -151,7 +151,7 @@ def without_first_file(project: Path) -> list[tuple[str, str]]:
 
 def _description_folders(project: Path) -> list[Path]:
     try:
-        return files.list_folder(Path(project, DESCRIPTIONS))
+        return sorted(Path(project, DESCRIPTIONS).iterdir())
     except (FileNotFoundError, NotADirectoryError):
         return []
 
@@ -169,7 +169,7 @@ def _has_first_file(folder: Path) -> bool:
 
 def _misnamed(folder: Path) -> Path | None:
     """Return the file in a folder that looks like its first file, by its name or its content, or None."""
-    inside = [file for file in files.list_folder(folder) if file.suffix.lower() in ENDINGS]
+    inside = [file for file in sorted(folder.iterdir()) if file.suffix.lower() in ENDINGS]
     named = [file for file in inside if file.stem.lower() == Path(ROOT_FILE).stem]
     return next((f for f in (*named, *inside) if f in named or re.search(rb"^robot:", _beginning(f), re.M)), None)
 

@@ -303,9 +303,13 @@ def named(texts: Iterable[str]) -> dict[str, str]:
 
 def assignments(texts: Iterable[str], example: str) -> dict[str, str]:
     """Return NAME=VALUE texts by name, none of them empty. Raises RequestError, which shows the example."""
-    from rosorin_compile.rules.joint_states import split
-
-    return dict(split(text, example) for text in texts)
+    found = {}
+    for text in texts:
+        name, _, value = (part.strip() for part in text.partition("="))
+        if not name or not value:
+            raise RequestError(f'"{text}" is not {example}')
+        found[name] = value
+    return found
 
 
 def mode_states(texts: Iterable[str]) -> dict[str, bool]:

@@ -28,7 +28,7 @@ _MODULES = {
     "frames": "rosorin_compile.formats.frames",
     "robot_model": "rosorin_compile.formats.robot_model",
     "static_tf": "rosorin_compile.formats.static_tf",
-    "static_tf_json": "rosorin_compile.formats.static_tf_json",
+    "static_tf_json": "rosorin_compile.formats.static_tf",
     "template": "rosorin_compile.formats.template",
     "xacro": "rosorin_compile.importing.xacro",
     "mjcf": "rosorin_compile.mujoco.mjcf",
@@ -97,8 +97,11 @@ def _names() -> tuple[str, ...]:
 
 @cache
 def _built_in(name: str) -> Format | None:
-    format: Format | None = import_module(_MODULES[name]).FORMAT if name in _MODULES else None
-    return format
+    if name not in _MODULES:
+        return None
+    module = import_module(_MODULES[name])
+    format: Format = module.FORMAT
+    return format if format.name == name else module.LIST
 
 
 def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from rosorin_compile.source import system
 from rosorin_compile.source.bounded import json_of
+from rosorin_compile.source.cache import top_folder
 
 
 def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> None:
@@ -50,20 +51,8 @@ def _is_private(path: Path) -> bool:
     return system.is_own(status) and not status.st_mode & 0o022
 
 
-def _cache() -> Path | None:
-    """Return the absolute folder of the user's cache, or None if it is disabled or this system has no file owners."""
-    chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
-    if chosen == "off" or not system.HAS_OWNERS:
-        return None
-    base = os.environ.get("XDG_CACHE_HOME", "")
-    if not Path(base).is_absolute():  # an empty HOME would be the root of the disk
-        base = os.path.expanduser("~/.cache") if os.environ.get("HOME", "~") else ""
-    top = Path(os.path.abspath(chosen)) if chosen else Path(base, "rosorin-compile")
-    return top if top.is_absolute() else None
-
-
 def _record(path: Path) -> Path | None:
     """Return the file with the names of a folder, or None if there is no cache."""
-    top = _cache()
+    top = top_folder()
     name = blake2b(os.fsencode(os.path.abspath(path)), digest_size=32).hexdigest()
     return top / "outputs" / f"{name}.json" if top is not None else None

@@ -13,7 +13,7 @@ from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.lower.links import RULES as LINK_RULES
 from rosorin_compile.language.lower.sections import is_resolved
-from rosorin_compile.language.section_registry import plugged as plugged_sections
+from rosorin_compile.language.schema import plugged as plugged_sections
 from rosorin_compile.language.suppressions import accepted, unused
 from rosorin_compile.language.suppressions import settled as without_accepted
 from rosorin_compile.model import Robot
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
 # The modules whose checks run, in this order; then those of sections for ROS and MuJoCo.
 _MODULES = (
-    *("kinematics", "frames", "joints", "positions", "drive", "bodies", "containment", "shapes", "publishers"),
-    *("tf_tree", "outputs", "magnitudes", "urdf_elements", "simulated", "names"),
+    *("joints", "frames", "positions", "drive", "bodies", "shapes", "publishers", "tf_tree", "outputs"),
+    *("magnitudes", "urdf_elements", "simulated", "names"),
 )
 _ID = re.compile("[a-z0-9]+(-[a-z0-9]+)*")
 _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")
@@ -94,10 +94,9 @@ def _section_checks() -> list[tuple[Plugin, Check]]:
 def _ids(check: Check) -> list[str]:
     """Return the ids of a plug-in's check. Raises TypeError or ValueError if its rules are invalid."""
     for rule in check.rules:
-        if not _ID.fullmatch(rule.id):
-            raise ValueError(f'"{rule.id}" is no id of a rule: small letters, digits and single hyphens')
-        if rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
-            raise ValueError(f"accept of {rule.id} is one of {_ACCEPT}, imported one of {_IMPORTED}")
+        if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
+            what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
+            raise ValueError(f'the rule "{rule.id}" is invalid: {what}')
     if not check.rules:
         raise ValueError("it declares no rule; put @rule above the function")
     return [rule.id for rule in check.rules]
@@ -196,9 +195,6 @@ def settled(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnos
     """
     left = without_accepted(case.tree, found, acceptable())
     return [*left.diagnostics, *unused(case.tree, left.used, acceptable(), (asked,))]
-
-
-# --- misspelt names ---
 
 
 def merge_misspelt(

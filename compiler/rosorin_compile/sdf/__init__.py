@@ -11,9 +11,15 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format
+from rosorin_compile.formats.format import (
+    BOXES_OF_HEIGHT_MAPS,
+    FORMS_OF_BOXES,
+    NUMBER_FORMAT,
+    Asked,
+    Format,
+    xml_syntax,
+)
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
-from rosorin_compile.formats.urdf import syntax
 
 if TYPE_CHECKING:
     from rosorin_compile.source.tree import Map
@@ -93,7 +99,7 @@ FORMAT = Format(
         | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
     ),
     meshes=True,
-    syntax=syntax,
+    syntax=xml_syntax,
     folder="sdf",
     deploys=True,
 )

@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.comments import comments_of
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree
+from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree, comments_of
 from rosorin_compile.formats.reading import accept, lower_artifact
 from rosorin_compile.formats.urdf.read import plain
 from rosorin_compile.model import Robot

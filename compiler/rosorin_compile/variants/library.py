@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.compiled import Compiled, Variant
-from rosorin_compile.language.api_arguments import from_python
 from rosorin_compile.language.arguments import declared as declared_arguments
+from rosorin_compile.language.arguments import from_python
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, Source, error
 from rosorin_compile.source.tree import Map

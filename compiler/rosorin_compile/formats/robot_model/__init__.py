@@ -111,13 +111,13 @@ def _requested(robot: Robot, output: Output) -> list[Joint]:
 
 
 def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """Yield an error for each name in the options that the robot does not have."""
-    requested: list[tuple[str, Iterable[str], Collection[str]]] = [
-        ("joint", options.get("joints", ()), robot.joint),
-        ("link", options.get("rename", {}), robot.link),
-        ("servo group", [options["servos"]] if "servos" in options else [], {group.name for group in robot.servos}),
-    ]
-    for kind, names, known in requested:
+    servos = [options["servos"]] if "servos" in options else []
+    kinds: dict[str, tuple[Iterable[str], Collection[str]]] = {
+        "joint": (options.get("joints", ()), robot.joint),
+        "link": (options.get("rename", {}), robot.link),
+        "servo group": (servos, {group.name for group in robot.servos}),
+    }
+    for kind, (names, known) in kinds.items():
         for name in names:
             if name not in known:
                 message = f'there is no {kind} "{name}"'

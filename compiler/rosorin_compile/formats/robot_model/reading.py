@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.language.schema import subject
-from rosorin_compile.language.validator import misfits_of, validator, words
+from rosorin_compile.language.validator import misfits_of, validator, words_of
 from rosorin_compile.model import Robot
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Source, Span, error
@@ -41,8 +41,8 @@ def read(text: str) -> Robot:
     """Return the robot that a driver's model of ours contains. Raises ValueError if it is damaged."""
     model = json_of(text)
     for misfit in misfits_of(validator("robot_model"), model):
-        if misfit.keyword != "additionalProperties":  # which is reported for the whole artifact
-            raise ValueError(f"not a driver's model: {words(misfit)}")
+        if misfit.keyword not in ("additionalProperties", "enum"):  # which are reported in other ways
+            raise ValueError(f"not a driver's model: {words_of(misfit)}")
     try:
         json.dumps(model, allow_nan=False)
     except ValueError:
@@ -69,7 +69,7 @@ def read_robot_model(path: Path) -> Imported:
     wrong = []
     for misfit in misfits_of(validator("robot_model"), model):
         where = subject(misfit.path) if misfit.path else "the file"
-        message = f"not a driver's model: {where}: {words(misfit)}"
+        message = f"not a driver's model: {where}: {words_of(misfit)}"
         wrong.append(error("wrong-format", message, locate(model, misfit.path).span, _HELP))
     if wrong:
         return Imported(None, wrong, files=(path,))

@@ -61,10 +61,7 @@ class Packages:
         return sorted(known, key=lambda pair: -len(pair[1].parts))
 
     def resolve(self, address: str, folder: Path) -> Path | None:
-        """Return the file of an address: package://, file:// or a path, relative to ``folder``.
-
-        None if the package is not found, or the address is of another kind; the file need not exist.
-        """
+        """Return the file of an address (package://, file://, or relative to ``folder``), or None if there is none."""
         scheme, colon, rest = address.partition("://")
         if not colon:
             return folder / address

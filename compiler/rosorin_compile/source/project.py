@@ -117,10 +117,7 @@ def all_in(project: Path) -> list[Path]:
 
 
 def all_with(changed: Iterable[str]) -> list[Path]:
-    """Return the first files of all descriptions of the projects of some files, sorted.
-
-    The project of a file is that of its folder, or of the nearest one above it.
-    """
+    """Return the first files of all descriptions of the projects around some files, sorted."""
     found: set[Path] = set()
     for file in changed:
         found.update(next(filter(None, map(all_in, Path(file).parents)), []) or all_here())
@@ -189,11 +186,7 @@ def _no_first_file(folder: Path) -> tuple[str, str]:
 
 
 def _upwards() -> Iterator[Path]:
-    """Yield this folder and those above it, relative to here.
-
-    A folder above that everybody can write into, such as /tmp, is not a project. Raises OSError if this folder was
-    removed.
-    """
+    """Yield this folder and those above it, relative to here, up to one that everybody can write into, such as /tmp."""
     here = Path.cwd()
     try:
         for depth, folder in enumerate((here, *here.parents)):
@@ -286,10 +279,7 @@ _CHECKOUT = Path(__file__).parents[3]
 
 
 def data_folder(name: str) -> Path:
-    """Return the folder of a data package: "templates", "schemas", "parts_library", "viewer", "cmake" or "bazel".
-
-    Code of a checkout uses the data of this checkout, whatever else is installed.
-    """
+    """Return the folder of a data package ("templates", "schemas", ...), in a checkout that of the checkout."""
     if (_CHECKOUT / "pyproject.toml").is_file() and (_CHECKOUT / _DATA[name]).is_dir():
         return _CHECKOUT / _DATA[name]
     package = "viewer.built" if name == "viewer" else name

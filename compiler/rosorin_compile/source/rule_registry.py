@@ -99,10 +99,7 @@ class Rule:
 
 
 class Check(NamedTuple):
-    """A function that yields diagnostics of a robot, and the rules that are declared with it.
-
-    As a decorator it is for a function whose rules are declared elsewhere.
-    """
+    """A function that yields diagnostics of a robot, and the rules that are declared with it."""
 
     function: Look
     rules: tuple[Rule, ...] = ()

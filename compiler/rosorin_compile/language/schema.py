@@ -17,7 +17,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, broken, load
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, check_texts, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, find
 from rosorin_compile.source.units import UNITS, parse_unit
 
 from . import annotations
@@ -102,8 +102,6 @@ def _marks(section: Section[Any]) -> Collection[str]:
     check_schema(own, {**own_schema(), **own})
     annotations.check_annotations(piece(section), own_schema())
     rules = [rule for check in section.checks for rule in check.rules]
-    for rule in rules:
-        check_texts(rule)
     return [section.name, *(rule.id for rule in rules)]
 
 

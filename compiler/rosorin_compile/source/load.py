@@ -77,10 +77,7 @@ def unreadable(problem: OSError) -> Diagnostic:
 
 
 def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
-    """Return the content of a regular file, or of standard input; ``asked`` is the place that names it.
-
-    Raises SourceError if it cannot be read or has more than ``most`` bytes.
-    """
+    """Return a regular file, or standard input, of at most ``most`` bytes that ``asked`` names. Raises SourceError."""
     data = stdin_of(path)
     try:
         if data is None and files.is_special(path):  # reading a pipe or a device would wait
@@ -94,10 +91,7 @@ def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str)
 
 
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
-    """Read a UTF-8 file; ``asked`` is the place that names it.
-
-    Raises LoadError when it cannot be read, is too large or is not UTF-8 text.
-    """
+    """Read a UTF-8 file; ``asked`` is the place that names it. Raises LoadError."""
     return decoded(read_input(path, shown, asked, MAX_BYTES, "check the name and the permissions"), shown)
 
 
@@ -294,10 +288,7 @@ class _Composer:
         return made
 
     def tagged(self, event: Any) -> float:
-        """Return the number in SI of a scalar with one of xacro's unit tags.
-
-        It has no dimension: published tables contain ``max_velocity: !degrees 180``.
-        """
+        """Return the number in SI, without a dimension, of a scalar with one of xacro's unit tags."""
         quantity = Quantity.parse(f"{_calculated(event.value.strip())} {_UNIT_TAGS[event.tag]}")
         if quantity is None:
             help = "write a number, or a quantity or an expression without the tag"

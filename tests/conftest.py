@@ -13,7 +13,7 @@ from hypothesis import settings
 from rosorin_compile.cli import answer
 from support.answers import held_envelope
 from support.commands import write_files
-from support.forks import parse_rules_once, preload
+from support.forks import preload
 from support.robots import copy_of_rosorin
 from support.tiers import hold_landings, is_property, tiers_of
 
@@ -29,7 +29,6 @@ HELD = "_hypothesis_internal_use_settings"
 @pytest.fixture(scope="session", autouse=True)
 def _asks_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        parse_rules_once(patch)
         preload(patch)
         yield
 
@@ -119,8 +118,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def _shorten(item: pytest.Item) -> None:
-    """Let a property try a part of its examples. It keeps its settings where the plug-in of hypothesis looks, too."""
+    """Let a property try a part of its examples, the same in every run; the tier tries all, and other ones each time.
+
+    The settings are kept where the plug-in of hypothesis looks, too.
+    """
     test = getattr(item.obj, "__func__", item.obj)  # type: ignore[attr-defined]
     own = getattr(test, HELD, settings.default)
     few = max(own.max_examples // PART, min(own.max_examples, FEW))
-    setattr(test, HELD, settings(own, max_examples=few))
+    setattr(test, HELD, settings(own, max_examples=few, derandomize=True, database=None))

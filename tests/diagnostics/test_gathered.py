@@ -220,7 +220,7 @@ def test_what_is_no_yaml_is_an_error(text: str) -> None:
 @pytest.mark.parametrize(
     ("file", "text", "expected"),
     [
-        ("robot.yaml", "robot: " + "[" * DEEP, "robot.yaml:1:68: error[yaml-too-deep]"),
+        ("robot.yaml", "robot: " + "[" * DEEP, "robot.yaml:1:1007: error[yaml-too-deep]"),
         (
             "robot.urdf",
             '<robot name="r">\n' + "<a>" * DEEP + "</a>" * DEEP + "</robot>",

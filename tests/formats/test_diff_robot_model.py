@@ -83,7 +83,7 @@ BROKEN: list[tuple[object, str, str]] = [
         "axis-zero",
         'the axis of joint "j" is zero: no direction',
     ),
-    (SMALL | {"joints": {"j": JOINT | {"child": "a"}}}, "joint-cycle", 'joint "j" attaches link "a" to itself'),
+    (SMALL | {"joints": {"j": JOINT | {"child": "a"}}}, "joint-cycle", 'joint "j" closes a circle: a -> a'),
     ('{"source": "", "source": "", "joints": {}, "boxes": {}}', "duplicate-key", 'the key "source" is defined twice'),
 ]
 

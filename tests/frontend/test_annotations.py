@@ -62,12 +62,12 @@ control: {board: {plugin: some/Plugin, sensors: {gauge: {}}, gpio: {lamp: {}}}}
         ("urdf_elements: ['<gazebo reference=\"mount\"/>']", True),
         ("urdf_elements: ['<a><bodyName>mount</bodyName></a>']", False),  # only seems to be a name
         ("urdf_elements: ['<gazebo reference=\"mount_2\"/>']", False),
-        ('mjcf_elements: [\'<contact><exclude body1="mount" body2="b"/></contact>\']', True),
-        ("mjcf_elements: ['<sensor><force site=\"mount\"/></sensor>']", True),
-        ("mjcf_elements: ['<actuator><motor joint=\"mount\"/></actuator>']", False),
+        ('mjcf: [\'<contact><exclude body1="mount" body2="b"/></contact>\']', True),
+        ("mjcf: ['<sensor><force site=\"mount\"/></sensor>']", True),
+        ("mjcf: ['<actuator><motor joint=\"mount\"/></actuator>']", False),
         ("links: {b: {mjcf_elements: ['<camera target=\"mount\"/>']}}", True),
         ("links: {b: {mjcf_elements: ['<geom material=\"mount\"/>']}}", False),
-        ("mjcf_elements: ['<option body=\"mount\"/>']", False),  # of settings
+        ("mjcf: ['<option body=\"mount\"/>']", False),  # of settings
         ("links: {b: {mjcf_elements: [5]}}", False),
         ("edges: [{parent: b, child: c, when: mount}]", False),
         ("controllers: {c: {params: {frame: mount}}}", False),
@@ -87,7 +87,7 @@ joints: {elbow: {type: revolute, parent: mount, child: arm}}
 control: {board: {plugin: some/Plugin, gpio: {lamp: {}}}}
 controllers: {runner: {type: a, params: {joints: [elbow, wheel], gains: {elbow: {p: 1}, wheel: {p: 2}},
   interfaces: [elbow/position, lamp/state], frame: mount, number: 5}}}
-mjcf_elements: ['<contact><exclude body1="arm" body2="mount"/></contact>',
+mjcf: ['<contact><exclude body1="arm" body2="mount"/></contact>',
   '<sensor><force site="tip"/><touch site="other"/></sensor>',
   '<contact><pair geom1="arm_collision_1" geom2="floor"/></contact>']
 urdf_elements: ['<gazebo reference="arm"/><gazebo reference="wheel"/>']
@@ -104,7 +104,7 @@ urdf_elements: ['<gazebo reference="arm"/><gazebo reference="wheel"/>']
         "frame": "base",
         "number": 5,
     }
-    assert made["mjcf_elements"] == [
+    assert made["mjcf"] == [
         '<contact><exclude body1="l_arm" body2="base"/></contact>',
         '<sensor><force site="l_tip"/><touch site="other"/></sensor>',
         '<contact><pair geom1="l_arm_collision_1" geom2="floor"/></contact>',
@@ -125,14 +125,14 @@ def test_nothing_is_given_where_values_have_the_wrong_form(tmp_path: Path) -> No
 def test_what_has_the_wrong_form_is_placed_as_it_is(tmp_path: Path) -> None:
     said = """\
 links: {arm: {}}
-mjcf_elements: {a: b}
+mjcf: {a: b}
 urdf_elements: [5]
 nothing: {of: it}
 sensors: {}
 moveit: {nothing: [arm], groups: {all: {links: [arm]}}}
 """
     made = placed(tree(tmp_path, said), Use("l_", "base", None, None, None))
-    unchanged = ("mjcf_elements", "urdf_elements", "nothing", "sensors")
+    unchanged = ("mjcf", "urdf_elements", "nothing", "sensors")
     assert [made[key] for key in unchanged] == [{"a": "b"}, [5], {"of": "it"}, {}]
     assert made["moveit"]["nothing"] == ["arm"]
     assert placed(tree(tmp_path, "moveit: none"), Use("l_", "base", None, None, None)) == {"moveit": "none"}
@@ -145,12 +145,12 @@ def test_a_mirror_is_across_one_axis(mirror: str, xyz: list[int], tmp_path: Path
 
 
 def test_elements_know_the_part_that_made_them_first(tmp_path: Path) -> None:
-    said = tree(tmp_path, "mjcf_elements: ['<camera/>']")
+    said = tree(tmp_path, "mjcf: ['<camera/>']")
     inner, outer = (Instance(word, said.span, made=True) for word in ("in", "out"))
     said.via = inner
     once = placed(said, Use("", None, None, None, None))
     once.via = outer
-    (text,) = placed(once, Use("", None, None, None, None))["mjcf_elements"]
+    (text,) = placed(once, Use("", None, None, None, None))["mjcf"]
     assert text.via == inner
 
 
@@ -161,7 +161,7 @@ def test_a_mention_has_the_words_of_the_schema(tmp_path: Path) -> None:
 joints: {hinge: {type: fixed, parent: plate, child: arm, mimic: {joint: other}}}
 poses: {home: {positions: {hinge: 0}}}
 drive: {mecanum: {front_left: a, front_right: b, rear_left: c, rear_right: d}}
-tendons: {cable: {path: [{site: dimple}]}}
+actuators: {pull: {site: dimple, type: motor}}
 """,
     )
     assert [
@@ -177,8 +177,8 @@ tendons: {cable: {path: [{site: dimple}]}}
     ]
     (site,) = SymbolTable(said).references(("site",))
     assert (site.path, site.what, site.among) == (
-        ("tendons", "cable", "path", 0, "site"),
-        'in tendon "cable"',
+        ("actuators", "pull", "site"),
+        'driven by actuator "pull"',
         "simulation",
     )
 

@@ -65,7 +65,7 @@ NAMED = {
     "publishers: {slam: {node: slam, package: slam}}\n",
     "control": "control: {hw: {plugin: a/B, joints: {right_turn: {command: [velocity], state: [position]}}}}\n",
     "actuator": "actuators: {motor: {type: motor, joint: right_turn}}\n",
-    "site": "mjcf_sensors: {where: {kind: framepos, object: {site: right_grasp}}}\n",
+    "site": "actuators: {pull: {site: right_grasp, type: motor}}\n",
 }
 
 

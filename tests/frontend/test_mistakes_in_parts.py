@@ -73,10 +73,7 @@ parts:
       <spheres>: {[[tool]]: [{<xyz>: [0, 0, 0], <radius>: 1 cm}]}
       <joint_properties>: {[[turn]]: {speed: 1}}
     <actuators>: {motor: {<type>: motor, <joint>: [[slide]]}}
-    <tendons>: {cable: {<joints>: {[[turn]]: 1}}}
     <constraints>: {held: {<type>: weld, <links>: [[[base]], [[finger]]]}}
-    <mjcf_sensors>: {where: {<kind>: framepos, <object>: {<site>: [[grasp]]}}}
-    <contact_pairs>: [{<links>: [[[base]], [[finger]]]}]
     <urdf_elements>: ['<gazebo reference="[[tool]]"/>']
 """
 ROBOT = """\

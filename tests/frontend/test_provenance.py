@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats.compiled import compile_robot
@@ -73,6 +73,16 @@ def check(one: Diagnostic, folder: Path) -> None:
             here = place.source.path
 
 
+WITH_PART = """\
+disabled_contacts: [7]
+links: {l1: 5}
+use: {u1: {part: ball, parent: base_link, with: {radius: text}}}
+"""
+
+
+@example(
+    {"robot.yaml": "include: [f1.yaml]\nrobot: r\nlinks: {base_link: {}}\n", "f1.yaml": f"{BALL}\n{WITH_PART}"},
+)
 @given(projects())
 @settings(max_examples=60, deadline=None)
 def test_each_step_begins_in_the_file_that_contains_it(tmp_path_factory: Any, files: dict[str, str]) -> None:

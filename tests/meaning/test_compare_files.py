@@ -77,7 +77,8 @@ EDITS = [
     ),
     pytest.param(
         *("robot_model.json", '"parent": "base_link"', '"parent": 7', 1),
-        "robot_model.json: the committed file is damaged and compared as text alone (7 is no name): "
+        "robot_model.json: the committed file is damaged and compared as text alone "
+        '(not a driver\'s model: 7 does not match type "string"): '
         'line 1 parent: 7, -> "base_link",',
         id="damaged-json",
     ),

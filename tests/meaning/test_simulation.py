@@ -22,11 +22,10 @@ joints:
   hip:
     {type: continuous, parent: base, child: arm, axis: [0, 1, 0], dynamics: {stiffness: 2, spring_reference: 0.1},
     actuator: {type: velocity, kv: 0.5, gear: 2}}
-tendons: {both: {joints: {hip: 1}, range: [0, 1]}}
 constraints: {shut: {type: connect, links: [base, arm], at: [0, 0, 0]}}
 actuators: {pull: {tendon: both, type: position, kp: "${gain}", range: [0, 1]}}
 poses: {home: {positions: {hip: 0.1}, controls: {pull: 0.2}}}
-mjcf_elements: [<custom><text name="note" data="x"/></custom>]
+mjcf: [<tendon><fixed name="both" range="0 1"><joint joint="hip" coef="1"/></fixed></tendon>, <custom><text name="note" data="x"/></custom>]
 outputs: {mjcf: {file: r.xml}}
 """
 CHANGES = {
@@ -39,7 +38,7 @@ CHANGES = {
     ("gear: 2", "gear: 3"): "hip actuator gear 2 -> 3",
     ("type: velocity", "type: damper, range: [0, 1]"): "hip actuator type velocity -> damper",
     ("{gain: 3}", "{gain: 4}"): "actuator pull kp 3 -> 4",
-    ("joints: {hip: 1}", "joints: {hip: 2}"): "tendon both joints hip 1 -> 2",
+    ('coef="1"', 'coef="2"'): "robot mjcf element fixed both joint hip coef 1 -> 2",
     ("controls: {pull: 0.2}", "controls: {pull: 0.3}"): "pose home: controls pull 0.2 -> 0.3",
     ('data="x"', 'data="y"'): "robot mjcf element text note data x -> y",
     ('pos="0 0 1"', 'pos="0 0 2"'): 'base mjcf element light lamp pos "0 0 1" -> "0 0 2"',
@@ -47,7 +46,6 @@ CHANGES = {
     ("connect, links: [base, arm], at: [0, 0, 0]", "weld, links: [base, arm], xyz: [0, 0, 0.1]"): (
         "constraint shut relpose: new, 0 0 0.1 1 0 0 0"
     ),
-    ("poses:", "mjcf_sensors: {angle: {kind: jointpos, joint: hip}}\nposes:"): "new: simulated sensor angle",
 }
 
 

@@ -136,7 +136,7 @@ def test_what_is_planted_in_a_robot_of_the_repository_is_told_by_diff(seed: int)
 
 
 @pytest.mark.parametrize("way", [by_diff, by_check])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [*range(6), 408, 433, 1632])
 def test_what_is_planted_in_a_few_robots_is_told(seed: int, way: Callable[[Robot, random.Random], None]) -> None:
     chance = random.Random(seed)  # noqa: S311
     way(robot_of(chance), chance)

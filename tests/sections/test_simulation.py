@@ -8,7 +8,6 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.model import Robot
 from rosorin_compile.model.geometry import Pose
 from rosorin_compile.model.simulation import Actuator, Entry, Root
-from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Stop, Tendon
 from support.paths import data_text
 from support.robots import compiled_text
 
@@ -24,24 +23,18 @@ def robot(tmp_path: Path) -> Robot:
 
 def test_the_values_of_all_sections(robot: Robot) -> None:
     assert robot.actuators == (Actuator("motor", "pull", {"tendon": "cord"}),)
-    assert robot.tendons == (
-        Tendon("cord", {"hip": 2.0}),
-        Tendon("rope", path=(Stop("site", {"site": "near"}), Stop("site", {"site": "arm"}))),
-    )
     held = {"body1": "base", "body2": "arm", "anchor": (0.0, 0.0, 0.0)}
     assert robot.constraints == (Entry("connect", "shut", held),)
-    assert robot.mjcf_sensors == (Entry("jointpos", "angle", {"joint": "hip"}),)
-    assert robot.contact_layers == ("default", "floor")
-    both = ContactPair("both", shapes=("base_collision_1", "arm_collision_1"))
-    assert robot.contact_pairs == (ContactPair(links=("base", "arm")), both)
-    assert robot.mjcf_elements == ('<custom><text name="note" data="x"/></custom>',)
+    assert robot.mjcf == (
+        '<tendon><fixed name="cord"><joint joint="hip" coef="2"/></fixed></tendon>',
+        '<custom><text name="note" data="x"/></custom>',
+    )
     assert robot.root_in_world == Root(Pose((0.0, 0.0, 1.0)), placed=True)
 
 
 def test_each_section_is_compared(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    changed = ROBOT.replace("floor]", "ground]").replace("pull: 0.2", "pull: 0.3").replace("hip: 2", "hip: 3")
+    changed = ROBOT.replace("pull: 0.2", "pull: 0.3").replace('coef="2"', 'coef="3"')
     changed = changed.replace("type: motor", "type: motor, gear: 2").replace("[0, 0, 1]", "[0, 0, 2]")
-    changed = changed.replace("{name: both, ", "{name: two, ").replace("kind: jointpos", "kind: jointvel")
     changed = changed.replace("type: connect", "type: weld").replace('data="x"', 'data="y"')
     (home / "a.yaml").write_text(ROBOT)
     (home / "b.yaml").write_text(changed)
@@ -49,11 +42,8 @@ def test_each_section_is_compared(home: Path, capsys: pytest.CaptureFixture[str]
     lines = capsys.readouterr().out.splitlines()
     assert set(lines) >= {
         "actuator pull gear: new, 2",
-        "tendon cord joints hip 2 -> 3",
+        "robot mjcf element fixed cord joint hip coef 2 -> 3",
         "constraint shut tag connect -> weld",
-        "simulated sensor angle tag jointpos -> jointvel",
-        "removed: contact pair both",
         "pose home: controls pull 0.2 -> 0.3",
         "root in simulation pose xyz 0 0 1 rpy 0 0 0 -> xyz 0 0 2 rpy 0 0 0",
-        "new: contact pair two",
     }

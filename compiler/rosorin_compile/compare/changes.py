@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.carriers import carriers
 from rosorin_compile.model import Box, Robot
 
-from .describe import MOVING, Describer, attached, joint_of, solids_left
+from .describe import MOVING, Describer, attached, joint_of, shapes_change, solids_left
 from .names import links_of
 from .pairs import Pair
 from .precision import NOISE
 from .sentences import NEW, REMOVED, renamed, with_remark
-from .solids import same_set
+from .solids import Solid, same_set
 from .walk import Address, Difference, Shapes, compare_leaves
 
 SHAPES = ("collision", "visual")
@@ -152,10 +152,18 @@ def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) 
         own = change[:2] == ("link", link) or quantity in INERTIAL
         therefore = change.therefore if own else tuple(dict.fromkeys((*change.therefore, link)))
         changes[at] = change._replace(artifacts=(*change.artifacts, pair.name), therefore=therefore)
-    what = quantity if quantity in INERTIAL else f"{quantity} shapes"
     rest = _unexplained({changes[at].kind for at in causes}, one)
-    for _, text in Describer(robot, (pair.old, pair.new), pair.precisions).describe(rest):
-        _merge(changes, Change("link", link, what, text, (pair.name,), (), (one,)))
+    if quantity in INERTIAL:
+        for _, text in Describer(robot, (pair.old, pair.new), pair.precisions).describe(rest):
+            _merge(changes, Change("link", link, quantity, text, (pair.name,), (), (one,)))
+        return
+    is_known = any(changes[at][:3] == ("link", link, f"{quantity} shapes") for at in causes)
+    for difference in [one] if is_known else rest:
+        for found in shapes_change(link, quantity, *solids_left(difference, pair.precisions)):
+            # An artifact that lacks names or colours may have shown the same solids before.
+            if found.looks or not is_known:
+                what = f"{quantity} looks" if found.looks else f"{quantity} shapes"
+                _merge(changes, Change("link", link, what, found.text, (pair.name,), (), (one,)))
 
 
 def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
@@ -176,9 +184,10 @@ def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
 
 
 def _merge(changes: list[Change], change: Change) -> None:
-    """Add a change, or its artifact to the same change."""
+    """Add a change, or its artifact to the same change: where a format has no capsules, a cylinder is the same."""
     for at, other in enumerate(changes):
-        if other[:4] == change[:4]:
+        texts = [each.text.replace(" capsule ", " cylinder ") for each in (other, change)]
+        if other[:3] == change[:3] and texts[0] == texts[1]:
             changes[at] = other._replace(artifacts=(*other.artifacts, *change.artifacts))
             return
     changes.append(change)
@@ -212,11 +221,13 @@ def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool
 
 
 def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
-    """Return True if the same solids changed in another artifact, which may have a word for capsules."""
-    sides = [
-        [[solid.bare.as_cylinder for solid in some] for some in solids_left(difference, pair.precisions)[1:]]
-        for difference in (change.differences[0], one)
-    ]
+    """Return True if the same solids moved in another artifact, which may have a word for capsules."""
+    sides: list[list[list[Solid]]] = []
+    for difference in (change.differences[0], one):
+        found = shapes_change("", "", *solids_left(difference, pair.precisions))
+        moved = [each for each in found if not each.looks]
+        both = [[solid for each in moved for solid in each.old], [solid for each in moved for solid in each.new]]
+        sides.append([[solid.bare.as_cylinder for solid in some] for some in both])
     return all(some and same_set(some, others) for some, others in zip(*sides, strict=True))
 
 

@@ -201,11 +201,12 @@ NO_WORD = "nothing"
 
 
 class ShapeChange(NamedTuple):
-    """What became of solids, in words, and these solids before and after."""
+    """What became of solids, in words, and these solids before and after; ``looks`` if they fill the same space."""
 
     text: str
     old: Sequence[Solid]
     new: Sequence[Solid]
+    looks: bool = False
 
 
 def solids_left(
@@ -230,14 +231,14 @@ def shapes_change(
     became = likened(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
     pairs = [(removed[i], added[j]) for i, j in became]
     numbers = [ShapeChange(text, [a], [b]) for a, b in pairs if (text := _numbers(start, a, b))]
-    words = [ShapeChange(text, [a], [b]) for a, b in pairs for text in _words(start, a, b)]
+    words = [ShapeChange(text, [a], [b], True) for a, b in pairs for text in _words(start, a, b)]
     if is_few and before != after:
         left = [one for at, one in enumerate(removed) if at not in dict(became)]
         rest = [one for at, one in enumerate(added) if at not in dict(became).values()]
         numbers.append(ShapeChange(f"{start}: {before} -> {after} shapes", left, rest))
     elif not is_few:
         texts = dict.fromkeys(change.text for change in words) if len(removed) == len(added) else {}
-        words = [ShapeChange(text, removed, added) for text in texts] if len(texts) <= FEW else []
+        words = [ShapeChange(text, removed, added, True) for text in texts] if len(texts) <= FEW else []
         largest = largest_step(pairs)
         by = f"{len(pairs)} of {{}} changed" + (f", up to {amount(largest, 'm')}" if largest else "")
         text = by.format(counted(before, "shape"))

@@ -118,7 +118,6 @@ def _words(shape: Shape) -> tuple[str, ...]:
     words += [f"element {' '.join(text.split())}" for text in shape.urdf_elements]
     contact = shape.contact
     if contact is not None:
-        words += [f"{word} {' '.join(value)}" for word in ("layers", "touches") if (value := getattr(contact, word))]
         words += [f"{word} {text_of(value)}" for word, value in contact.values.items()]
     return tuple(sorted([*words, *(f"{word} {text_of(value)}" for word, value in shape.mjcf.items())]))
 

@@ -55,7 +55,6 @@ _KINDS = {
     "sensors": "sensor",
     "publishers": "publisher",
     "disabled_contacts": "contacts",
-    "mjcf_sensors": "simulated sensor",
 }
 _EMPTY: frozenset[str] = frozenset()
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -204,7 +203,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
     if robot.source.note:
         _own["source"] = robot.source.note
     _elements(robot.urdf_elements, _own)
-    _elements(robot.mjcf_elements, _own, "mjcf element")
+    _elements(robot.mjcf, _own, "mjcf element")
     for link in robot.links:
         _link(link, found)
     for joint in robot.joints:
@@ -248,10 +247,10 @@ def _is_by_name(section: str) -> bool:
     return section not in sections() or sections()[section].merge == ENTRIES
 
 
-_SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs")
+_SIMULATED = ("actuators", "constraints")
 # Sections of a robot that are flattened in their own way.
 _APART = frozenset(
-    {"links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs", "urdf_elements", "mjcf_elements"}
+    {"links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs", "urdf_elements", "mjcf"}
 )
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document, MarkupError
 
-    from .imported import Imported, LeftOut, Proof, ReadOptions
+    from .imported import Imported, Proof, ReadOptions
     from .mesh_files import Searched
     from .templating import Templates
     from .unsupported import Unsupported
@@ -49,8 +49,7 @@ class Artifact:
 class Refusal(NamedTuple):
     """Why an engine does not load an artifact; empty if it does.
 
-    ``outdated``: the engine is too old for it, which says nothing about the artifact. ``missing``: the name of an
-    engine that is not installed, so that nothing was loaded.
+    ``outdated``: the engine is too old for it. ``missing``: the name of an engine that is not installed.
     """
 
     reason: str = ""
@@ -155,7 +154,6 @@ class Joined(NamedTuple):
 
     sections: Mapping[str, Any]
     diagnostics: Sequence[Diagnostic] = ()
-    left_out: tuple[LeftOut, ...] = ()
 
 
 class Asked(NamedTuple):

@@ -18,7 +18,8 @@ from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.xml.files import printable_name
+from rosorin_compile.source.wording import masked
+from rosorin_compile.source.xml.markup import Document, Element, Remark
 
 from .format import Opened, Placed
 
@@ -60,13 +61,6 @@ class Comment:
     END: ClassVar[str] = END
 
 
-class LeftOut(NamedTuple):
-    """A description of something in the source that the tree does not carry, and its place."""
-
-    what: str
-    span: Span
-
-
 class Outputs(NamedTuple):
     """The entries of ``outputs`` of a description by format, and remarks on unusual ones.
 
@@ -86,19 +80,17 @@ class Outputs(NamedTuple):
 class Imported(NamedTuple):
     """The tree of a robot (None if the source is broken), all diagnostics, and facts for those who write it.
 
-    ``files`` are the files that were read, the source first. ``left_out`` has an entry for each warning
-    ``import-cannot-carry``. ``version`` is that of the format (``version`` of a URDF). ``format`` is the name of the
-    format; of a xacro that of its expansion. ``takes_arguments`` is true if arguments were passed to the file, and
-    ``unexpanded`` if a file with xacro elements was read as the URDF that its name promises. ``names`` are the names
-    that objects of the source got, by kind and index, for the proof in its engine. ``checked`` is False for a tree that
-    still has to be validated.
+    ``files`` are the files that were read, the source first. ``version`` is that of the format (``version`` of a URDF),
+    ``format`` its name; of a xacro that of its expansion. ``takes_arguments`` is true if arguments were passed to the
+    file, and ``unexpanded`` if a file with xacro elements was read as the URDF that its name promises. ``names`` are
+    the names that objects of the source got, by kind and index, for the proof in its engine. ``checked`` is False for
+    a tree that still has to be validated.
     """
 
     tree: Map | None
     diagnostics: list[Diagnostic]
     comments: Sequence[Comment] = ()
     files: tuple[Path, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
     version: str = ""
     format: str = ""
     takes_arguments: bool = False
@@ -110,6 +102,12 @@ class Imported(NamedTuple):
     def file_name(self) -> str:
         """The name of the robot as that of a file or folder; "" for a broken source."""
         return file_name(self.tree["robot"]) if self.tree is not None else ""
+
+    @property
+    def left_out(self) -> list[str]:
+        """What the tree does not carry, each once."""
+        lost = [one.message for one in self.diagnostics if one.rule == "import-cannot-carry"]
+        return [message.replace(" is not carried over", "") for message in dict.fromkeys(lost)]
 
     @property
     def whole(self) -> Map:
@@ -173,16 +171,14 @@ def converted(made: object, opened: Opened) -> Imported:
         return made._replace(diagnostics=[diagnostic_of(one) for one in made.diagnostics])
     description, more = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
     diagnostics = [diagnostic_of(one) for one in more]
-    tree = as_tree(description, opened.source.start(), [])
+    tree = as_tree(description, opened.source.span(), [])
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")
-    source = {"status": "imported", "note": f"from {printable_name(opened.path)}"}
+    source = {"status": "imported", "note": f"from {masked(opened.path.name)}"}
     for key, value in (("robot", opened.path.stem), ("source", source)):
         if key not in tree:
             tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)
-    left = [one for one in diagnostics if one.rule == "import-cannot-carry"]
-    what = tuple(LeftOut(one.message.removesuffix(" is not carried over"), one.span or tree.span) for one in left)
-    return Imported(tree, diagnostics, files=(opened.path,), left_out=what, checked=False)
+    return Imported(tree, diagnostics, files=(opened.path,), checked=False)
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
@@ -238,3 +234,47 @@ class Proof(NamedTuple):
     def texts(self) -> list[str]:
         """All differences that were not reported before, feature by feature."""
         return [text for texts in self.wrong.values() for text in texts]
+
+
+def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comment]:
+    """Return the comments of a document, in their order.
+
+    ``paths`` leads from an element (by ``id``) to its entry. Comments within an element that is kept as it is are part
+    of it and are not returned, nor is the banner of xacro, which warns of edits.
+    """
+    text = document.source.text
+    found: list[tuple[Remark, TreePath, str]] = [(one, ("robot",), BEFORE) for one in document.before]
+    waiting = [document.root]
+    while waiting:
+        element = waiting.pop()
+        path, content = paths.get(id(element), ()), element.content
+        waiting += [one for one in element.children if "urdf_elements" not in paths.get(id(one), ("urdf_elements",))]
+        above, is_shape = None, element.tag in ("visual", "collision")
+        for index, item in enumerate(content):
+            if isinstance(item, Element):
+                above = item
+                continue
+            below = next((later for later in content[index:] if isinstance(later, Element)), None)
+            following = content[index + 1].start if index + 1 < len(content) else element.end
+            same_line = "\n" not in text[(above.end if above else element.opened) : item.start]
+            if above is None and below is not None and is_shape:  # about the shape, not about its origin
+                found.append((item, path, BEFORE))
+            elif above is not None and same_line:
+                found.append((item, paths.get(id(above), path), BESIDE))
+            elif same_line and "\n" in text[item.end : following]:
+                found.append((item, path, BESIDE))
+            elif below is not None:
+                found.append((item, paths.get(id(below), path), BEFORE))
+            else:
+                found.append((item, path, INSIDE))
+    found += [(one, (), END) for one in document.after]
+    comments = [
+        Comment(remark.text, document.span(remark.start, remark.end - remark.start), path, where)
+        for remark, path, where in sorted(found, key=lambda one: one[0].start)
+        if remark.is_comment
+    ]
+    words = ("====", "This document was autogenerated by xacro from", "EDITING THIS FILE BY", "====")
+    for start in range(len(comments) - len(words) + 1):
+        if all(word in one.text for word, one in zip(words, comments[start:], strict=False)):
+            return [*comments[:start], *comments[start + len(words) :]]
+    return comments

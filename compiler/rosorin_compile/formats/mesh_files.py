@@ -27,7 +27,6 @@ from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 from rosorin_compile.language.element_names import files_in
-from rosorin_compile.language.expand.included_robots import OF_MJCF
 from rosorin_compile.language.suppressions import EVERYTHING
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
@@ -56,7 +55,7 @@ RULES = (
     ),
     Rule(
         "element-file-not-found",
-        "A file that an element of `mjcf_elements` names is not found, and MuJoCo would not load the MJCF.",
+        "A file that an element of `mjcf` names is not found, and MuJoCo would not load the MJCF.",
         "Put the file there, or correct the name.",
         FORMATS,
         asked="meshes",
@@ -91,11 +90,15 @@ _PUT = "put the file next to the description, or correct the name"
 
 
 class NamedFile(NamedTuple):
-    """A file as a description names it, the places of the name, and its kind: mesh, texture, or file of an element."""
+    """A file as a description names it, the places of the name, and its kind: mesh, texture, or file of an element.
+
+    ``collides``: it is a collision shape of a link.
+    """
 
     name: str
     spans: list[Span]
     kind: str = MESH
+    collides: bool = False
 
 
 class Found(NamedTuple):
@@ -117,9 +120,9 @@ class Searched(NamedTuple):
     names of packages led, and ``files`` the files that belong to the artifacts, bytes by name.
     """
 
-    found: tuple[Found, ...]
-    missing: frozenset[str]
-    diagnostics: list[Diagnostic]
+    found: tuple[Found, ...] = ()
+    missing: frozenset[str] = frozenset()
+    diagnostics: Sequence[Diagnostic] = ()
     by_name: Mapping[str, Path] = MappingProxyType({})
     resolved: tuple[Resolved, ...] = ()
     files: Mapping[str, bytes] = MappingProxyType({})
@@ -131,8 +134,6 @@ class Searched(NamedTuple):
 
     def add_to(self, robot: Robot) -> Robot:
         """Return the robot with the results about its meshes."""
-        if not (self.missing or self.by_name):
-            return robot
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
         contents = {name: (self.files[place], Path(place).suffix.lower()) for name, place in opened.items()}
         return replace(robot, missing_meshes=self.missing, mesh_files=self.by_name, mesh_contents=contents)
@@ -173,18 +174,15 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     formats = [RECORDS[output.backend] for output in outputs]
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
     measures, embeds = any(one.measures for one in formats), any(one.embeds for one in formats)
-    needs_urdf = bool(opening) and (measures or any(one.meshes for one in formats))  # a URDF alone opens no texture
+    names_meshes = any(one.meshes for one in formats)
+    if not (opening or measures or embeds or names_meshes):
+        return Searched()
     named = named_files(tree, MESH)
-    named += [
-        one
-        for one in named_files(tree, TEXTURE)
-        if (needs_urdf and is_relative(urdf_file_name(one.name)))
-        or any(opened_by(output, one.name) for output in opening)
-    ]
+    for texture in named_files(tree, TEXTURE) if opening else ():  # one that only names them opens none
+        beside = (measures or names_meshes) and is_relative(urdf_file_name(texture.name))
+        named += [texture] if beside or any(opened_by(output, texture.name) for output in opening) else []
     named += _named_in_elements(tree) if opening else []
     images = places.textures(tree) if embeds else {}
-    if not (named or images) or not (measures or embeds or any(one.meshes or one.opens for one in formats)):
-        return Searched((), frozenset(), [])
     searched = _Search(places, outputs, tree).run(named)
     return searched._replace(by_name={**images, **searched.by_name})
 
@@ -202,9 +200,8 @@ def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> S
             unreadable.append(one.named)
     diagnostics = list(searched.diagnostics)
     if unreadable:
-        diagnostics.append(
-            files_diagnostic("mesh-not-read", "not copied", "check the permissions", WARNING, unreadable)
-        )
+        help = "check the permissions"
+        diagnostics.append(files_diagnostic("mesh-not-read", "not copied", help, WARNING, unreadable))
     searched = searched._replace(files=contents, diagnostics=diagnostics)
     for copy in dict.fromkeys(RECORDS[output.backend].copies for output in outputs):
         searched = copy(searched, folder) if copy is not None else searched
@@ -214,24 +211,27 @@ def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> S
 def named_files(tree: Map, kind: str) -> list[NamedFile]:
     """Return the meshes or the textures that a description names, each name once."""
     found: dict[str, dict[Span, None]] = {}
-    waiting: list[Any] = [value for key, value in tree.items() if key != "outputs"][::-1]
+    colliding: set[str] = set()
+    waiting: list[tuple[Any, bool]] = [(value, False) for key, value in tree.items() if key != "outputs"][::-1]
     while waiting:
-        node = waiting.pop()
+        node, collides = waiting.pop()
         if isinstance(node, Map):
             entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
             if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
                 found.setdefault(entry[key], {})[entry.value_spans[key]] = None
-            waiting += [value for key, value in node.items() if key != "mjcf"][::-1]  # for MuJoCo alone
+                colliding |= {entry[key]} if collides else set()
+            inner = [(value, collides or key == "collision") for key, value in node.items() if key != "mjcf"]
+            waiting += inner[::-1]  # "mjcf" is for MuJoCo alone
         elif isinstance(node, Seq):
-            waiting += list(node)[::-1]
-    return [NamedFile(name, list(spans), kind) for name, spans in found.items()]
+            waiting += [(value, collides) for value in node][::-1]
+    return [NamedFile(name, list(spans), kind, name in colliding) for name, spans in found.items()]
 
 
 def _named_in_elements(tree: Map) -> list[NamedFile]:
     """Return the files that elements of MJCF name, each name once."""
     found: dict[str, dict[Span, None]] = {}
-    for node in (tree, *(link for link in (tree.get("links") or {}).values() if isinstance(link, Map))):
-        texts = node.get(OF_MJCF)
+    links = [link for link in (tree.get("links") or {}).values() if isinstance(link, Map)]
+    for texts in (tree.get("mjcf"), *(link.get("mjcf_elements") for link in links)):
         for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
             for name in files_in(text) if isinstance(text, str) else ():
                 found.setdefault(name, {})[span] = None
@@ -250,14 +250,12 @@ def references(mesh: Path) -> list[str]:
     names: list[str] = []
     if ending in _TEXT_REFERENCES:
         lines = re.findall(_TEXT_REFERENCES[ending], data, re.IGNORECASE | re.MULTILINE)
-        names = [line.decode("utf-8", "replace") for line in lines]
+        names = [line.decode("utf-8", "replace").replace("\\", "/") for line in lines]
         if ending == ".obj":
             names = [name for line in names for name in ([line] if files.is_file(mesh.parent / line) else line.split())]
             for library in list(names):
                 inner = references(mesh.parent / library)
                 names += [posixpath.join(posixpath.dirname(library), name) for name in inner]
-        else:
-            names = [name.replace("\\", "/") for name in names]
     elif ending in (".gltf", ".glb"):
         length = int.from_bytes(data[12:16], "little")
         try:
@@ -288,7 +286,7 @@ def opened_by(output: Output, name: str, kind: str = MESH) -> str:
     """
     opens = RECORDS[output.backend].opens
     opened = "" if opens is None else name if kind == OF_ELEMENT else opens(name)
-    return _joined(output, opened) if opened else ""
+    return _relative_to(output.file, opened) if opened else ""
 
 
 def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Sequence[NamedFile]) -> Diagnostic:
@@ -302,57 +300,64 @@ class _Search:
     """One search; ``tree`` has the folders of its sources, and ``outputs`` are the artifacts to search for."""
 
     def __init__(self, places: Places, outputs: Sequence[Output], tree: Map | None) -> None:
-        self.places, self.sources = places, _mesh_folders(tree) if tree is not None else {}
+        self.places = places
+        self.main = places.description.parent
+        self.sources = _source_folders(tree) if tree is not None else {}
         self.opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
         self.naming = [output for output in outputs if RECORDS[output.backend].meshes]
         self.has_outputs = bool(self.opening or self.naming) or any(RECORDS[one.backend].measures for one in outputs)
+        artifacts = first_of([output.file for output in self.opening], 2)
+        self.left_out = f", and left out of {artifacts}" if artifacts else ""
         self.finders: dict[Path, Packages] = {}
         self.found: list[Found] = []
-        self.by_name: dict[str, Path] = {}
         self.taken: dict[str, tuple[NamedFile, Path]] = {}  # by the name in the folder of the artifacts
         self.resolved: dict[Resolved, None] = {}
-        self.missing: set[str] = set()
         self.diagnostics: list[Diagnostic] = []
         self.absent: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by reason, help, severity and kind
 
     def run(self, named: Sequence[NamedFile]) -> Searched:
+        missing, by_name = set[str](), dict[str, Path]()
         for one in named:
             opened = sorted({name for output in self.opening if (name := opened_by(output, one.name, one.kind))})
             file = self._file(one, [self.places.outputs / name for name in opened])
             if file is None or (self.opening and not opened):
-                self.missing.add(one.name)
+                missing.add(one.name)
             if file is not None:
-                self.by_name[one.name] = file
+                by_name[one.name] = file
                 self._check_other_folders(one, file)
                 self._add(one, file, opened)
         for (what, help, severity, kind), many in self.absent.items():
             rule = "element-file-not-found" if kind == OF_ELEMENT else "mesh-not-found"
             self.diagnostics.append(files_diagnostic(rule, what, help, severity, many))
-        missing, packages = frozenset(self.missing), tuple(self.resolved)
-        return Searched(tuple(self.found), missing, self.diagnostics, self.by_name, packages)
+        return Searched(tuple(self.found), frozenset(missing), self.diagnostics, by_name, tuple(self.resolved))
 
     def _add(self, one: NamedFile, file: Path, opened: Sequence[str]) -> None:
         """Add a file, and the files that a mesh file names: they are copied with it, unless it is converted."""
         name = urdf_file_name(one.name)
         is_named = is_relative(name) and one.kind != OF_ELEMENT
-        named = sorted({_joined(output, name) for output in self.naming}) if is_named else []
+        named = sorted({_relative_to(output.file, name) for output in self.naming}) if is_named else []
         if not opened and not named:
             return
-        self.found.append(Found(one, file, tuple(filter(_is_inside, opened)), tuple(filter(_is_inside, named))))
-        places = list(filter(_is_inside, dict.fromkeys((*opened, *named))))
-        for place in places:
-            self._check_collision(place, one, file)
-        copies = [place for place in places if Path(place).suffix.lower() == file.suffix.lower()]
+        self._take(one, file, opened, named)
+        copies = [place for place in (*opened, *named) if Path(place).suffix.lower() == file.suffix.lower()]
+        copies = list(filter(_is_inside, dict.fromkeys(copies)))
         for inner_name in references(file) if one.kind == MESH and copies else ():
             inner, inner_file = NamedFile(inner_name, one.spans, OF_MESH), file.parent / inner_name
-            if not files.is_file(inner_file):
+            if files.is_file(inner_file):
+                self._take(inner, inner_file, (), [_relative_to(place, inner_name) for place in copies])
+            else:
                 what = f"not there, and {posixpath.basename(one.name)} names it"
                 self._absent(inner, what, "put the file beside the mesh, or export the mesh again", WARNING)
-                continue
-            near = [posixpath.normpath(posixpath.join(posixpath.dirname(place), inner_name)) for place in copies]
-            self.found.append(Found(inner, inner_file, (), tuple(filter(_is_inside, near))))
-            for place in filter(_is_inside, near):
-                self._check_collision(place, inner, inner_file)
+
+    def _take(self, one: NamedFile, file: Path, opened: Sequence[str], named: Sequence[str]) -> None:
+        """Add a file to the result, and report an earlier one that would have one of its names and differs."""
+        found = Found(one, file, tuple(filter(_is_inside, opened)), tuple(filter(_is_inside, named)))
+        self.found.append(found)
+        for place in dict.fromkeys((*found.places, *found.beside)):
+            first, other = self.taken.setdefault(place, (one, file))
+            if _plain(self.places.outputs / place) not in (_plain(file), _plain(other)) and _differ(other, file):
+                what = f"{_PLURALS[one.kind]} {first.name} and {one.name} would both be {place} beside the artifacts"
+                self._ambiguous(f"{what}, and differ", one.spans[0], first)
 
     def _check_other_folders(self, one: NamedFile, file: Path) -> None:
         """Report a name that means one file in one folder of the description and another file in another one."""
@@ -360,7 +365,7 @@ class _Search:
         scheme, mark, rest = one.name.partition("://")
         is_fixed = one.name.startswith("/") or (mark and scheme not in ("package", "model"))
         for folder in () if len(folders) == 1 or is_fixed or self._is_outside(one) else folders:
-            within = [folder, self.places.description.parent]
+            within = [folder, self.main]
             own = self._in_packages(within, rest) if mark else (place / one.name for place in within)
             other = next(filter(files.is_file, map(_plain, own)), file)
             if _differ(file, other):
@@ -371,13 +376,6 @@ class _Search:
                 self._ambiguous(message, span, one)
                 return
 
-    def _check_collision(self, place: str, one: NamedFile, file: Path) -> None:
-        """Report two different files that would be one file beside the artifacts."""
-        first, other = self.taken.setdefault(place, (one, file))
-        if _plain(self.places.outputs / place) not in (_plain(file), _plain(other)) and _differ(other, file):
-            what = f"{_PLURALS[one.kind]} {first.name} and {one.name} would both be {place} beside the artifacts"
-            self._ambiguous(f"{what}, and differ", one.spans[0], first)
-
     def _ambiguous(self, message: str, span: Span, first: NamedFile) -> None:
         severity, help = ERROR if self.opening else WARNING, "give one of the two files another name"
         related = (Related("and here", first.spans[0]),)
@@ -386,22 +384,25 @@ class _Search:
     def _file(self, one: NamedFile, copies: Sequence[Path]) -> Path | None:
         """Return the file of a name, or None after reporting why there is none; ``copies`` are beside artifacts."""
         scheme, mark, rest = one.name.partition("://")
+        scheme, folders = scheme if mark else "", self._folders(one)
         candidates: Iterable[Path]
-        if mark and scheme in ("package", "model"):
+        if scheme in ("package", "model"):
             rest = rest.lstrip("/")  # some write package:///NAME/FILE, and their readers take it
-            candidates = chain(self._in_packages(self._folders(one), rest), copies)
-        elif mark and scheme != "file":
+            candidates = chain(self._in_packages(folders, rest), copies)
+        elif scheme == "file" or one.name.startswith("/"):
+            candidates = [Path(unquote(rest) if scheme else one.name)]
+        elif scheme:
             if self.opening:
-                self._absent(one, f"no file{self._left_out()}", "name a file, or package://NAME/FILE", WARNING)
+                self._absent(one, f"no file{self.left_out}", "name a file, or package://NAME/FILE", WARNING)
             return None
-        elif mark or one.name.startswith("/"):
-            candidates = [Path(unquote(rest) if mark else one.name)]
         else:
             # A copy beside the artifacts may be outdated. What artifacts name outside of their folder is not copied:
             # there they have to find it themselves.
-            folders = [*self._folders(one), *self._source_folders(one), *_folders_above(one)]
-            near = [] if self._is_outside(one) else [folder / one.name for folder in folders]
-            near += [self.places.outputs / _joined(output, one.name) for output in (*self.opening, *self.naming)]
+            near = [*folders, *(place for folder in folders for place in self._source(folder)[0])]
+            near = [] if self._is_outside(one) else [folder / one.name for folder in (*near, *_folders_above(one))]
+            near += [
+                self.places.outputs / _relative_to(output.file, one.name) for output in (*self.opening, *self.naming)
+            ]
             candidates = [*near, *copies]
         irregular = None
         for path in map(_plain, candidates):
@@ -409,7 +410,7 @@ class _Search:
                 return path
             irregular = irregular or (path if files.exists(path) else None)
         if irregular is None:
-            self._report_missing(one, scheme if mark else "", rest)
+            self._report_missing(one, scheme, rest)
         else:
             message = f"{one.kind} {one.name} is no regular file: {shown(irregular)}"
             self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), "name a file"))
@@ -420,19 +421,14 @@ class _Search:
 
     def _folders(self, one: NamedFile) -> list[Path]:
         """Return the folders of the files that name a file, and that of the main file."""
-        main = self.places.description.parent
-        return list(dict.fromkeys([*(Path(span.source.path).parent for span in one.spans), main]))
+        return list(dict.fromkeys([*(Path(span.source.path).parent for span in one.spans), self.main]))
 
-    def _source(self, folder: Path) -> _MeshFolders:
-        none = _MeshFolders([], {})
-        return self.sources.get(folder) or self.sources.get(self.places.description.parent) or none
-
-    def _source_folders(self, one: NamedFile) -> list[Path]:
-        return [place for folder in self._folders(one) for place in self._source(folder).folders]
+    def _source(self, folder: Path) -> tuple[list[Path], dict[str, Path]]:
+        return self.sources.get(folder) or self.sources.get(self.main) or ([], {})
 
     def _package(self, folder: Path, name: str) -> Iterator[Path]:
         """Yield the folders of a package as seen from a folder of the description: by its source, and as in ROS."""
-        at_source, by = self._source(folder).packages.get(name), folder / "robot.yaml"
+        at_source, by = self._source(folder)[1].get(name), folder / "robot.yaml"
         if at_source is not None and name not in self.places.packages:
             yield at_source
         if folder not in self.finders:
@@ -450,69 +446,52 @@ class _Search:
 
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
         severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
-        name, _, path = rest.partition("/")
         is_outside = posixpath.normpath(one.name).startswith("../")
+        help = "put the file there, or correct the name" if is_outside or not self.has_outputs else _PUT
         if one.kind == OF_ELEMENT:
             what, help, severity = "not there: MuJoCo does not load the MJCF without it", _PUT, ERROR
-        elif scheme in ("package", "model") and not name:
-            what, help = f"in no package{self._left_out()}", f"write {scheme}://NAME/FILE"
         elif scheme in ("package", "model"):
-            packages = [package for folder in self._folders(one) for package in self._package(folder, name)]
-            what, severity = f"not in the package {name}", WARNING if any(map(files.is_folder, packages)) else severity
-            help = f"correct the name, or say where the package is: --package {name}=FOLDER"
-            if not any(map(files.is_folder, packages)):
-                above = () if self.has_outputs else (self.places.description.absolute().parent, *_folders_above(one))
-                likely = next((shown(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
-                what = f"not found: there is no package {name} here"
-                help = f"--package {name}={likely} says where it is; readers of the URDF look for it themselves"
-            what += self._left_out()
+            name, _, path = rest.partition("/")
+            folders = self._folders(one) if name else ()
+            exists = any(files.is_folder(place) for folder in folders for place in self._package(folder, name))
+            what = f"not found: there is no package {name} here" if name else "in no package"
+            what, severity = (f"not in the package {name}", WARNING) if exists else (what, severity)
+            above = () if self.has_outputs or exists else (self.main.absolute(), *_folders_above(one))
+            likely = next((shown(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
+            help = f"--package {name or 'NAME'}={likely} says where it is; readers of the URDF look for it themselves"
+            what += self.left_out
         elif scheme or one.name.startswith("/"):
-            what, help = f"not on this machine{self._left_out()}", "correct the name"
+            what, help = f"not on this machine{self.left_out}", "correct the name"
         else:
-            what = "not there, neither as seen from the artifacts nor beside the description"
-            help = "put the file there, or correct the name" if is_outside or not self.has_outputs else _PUT
+            what, severity = "not there, neither as seen from the artifacts nor beside the description", WARNING
             if not self.has_outputs:
                 what = f"not there, as seen from {self.places.description.name}"
             elif is_outside and self.opening:
                 what = "not there, as seen from the artifacts"
             # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
-            if one.kind == TEXTURE or self._source_folders(one):
-                what, severity = what + self._left_out(), WARNING
+            if one.kind == TEXTURE or any(self._source(folder)[0] for folder in self._folders(one)):
+                what += self.left_out
             elif self.opening:
                 help, severity = f"{help}, or take mjcf out of outputs", ERROR
-            else:
-                severity = WARNING
         self._absent(one, what, help, severity)
-
-    def _left_out(self) -> str:
-        """Return which artifacts go without a file, as the end of a sentence."""
-        artifacts = first_of([output.file for output in self.opening], 2)
-        return f", and left out of {artifacts}" if artifacts else ""
 
     def _absent(self, one: NamedFile, what: str, help: str, severity: str) -> None:
         self.absent.setdefault((what, help, severity, one.kind), []).append(one)
 
 
-class _MeshFolders(NamedTuple):
-    """Where a ``source`` says that meshes are: folders for relative names, and folders of packages."""
-
-    folders: list[Path]
-    packages: dict[str, Path]
-
-
-def _mesh_folders(tree: Map) -> dict[Path, _MeshFolders]:
-    """Return where sources say that meshes are, by the folder of the file with the source."""
-    found: dict[Path, _MeshFolders] = {}
+def _source_folders(tree: Map) -> dict[Path, tuple[list[Path], dict[str, Path]]]:
+    """Return the folders of meshes and of packages in the sources of a file, by the folder of that file."""
+    found: dict[Path, tuple[list[Path], dict[str, Path]]] = {}
     for entry in (tree, *(tree.get("links") or {}).values()):
         source = entry.get("source") if isinstance(entry, Map) else None
         if isinstance(source, Map) and ("folder" in source or "packages" in source):
             by = Path(source.span.source.path).parent
-            here = found.setdefault(by, _MeshFolders([], {}))
+            folders, packages = found.setdefault(by, ([], {}))
             folder = by / str(source.get("folder") or ".")
-            if "folder" in source and folder not in here.folders:
-                here.folders.append(folder)
+            if "folder" in source and folder not in folders:
+                folders.append(folder)
             for name, place in (source.get("packages") or {}).items():
-                here.packages.setdefault(name, by / str(place))
+                packages.setdefault(name, by / str(place))
     return found
 
 
@@ -524,9 +503,9 @@ def _folders_above(one: NamedFile) -> Iterator[Path]:
             yield from list(path.parent.parents)[:4]
 
 
-def _joined(output: Output, name: str) -> str:
+def _relative_to(place: str, name: str) -> str:
     """Return a name that is relative to an artifact relative to the folder of the artifacts."""
-    return posixpath.normpath(posixpath.join(posixpath.dirname(output.file), name))
+    return posixpath.normpath(posixpath.join(posixpath.dirname(place), name))
 
 
 def _is_inside(name: str) -> bool:
@@ -539,11 +518,8 @@ def _plain(path: Path) -> Path:
 
 
 def _differ(path: Path, other: Path) -> bool:
-    """Return True if two files have different contents."""
-    if path == other:
-        return False
     try:
-        if files.same_file(path, other):
+        if path == other or files.same_file(path, other):
             return False
         return path.stat().st_size != other.stat().st_size or files.read_bytes(path) != files.read_bytes(other)
     except OSError:

@@ -78,10 +78,7 @@ FORMAT = Format(
             "type": "string",
             "description": "A Jinja template in the folder of the description, for an artifact of your own.",
         },
-        "options": {
-            "type": "object",
-            "description": "Values of your own, reached as output.options.options.",
-        },
+        "options": {"type": "object", "description": "Values of your own, reached as output.options.options."},
     },
     write=write,
 )

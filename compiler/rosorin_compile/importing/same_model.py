@@ -57,7 +57,7 @@ def _in_urdf(robot: Robot) -> Robot:
     """Reduce a robot to the values that a URDF can express."""
     links, joints = tuple(map(_link, robot.links)), tuple(map(_joint, robot.joints))
     materials = tuple(replace(material, mjcf={}) for material in robot.materials)
-    return replace(robot, links=links, joints=joints, materials=materials, mjcf_elements=())
+    return replace(robot, links=links, joints=joints, materials=materials, mjcf=())
 
 
 def _link(link: Link) -> Link:

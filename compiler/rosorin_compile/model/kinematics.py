@@ -185,7 +185,7 @@ class Kinematics:
         try:
             import numpy
         except ImportError:
-            from rosorin_compile.source.installing import pip_install
+            from rosorin_compile.source.system import pip_install
 
             raise ImportError(f"kinematics of many states needs numpy: {pip_install('verify')}") from None
         self.np = numpy

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.rule_registry import MESHES, Rule
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.wording import counted
 
 from .geometry import Pose

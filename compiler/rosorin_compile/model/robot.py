@@ -19,7 +19,6 @@ from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Tendon
     from rosorin_compile.ros.moveit import Moveit
     from rosorin_compile.ros.sections.control.hardware import Block
 
@@ -164,12 +163,8 @@ class Robot:
     moveit: Moveit | None = None
     disabled_contacts: tuple[tuple[str, str], ...] = ()
     actuators: tuple[Actuator, ...] = ()
-    tendons: tuple[Tendon, ...] = ()
     constraints: tuple[Entry, ...] = ()
-    mjcf_sensors: tuple[Entry, ...] = ()
-    contact_layers: tuple[str, ...] = ()
-    contact_pairs: tuple[ContactPair, ...] = ()
-    mjcf_elements: tuple[str, ...] = ()
+    mjcf: tuple[str, ...] = ()
     sections: Sections = NO_SECTIONS
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)

@@ -28,11 +28,7 @@ SECTIONS = {
     "controllers": "rosorin_compile.ros.sections.controllers",
     "moveit": "rosorin_compile.ros.sections.moveit",
     "actuators": "rosorin_compile.mujoco.sections.simulation",
-    "tendons": "rosorin_compile.mujoco.sections.simulation",
     "constraints": "rosorin_compile.mujoco.sections.simulation",
-    "mjcf_sensors": "rosorin_compile.mujoco.sections.simulation",
-    "contact_layers": "rosorin_compile.mujoco.sections.simulation",
-    "contact_pairs": "rosorin_compile.mujoco.sections.simulation",
 }
 
 ENTRIES, ITEMS, ONE = "entries", "items", "one"

@@ -1,4 +1,4 @@
-"""Values that only simulations use: actuators, contact, tendons, constraints, and the elements of sensors.
+"""Values that only simulations use: actuators, contact, constraints, and the elements of sensors.
 
 Attributes that the language has no key for are kept under their names in MuJoCo, in SI units (``Values``).
 """
@@ -17,7 +17,6 @@ Attribute = float | str | bool | tuple[float | str | bool, ...] | None
 Values = Mapping[str, Attribute]
 
 POSITION, VELOCITY, MOTOR, GENERAL = "position", "velocity", "motor", "general"
-SHARED_LAYER = "default"  # the contact layer of shapes that name no other
 SENSOR_ELEMENT, BODY_ELEMENT, TEMPLATE_ELEMENT = "sensor", "body", "template"
 AT_JOINT = "joint"
 CLASSIC = "classic"
@@ -54,10 +53,8 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Contact:
-    """How a shape touches: the layers that it is on and those that it touches (None: the shared one), and values."""
+    """How a shape touches: its bits and values, by MuJoCo's attributes."""
 
-    layers: tuple[str, ...] | None = None
-    touches: tuple[str, ...] | None = None
     values: Values = field(default_factory=dict, hash=False)
 
     @property

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, wraps
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.language.expand.provenance import mistake_place
@@ -13,10 +13,11 @@ from rosorin_compile.language.schema import TEMPLATE
 from rosorin_compile.language.suggestions import name_meant
 from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Reference, SymbolTable
-from rosorin_compile.model import Joint, Link, Output, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, diagnostic, or_else
+from rosorin_compile.model import Joint, Link, Output, Robot, Shape
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, diagnostic
 from rosorin_compile.source.rule_registry import DECLARED, Rule
 from rosorin_compile.source.tree import Map, Path, at, exists, follow
+from rosorin_compile.source.wording import or_else
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -66,13 +67,18 @@ class Case:
 
     def joint(self, joint: Joint, *rest: str | int) -> Path:
         """Return the path of a joint, or of a value in it; that of a sensor for the joint that mounts it."""
-        path = self.places.get(("joint", joint.name)) or ("joints", joint.name)
-        return (*path, *rest) if rest else path
+        return (*(self.places.get(("joint", joint.name)) or ("joints", joint.name)), *rest)
 
     def link(self, name: str, *rest: str | int) -> Path:
         """Return the path of a link, or of a value in it."""
-        path = self.places.get(("link", name)) or ("links", name)
-        return (*path, *rest) if rest else path
+        return (*(self.places.get(("link", name)) or ("links", name)), *rest)
+
+    def shapes(self, *links: Link) -> Iterator[tuple[Link, Path, Shape]]:
+        """Yield the visual and collision shapes of all links, or of some, with their links and paths."""
+        for link in links or self.robot.links:
+            for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
+                for index, shape in enumerate(shapes):
+                    yield link, self.link(link.name, purpose, index), shape
 
     def end(self, joint: Joint, which: str) -> Path:
         """Return the path of the name of the link at the "parent" or the "child" end of a joint."""
@@ -96,10 +102,8 @@ class Case:
     def publisher(self, joint: Joint) -> Path:
         """Return the path of the publisher of a joint, or of the joint if it names none."""
         path = self.joint(joint)
-        if path[-1] == "optical" and not exists(self.tree, (*path, "publisher")):
-            mount = (*path[:-1], "publisher")
-            return mount if exists(self.tree, mount) else path
-        return self.value(path, "publisher")
+        mount = path[:-1] if path[-1] == "optical" and not exists(self.tree, (*path, "publisher")) else path
+        return (*mount, "publisher") if exists(self.tree, (*mount, "publisher")) else path
 
     def value(self, path: Path, *keys: str | int) -> Path:
         """Return the path of a value in an entry, or that of the entry if it does not have the value."""
@@ -125,30 +129,28 @@ class Case:
         """
         declared = DECLARED.get(rule, UNDECLARED)
         place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
-        seconds = [one if isinstance(one, Related) else self._second(*one) for one in related]
-        names, severity = names_at(self.tree, path), severity or declared.severity
+        seconds = [one if isinstance(one, Related) else self.related(*one) for one in related]
         found = (*seconds, *uses, *place.stack())
-        return replace(diagnostic(rule, severity, message, place.span, help or declared.hint, found), of=names)
-
-    def _second(self, message: str, path: Path) -> Related:
-        return self.related(message, path, key=isinstance(at(self.tree, path), Map))
+        made = diagnostic(rule, severity or declared.severity, message, place.span, help or declared.hint, found)
+        return replace(made, of=names_at(self.tree, path))
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:
-        """Return a second place."""
-        return Related(message, self._place(path, key))
+        """Return a second place: a value, or the key of one with ``key`` and of a mapping."""
+        return Related(message, self._place(path, key or isinstance(at(self.tree, path), Map)))
 
     def unknown(self, rule: str, message: str, uses: Sequence[Reference], help: str) -> Iterator[Diagnostic]:
         """Yield a problem at the first use of a name, with the other places; again for each use at the same place.
 
         All uses of a part share the places of its text: each use is reported.
         """
-        first, *others = [(use, self._place(use.path, use.key)) for use in uses]
-        places = {span: Related(f"also used here: {use.what}", span) for use, span in others if span != first[1]}
-        for use, span in (first, *others):
-            if span == first[1]:
-                related = places.values() if use is first[0] else ()
+        spans = [self._place(use.path, use.key) for use in uses]
+        others = {span: use.what for use, span in zip(uses, spans, strict=True) if span != spans[0]}
+        related = [Related(f"also used here: {what}", span) for span, what in others.items()]
+        for use, span in zip(uses, spans, strict=True):
+            if span == spans[0]:
                 text = f"{message}, {use.what}"
-                yield self.problem(rule, text, use.path, help, related=related, key=first[0].key)
+                yield self.problem(rule, text, use.path, help, related=related, key=uses[0].key)
+                related = []
 
     def _place(self, path: Path, key: bool = False) -> Span:
         return mistake_place(self.scope, self.tree, path, "", key)[0].span
@@ -160,9 +162,15 @@ class Case:
         """
         return or_else(name_meant(self.tree, path, word, known, more), otherwise)
 
-    def stands_in(self, *paths: Path) -> str:
-        """Return " (a stand-in)" if one of the values at some paths is a stand-in, else an empty text."""
-        return " (a stand-in)" if any(_is_stand_in(self.tree, path) for path in paths) else ""
+    def stands_in(self, path: Path) -> str:
+        """Return " (a stand-in)" if the nearest source around a value marks it as one, else an empty text."""
+        node: Any = self.tree
+        is_stand_in = False
+        for step in (None, *path[: follow(self.tree, path)]):
+            node = node if step is None else node[step]
+            source = node.get("source") if isinstance(node, Map) else None
+            is_stand_in = source.get("status") == "stand_in" if isinstance(source, Map) else is_stand_in
+        return " (a stand-in)" if is_stand_in else ""
 
 
 def feeding(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
@@ -176,46 +184,14 @@ def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Ou
 
     A template of the user's own may make what robot_state_publisher reads.
     """
-    first = next(iter(feeding(robot, publisher, formats)), None)
-    others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
-    if first or not others:
+    for first in feeding(robot, publisher, formats):
         return first
-    readable = [one for one in formats.values() if one.load is not None and publisher in one.feeds]
+    others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
+    readable = [one for one in formats.values() if one.load is not None and publisher in one.feeds] if others else []
     endings = tuple(ending for one in readable for ending in one.endings)
     return next((one for one in others if one.file.endswith(endings)), None)
-
-
-def _is_stand_in(tree: Map, path: Path) -> bool:
-    """Return True if the nearest source around a value marks it as a stand-in."""
-    node: Any = tree
-    found = False
-    for step in (None, *path[: follow(tree, path)]):
-        node = node if step is None else node[step]
-        source = node.get("source") if isinstance(node, Map) else None
-        found = source.get("status") == "stand_in" if isinstance(source, Map) else found
-    return found
 
 
 def number(value: float) -> str:
     """Return a number as a person would write it: up to six digits."""
     return f"{float(value):.6g}"
-
-
-def per_link(examine: Callable[[Case, Link], Iterable[Diagnostic]]) -> Callable[[Case], Iterator[Diagnostic]]:
-    """Make a check of a function that examines one link."""
-
-    @wraps(examine)
-    def check(case: Case) -> Iterator[Diagnostic]:
-        return (found for link in case.robot.links for found in examine(case, link))
-
-    return check
-
-
-def per_joint(examine: Callable[[Case, Joint], Iterable[Diagnostic]]) -> Callable[[Case], Iterator[Diagnostic]]:
-    """Make a check of a function that examines one joint."""
-
-    @wraps(examine)
-    def check(case: Case) -> Iterator[Diagnostic]:
-        return (found for joint in case.robot.joints for found in examine(case, joint))
-
-    return check

@@ -1,11 +1,13 @@
-"""Run the rules over a robot."""
+"""Run the rules over a robot, and merge diagnostics that have one cause."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
@@ -16,54 +18,51 @@ from rosorin_compile.language.suppressions import accepted, unused
 from rosorin_compile.language.suppressions import settled as without_accepted
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import own_sections
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
+from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, offer, placed, written
 from rosorin_compile.source.plugins import Plugin, aside, broken, diagnostic_of, failed, load
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, check_texts, checks_of, find
-from rosorin_compile.source.tree import Map
+from rosorin_compile.source.tree import Map, Place, Seq, exists, locate, nearer
 from rosorin_compile.source.tree import Path as TreePath
 
-from . import (
-    bodies,
-    containment,
-    drive,
-    frames,
-    joints,
-    kinematics,
-    magnitudes,
-    names,
-    outputs,
-    positions,
-    publishers,
-    shapes,
-    simulated,
-    tf_tree,
-    urdf_elements,
-)
 from .case import Case
+from .magnitudes import collect
+from .names import named_sections
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 # The modules whose checks run, in this order; then those of sections for ROS and MuJoCo.
 _MODULES = (
-    *(kinematics, frames, joints, positions, drive, bodies, containment, shapes, publishers, tf_tree, outputs),
-    *(magnitudes, urdf_elements, simulated, names),
+    *("joints", "frames", "positions", "drive", "bodies", "shapes", "publishers", "tf_tree", "outputs"),
+    *("magnitudes", "urdf_elements", "simulated", "names"),
 )
+_ID = re.compile("[a-z0-9]+(-[a-z0-9]+)*")
 _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")
 # Rules that compare a number with another, such as a size or a limit.
 _COMPARING = (
     *("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible"),
     *("mimic-beyond-limit", "pose-beyond-limit", "size-implausible"),
 )
-# Rules about all numbers of a robot together: one wrong number is reason enough.
-_OF_ALL_NUMBERS = ("collisions-stale",)
+# Diagnostics that follow from an unknown name, and the rules that report that name.
+_FOLLOWING = {
+    "control-joint": ("unknown-link", "unknown-joint", "unknown-option"),
+    "controller-missing": ("control-interface", "controller-name", "unknown-joint"),
+    "moveit-not-in-urdf": ("unknown-backend", "unknown-option"),
+    "moveit-state": ("unknown-joint",),
+    "moveit-urdf": ("unknown-backend",),
+    "navigation-frames": ("unknown-link", "unknown-publisher"),
+    "navigation-owner": ("unknown-link", "unknown-publisher"),
+    "scene-without-robot": ("unknown-backend",),
+    "unreached-link": ("unknown-link",),
+}
 
 
 @cache
 def checks() -> tuple[Check, ...]:
     """Return the checks of the tool itself, in the order in which they run."""
-    own = (check for module in _MODULES for check in checks_of(module))
+    own = (check for name in _MODULES for check in checks_of(import_module(f"{__package__}.{name}")))
     return (*own, *(check for section in own_sections() for check in section.checks))
 
 
@@ -96,18 +95,12 @@ def _ids(check: Check) -> list[str]:
     """Return the ids of a plug-in's check. Raises TypeError or ValueError if its rules are invalid."""
     for rule in check.rules:
         check_texts(rule)
-        if not is_id(rule.id):
-            raise ValueError(f'"{rule.id}" is no id of a rule: small letters, digits and single hyphens')
-        if rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
-            raise ValueError(f"accept of {rule.id} is one of {_ACCEPT}, imported one of {_IMPORTED}")
+        if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
+            what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
+            raise ValueError(f'the rule "{rule.id}" is invalid: {what}')
     if not check.rules:
         raise ValueError("it declares no rule; put @rule above the function")
     return [rule.id for rule in check.rules]
-
-
-def is_id(text: str) -> bool:
-    """Return True if a text has the form of an id: kebab-case."""
-    return all(word.isascii() and word.isalnum() and word == word.lower() for word in text.split("-"))
 
 
 @cache
@@ -131,37 +124,36 @@ def check(
     ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``lower``); ``formats`` are
     those that outputs may name, ``scope`` has the names of expressions, ``wanted`` as in ``Case``.
     """
-    case = Case(robot, tree, places, magnitudes.collect(tree), formats, scope, wanted)
-    diagnostics: list[Diagnostic] = []
-    for number, one in enumerate(checks()):
+    case = Case(robot, tree, places, collect(tree), formats, scope, wanted)
+    found: list[Diagnostic] = []
+    for number, examine in enumerate(checks()):
         Progress.step("checking", number, len(checks()))
-        diagnostics += one(case)
-    others = list(plugged().checks)
+        found += examine(case)
+    added = list(plugged().checks)
     for plugin, section in plugged_sections().sections:
         if section in robot.sections and is_resolved(robot, case.symbols, section.name):
-            others += [(plugin, one) for one in section.checks]
-    for plugin, one in others:
-        diagnostics += _guarded(plugin, one, case)
-    return _causes(tree, _joined(tree, diagnostics))
+            added += [(plugin, examine) for examine in section.checks]
+    for plugin, examine in added:
+        found += _of_plugin(plugin, examine, case)
+    return _without_consequences(tree, _merge_uses(tree, found))
 
 
-def _guarded(plugin: Plugin, check: Check, case: Case) -> list[Diagnostic]:
-    """Return the diagnostics of a plug-in's check until it does something wrong, and an error about that."""
+def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]:
+    """Yield the diagnostics of a plug-in's check until it does something wrong, and an error about that."""
     ids = [rule.id for rule in check.rules]
-    found: list[Diagnostic] = []
     try:
-        with aside(plugin):
+        with aside():
             for diagnostic in check(case):
                 if not isinstance(diagnostic, Diagnostic) or diagnostic.rule not in ids:
                     what = f"yields {str(diagnostic)[:80]}, no Diagnostic of its rules ({', '.join(ids)})"
-                    return [*found, broken(plugin, what)]
-                found.append(diagnostic_of(diagnostic))
+                    yield broken(plugin, what)
+                    return
+                yield diagnostic_of(diagnostic)
     except (Exception, SystemExit) as problem:
-        found.append(failed(plugin, problem))
-    return found
+        yield failed(plugin, problem)
 
 
-def _joined(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Merge the diagnostics of one rule at one value that is used many times; accepted ones stay apart, by name."""
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
@@ -176,33 +168,25 @@ def _joined(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     return list(found.values())
 
 
-def _causes(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Drop warnings and notes that follow from numbers with an error; an accepted diagnostic hides nothing."""
-    wrong = [
-        one
-        for one in diagnostics
-        if (one.severity == ERROR or one.rule == "length-looks-like-millimetres")
-        and not accepted(tree, one, acceptable())
-    ]
-    refused = {one.span for one in wrong if one.severity == ERROR}
-    places = refused.union(*map(_spans, wrong))
+    causes = [one for one in diagnostics if one.severity == ERROR or one.rule == "length-looks-like-millimetres"]
+    causes = [one for one in causes if not accepted(tree, one, acceptable())]
+    refused = {one.span for one in causes if one.severity == ERROR}
+    places = refused.union(*map(_spans, causes))
 
     def follows(one: Diagnostic) -> bool:
         if one.severity == ERROR or one.span is None:
             return False
         is_compared = one.rule in _COMPARING and not places.isdisjoint(_spans(one))
-        return is_compared or one.span in refused or (one.rule in _OF_ALL_NUMBERS and bool(refused))
+        # Stale collisions are about all numbers of a robot together: one wrong number is reason enough.
+        return is_compared or one.span in refused or (one.rule == "collisions-stale" and bool(refused))
 
     return [one for one in diagnostics if not follows(one)]
 
 
 def _spans(diagnostic: Diagnostic) -> set[Span | None]:
     return {diagnostic.span, *(related.span for related in diagnostic.related)} - {None}
-
-
-def accepts(case: Case, found: Diagnostic) -> bool:
-    """Return True if the description accepts a diagnostic."""
-    return accepted(case.tree, found, acceptable())
 
 
 def settled(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
@@ -212,3 +196,62 @@ def settled(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnos
     """
     left = without_accepted(case.tree, found, acceptable())
     return [*left.diagnostics, *unused(case.tree, left.used, acceptable(), (asked,))]
+
+
+def merge_misspelt(
+    diagnostics: list[Diagnostic], tree: Map, places: Mapping[tuple[str, str], TreePath]
+) -> list[Diagnostic]:
+    """Merge all diagnostics caused by one misspelt name; ``places`` as in ``check``.
+
+    An unknown name is reported once, where its letters were written. A misspelt definition leaves every use of it
+    unknown: if nothing else uses the definition, the diagnostic shows it.
+    """
+    wrong = {one.rule for one in diagnostics if one.severity == ERROR}
+    diagnostics = [one for one in diagnostics if wrong.isdisjoint(_FOLLOWING.get(one.rule, ()))]
+    offers = [offer(one) for one in diagnostics]
+    uses: dict[str, list[tuple[TreePath, Place]]] = {one.meant: [] for one in offers if one}
+    if not uses:
+        return diagnostics
+    _collect_uses(tree, tree.via, (), uses)
+    moved = []
+    for diagnostic, found in zip(diagnostics, offers, strict=True):
+        moved.append(placed(diagnostic, found))
+        path = next(_definitions(tree, places, found.meant), None) if found else None
+        if found and path:
+            is_key = path[-1] == found.meant
+            home = _home(locate(tree, path, key=is_key), found)
+            if all(_home(use, found) == home for where, use in uses[found.meant] if where[: len(path)] != path):
+                note = Related(f'"{found.meant}" {UNNAMED}', home)
+                moved[-1] = replace(moved[-1], related=(*moved[-1].related, note))
+    homes = {note.span for one in moved for note in one.related if note.message.endswith(UNNAMED)}
+    # The warning that the letters of such a definition are swapped says the same again.
+    return merge_by_name(one for one in moved if one.severity == ERROR or one.span not in homes)
+
+
+def _home(place: Place, found: Offer) -> Span:
+    """Return where the letters of a name were written that differ from those of the unknown one."""
+    return written([place.span, *(one.span for one in place.stack())], found.meant, found.name) or place.span
+
+
+def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: str) -> Iterator[TreePath]:
+    for kind, key in (("link", "frame"), ("joint", "joint")):
+        path = places.get((kind, name))
+        if path:
+            yield (*path, key) if path[0] not in ("links", "joints") and exists(tree, (*path, key)) else path
+    yield from ((section, name) for section, _ in named_sections() if name in (tree.get(section) or ()))
+    for group, entry in (tree.get("servos") or {}).items():
+        if name in entry["joints"]:
+            yield "servos", group, "joints", entry["joints"].index(name)
+
+
+def _collect_uses(node: Any, via: Any, path: TreePath, uses: dict[str, list[tuple[TreePath, Place]]]) -> None:
+    """Add the path and place of each text, and of each key, that is one of some names."""
+    via = nearer(via, node.via)
+    for key, value in node.items() if isinstance(node, Map) else enumerate(node):
+        if key in uses:
+            uses[key].append(((*path, key), Place(node.key_spans[key], via)))
+        if isinstance(value, (Map, Seq)):
+            _collect_uses(value, via, (*path, key), uses)
+        elif isinstance(value, str):
+            for name in uses.keys() & (re.findall(r"\w+", value) if key == "when" else (value,)):  # conditions
+                uses[name].append(((*path, key), Place(node.value_spans[key], via)))

@@ -15,7 +15,7 @@ from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, UnknownName, did_you_mean
 from rosorin_compile.source.rule_registry import FRAMES, JOINTS, Check, rule
 from rosorin_compile.source.tree import Path, Seq, Text, at, exists
-from rosorin_compile.source.wording import first_of, listed, quoted
+from rosorin_compile.source.wording import counted, first_of, listed, quoted
 
 from .case import Case, first_fed
 
@@ -29,54 +29,45 @@ Combination = Mapping[str, bool]
 @rule("bad-condition", "`when` is invalid or never true.", 'Combine modes: "slam and not replay".', FRAMES)
 @rule("too-many-modes", "Conditions depend on too many modes.", "Use at most 10 modes for one frame.", FRAMES)
 def legal(case: Case) -> Iterator[Diagnostic]:
-    """Conditions that are invalid, name an unknown mode, or are never true."""
+    """Conditions that are invalid, name an unknown mode, or are never true; edges without a publisher."""
+    names = ", ".join(publisher.name for publisher in case.robot.publishers)
     for index, edge in enumerate(case.robot.edges):
-        yield from _problems(case, index, edge)
+        problem = _condition(case, index, edge)
+        if problem is not None:
+            yield problem
+        if edge.publisher.kind == UNPUBLISHED and not edge.joint:
+            message = f"nobody publishes the edge {edge.parent} -> {edge.child}"
+            help = f"add publisher: NAME, one of {names}" if names else "declare a node in publishers: publisher: NAME"
+            yield case.problem("unpublished-edge", message, ("edges", index, "child"), help)
 
 
-def is_legal(case: Case, edge: Edge) -> bool:
-    """Return True if the condition of an edge is valid."""
-    return not any(_problems(case, 0, edge))
-
-
-def _problems(case: Case, index: int, edge: Edge) -> Iterator[Diagnostic]:
+def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
+    """Return the problem of the condition of an edge, at the column of the mistake, or None if it is valid."""
+    names, path = modes_in(case.robot, [edge.when]), case.edge(index, "when")
     if not edge.when:
-        return
-    path, way = case.edge(index, "when"), f"{edge.parent} -> {edge.child}"
-    names = modes_in(case.robot, [edge.when])
+        return None
     if len(names) > MAX_MODES:
-        message = f"the condition of {way} depends on {len(names)} modes: too many to check"
-        yield case.problem("too-many-modes", message, path)
-        return
+        message = f"the condition of {edge.parent} -> {edge.child} depends on {len(names)} modes: too many to check"
+        return case.problem("too-many-modes", message, path)
     try:
         results = [evaluate(edge.when, combination.__getitem__) for combination in combinations(names)]
     except ExpressionError as problem:
-        yield _invalid(case, index, edge, problem)
-        return
-    if not all(isinstance(result, bool) for result in results):
-        message = f'the condition "{edge.when}" is not true or false'
-        yield case.problem("bad-condition", message, path)
-    elif not any(results):
-        message = f'the condition "{edge.when}" is never true: {way} would not be published'
-        yield case.problem("bad-condition", message, path, "correct the condition, or remove the edge")
-
-
-def _invalid(case: Case, index: int, edge: Edge, problem: ExpressionError) -> Diagnostic:
-    """Return the diagnostic of a condition that cannot be evaluated, at the column of the mistake."""
-    name, column = problem.unknown, problem.column
-    if name and not name.endswith("()"):
-        help = Suggestion(name, case.robot.modes, f'add "{name}" to modes')
-        found = case.problem("unknown-mode", f'there is no mode "{name}"', case.edge(index, "when"), help)
-    else:
-        name, reason = " ", problem.message.removeprefix("not an expression: ")
-        message = f'the condition "{edge.when}" cannot be read: {reason}'
-        found = case.problem("bad-condition", message, case.edge(index, "when"))
-    if found.span is None or found.span.length < len(edge.when):
-        return found
-    # The expression is read without the blanks around it; quotes are part of the value's place in the file.
-    is_quoted = isinstance(at(case.tree, case.edge(index, "when")), Text)
-    start = len(edge.when) - len(edge.when.lstrip()) + column + is_quoted
-    return replace(found, span=found.span._replace(column=found.span.column + start, length=max(1, len(name))))
+        unknown = "" if problem.unknown.endswith("()") else problem.unknown
+        message = f'the condition "{edge.when}" cannot be read: {problem.message.removeprefix("not an expression: ")}'
+        found = case.problem("bad-condition", message, path)
+        if unknown:
+            help = Suggestion(unknown, case.robot.modes, f'add "{unknown}" to modes')
+            found = case.problem("unknown-mode", f'there is no mode "{unknown}"', path, help)
+        if found.span is None or found.span.length < len(edge.when):
+            return found
+        # The expression is read without the blanks around it; quotes are part of the value's place in the file.
+        start = len(edge.when) - len(edge.when.lstrip()) + problem.column + isinstance(at(case.tree, path), Text)
+        span = found.span._replace(column=found.span.column + start, length=max(1, len(unknown)))
+        return replace(found, span=span)
+    if any(results) and all(isinstance(result, bool) for result in results):
+        return None
+    message = f'the condition "{edge.when}" of {edge.parent} -> {edge.child} is never true, or no condition'
+    return case.problem("bad-condition", message, path, "correct the condition, or remove the edge")
 
 
 def holds(when: str, combination: Combination) -> bool:
@@ -111,9 +102,6 @@ def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
     return modes
 
 
-# --- transforms ---
-
-
 class Step(NamedTuple):
     """A transform: a joint, an edge, or a turn in the list of publishers of a joint.
 
@@ -131,7 +119,7 @@ class Step(NamedTuple):
 
     @property
     def is_silent(self) -> bool:
-        """Whether it is the turn of a joint in which nobody publishes it."""
+        """Whether it is a joint, or its turn, that nobody publishes."""
         return self.publisher.kind == UNPUBLISHED and self.joint != ""
 
     @property
@@ -144,33 +132,25 @@ class Step(NamedTuple):
 
 def all_steps(case: Case, legal: bool = True) -> list[Step]:
     """Return the transforms of joints, then those of edges and turns; with ``legal`` only those of valid conditions."""
-    found = [
-        Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent"))
-        for one in case.robot.joints
-    ]
-    return found + [
-        Step(edge.parent, edge.child, edge.publisher, edge.joint, edge.when, index, case.edge(index, "parent"))
-        for index, edge in enumerate(case.robot.edges)
-        if not legal or is_legal(case, edge)
-    ]
+    joints = case.robot.joints
+    steps = [Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent")) for one in joints]
+    for index, one in enumerate(case.robot.edges):
+        if not legal or _condition(case, index, one) is None:
+            place = case.edge(index, "parent")
+            steps.append(Step(one.parent, one.child, one.publisher, one.joint, one.when, index, place))
+    return steps
 
 
-def legal_steps(case: Case) -> list[Step]:
-    """Return the transforms that are published in some combination of modes."""
-    return [step for step in all_steps(case) if not step.is_silent]
-
-
-def silent_turns(case: Case) -> list[Step]:
-    """Return the turns of joints in which nobody publishes them."""
-    return [step for step in all_steps(case) if step.is_silent and step.edge is not None]
+def steps_in_modes(case: Case) -> tuple[list[Step], list[Step]]:
+    """Return the transforms that are published in some modes, and the turns of joints in which nobody does that."""
+    steps = all_steps(case)
+    silent = [step for step in steps if step.is_silent and step.edge is not None]
+    return [step for step in steps if not step.is_silent], silent
 
 
 def active_in(published: Iterable[Step], combination: Combination) -> list[Step]:
     """Return the transforms that are published in a combination of modes."""
     return [step for step in published if holds(step.when, combination)]
-
-
-# --- publishers ---
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:
@@ -202,19 +182,17 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     """Return the path of robot_state_publisher in a list of publishers, or None if there is no such list."""
     path = case.publisher(joint)
     turns = at(case.tree, path) if path[-1] == "publisher" else None
-    for index, turn in enumerate(turns if isinstance(turns, Seq) else ()):
-        if turn["by"] == ROBOT_STATE_PUBLISHER:
-            return (*path, index, "by")
-    return None
+    owners = [turn["by"] for turn in turns] if isinstance(turns, Seq) else []
+    is_turn = ROBOT_STATE_PUBLISHER in owners
+    return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if is_turn else None
 
 
 @rule("two-publishers", "Two publishers own one frame.", "Remove one, or exclude each other by `when`.", FRAMES)
 @rule("unpublished-edge", "Nobody publishes an edge; a warning in some modes.", "Name a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Frames that have two publishers at once, and frames that have none in some combination of modes."""
-    edges = case.robot.edges
-    bare = {edge.child for edge in edges if edge.publisher.kind == UNPUBLISHED and not edge.joint}
-    bare |= {edge.child for edge in edges if not is_legal(case, edge)}
+    legal = {step.edge for step in all_steps(case) if step.joint or step.publisher.kind != UNPUBLISHED}
+    bare = {edge.child for index, edge in enumerate(case.robot.edges) if index not in legal}
     for child, claims in _claims(case).items():
         modes = modes_in(case.robot, [claim.when for claim in claims])
         if len(modes) > MAX_MODES:
@@ -223,45 +201,31 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
             continue
         gap: Combination | None = None
         for combination in combinations(modes):
-            active = [claim for claim in claims if holds(claim.when, combination)]
-            clashing = _clashing(active)
-            if clashing:
-                yield _two(case, child, clashing, combination)
+            active = active_in(claims, combination)
+            owners = [claim for claim in active if not claim.is_silent]
+            # An edge may publish a joint that is on no topic in another turn, not in this one.
+            silent = [one for one in active if one.is_silent and any(one.joint == owner.joint for owner in owners)]
+            if len(owners) > 1 or silent:
+                yield _two(case, child, owners if len(owners) > 1 else [*silent, *owners], combination)
                 break
             gap = combination if not active and gap is None else gap
         else:
             if gap is not None and child not in bare:
-                first, *others = claims
                 message = f'nobody publishes the transform into "{child}"{in_words(gap)}'
-                related = [(f"published here when {one.when}, by {one.owner}", _place(case, one)) for one in others]
-                help = f"add {'an entry' if first.joint else 'an edge'} for that case, or widen the condition"
-                path = case.edge(first.edge or 0, "when")
-                yield case.problem("unpublished-edge", message, path, help, related=related, severity=WARNING)
-
-
-def _clashing(active: list[Step]) -> list[Step]:
-    """Return the claims that contradict each other; an edge may publish a joint that is on no topic."""
-    owners = [claim for claim in active if not claim.is_silent]
-    joints = {claim.joint for claim in owners if claim.joint}
-    silent = [claim for claim in active if claim.is_silent and claim.joint in joints]
-    return owners if len(owners) > 1 else [*silent, *owners] if silent else []
+                path = case.edge(claims[0].edge or 0, "when")
+                yield case.problem("unpublished-edge", message, path, severity=WARNING)
 
 
 def _two(case: Case, child: str, active: list[Step], combination: Combination) -> Diagnostic:
-    owners = list(dict.fromkeys(claim.owner for claim in active))
+    owners = dict.fromkeys(claim.owner for claim in active)
     parents = list(dict.fromkeys(claim.parent for claim in active))
-    what = f"{listed(owners)} {'publishes twice' if len(owners) == 1 else 'publish'}"
-    what = f"nobody and {active[-1].owner} are to publish" if active[0].is_silent else what
-    message = f'{what} the transform into "{child}"{f", below {quoted(parents)}" if len(parents) > 1 else ""}'
+    message = f'{listed(owners)} {"publishes twice" if len(owners) == 1 else "publish"} the transform into "{child}"'
+    message += f", below {quoted(parents)}" if len(parents) > 1 else ""
     related = [(f"also published here, by {claim.owner}", _place(case, claim)) for claim in active[:-1]]
-    help = "a frame has one publisher at a time: remove one, or give the edges conditions that exclude each other"
-    joint = case.robot.joint.get(active[0].joint)
-    if joint is not None and joint.publisher.kind == ROBOT_STATE_PUBLISHER:
-        help = "robot_state_publisher publishes every joint of its URDF in every mode: choose the publisher by an"
-        help += ' argument of the build, publisher: "${publisher}", or keep the joint for other programs, {none: WHY}'
-    return case.problem(
-        "two-publishers", message + in_words(combination), _place(case, active[-1]), help, related=related
-    )
+    help, path = "", _place(case, active[-1])
+    if any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active):
+        help = 'robot_state_publisher publishes in every mode: choose by an argument, publisher: "${publisher}"'
+    return case.problem("two-publishers", message + in_words(combination), path, help, related=related)
 
 
 @Check
@@ -278,34 +242,14 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("bad-condition", message, (*place[:-1], "when"), help)
 
 
-@Check
-def some_publisher(case: Case) -> Iterator[Diagnostic]:
-    """Edges without a publisher: they would be in no artifact and nobody would own them (unpublished-edge)."""
-    names = ", ".join(publisher.name for publisher in case.robot.publishers)
-    help = f"add publisher: NAME, one of {names}" if names else "declare a node in publishers: publisher: NAME"
+def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
+    """Return the joints that a static_transform_publisher publishes, always or in a turn, and where it is named."""
+    joints = case.robot.published_by(STATIC_TRANSFORM_PUBLISHER)
+    found = [(joint, joint.publisher, case.publisher(joint)) for joint in joints]
     for index, edge in enumerate(case.robot.edges):
-        if edge.publisher.kind == UNPUBLISHED and not edge.joint:
-            message = f"nobody publishes the edge {edge.parent} -> {edge.child}"
-            yield case.problem("unpublished-edge", message, ("edges", index, "child"), help)
-
-
-def _static_publishers(case: Case) -> Iterator[tuple[Joint, Publisher, Path]]:
-    """Yield the joints that a static_transform_publisher publishes, always or in a turn, and the path that names it."""
-    robot = case.robot
-    for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
-        yield joint, joint.publisher, case.publisher(joint)
-    for index, edge in enumerate(robot.edges):
         if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            yield robot.joint[edge.joint], edge.publisher, case.edge(index, "publisher")
-
-
-@rule("static-tf-moves", help="Let robot_state_publisher publish it.", topic=FRAMES)
-def static_joints(case: Case) -> Iterator[Diagnostic]:
-    """A joint that moves has a static_transform_publisher."""
-    for joint, _, path in _static_publishers(case):
-        if not joint.is_fixed:
-            message = f'joint "{joint.name}" is {joint.type}, but a static_transform_publisher is for fixed ones'
-            yield case.problem("static-tf-moves", message, path)
+            found.append((case.robot.joint[edge.joint], edge.publisher, case.edge(index, "publisher")))
+    return found
 
 
 @Check
@@ -327,8 +271,7 @@ def started(case: Case) -> Iterator[Diagnostic]:
         is_explicit = any(exists(case.tree, case.joint(joint, "publisher")) for joint in joints)
         if not is_there and (is_explicit or (launched and joints)):
             names = first_of([joint.name for joint in joints], 3)
-            count = "one joint" if len(joints) == 1 else f"{len(joints)} joints"
-            message = f"{kind} is to publish {count} ({names}), but no output is the {what}"
+            message = f"{kind} is to publish {counted(len(joints), 'joint')} ({names}), but no output is the {what}"
             format = next(one for one in case.formats.values() if one.write is not None and kind in one.feeds)
             help = f"add {format.name}: {{file: {format.file.format(robot.name)}}} to outputs"
             yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
@@ -342,30 +285,27 @@ def planar(case: Case) -> Iterator[Diagnostic]:
     """
     has_urdf = bool(case.feeding(ROBOT_STATE_PUBLISHER))
     for joint in case.robot.joints:
-        ours = joint.publisher.kind == ROBOT_STATE_PUBLISHER
-        if joint.type == "planar" and (ours or has_urdf):
-            message = f'joint "{joint.name}" is planar, which robot_state_publisher takes for fixed'
-            if not ours:
-                turns = [edge.publisher for edge in case.robot.turns.get(joint.name, ())] or [joint.publisher]
-                owners = dict.fromkeys(publisher.name for publisher in turns if publisher.name)
-                beside = f"beside {listed(owners)}" if owners else "though nobody is to"
-                message += f': it publishes the transform into "{joint.child}" from the URDF, {beside}'
+        if joint.type == "planar" and (joint.publisher.kind == ROBOT_STATE_PUBLISHER or has_urdf):
+            message = f'joint "{joint.name}" is planar: robot_state_publisher takes it for fixed, and publishes it'
             yield case.problem("planar-taken-as-fixed", message, case.publisher(joint))
 
 
+@rule("static-tf-moves", "A moving joint is published as static.", "Let robot_state_publisher publish it.", FRAMES)
 @rule("bad-node-name", "ROS 2 refuses the name of a node.", "Use letters, digits, underscores; no digit first.", FRAMES)
 @rule("duplicate-node", "Two nodes have one name.", "Give each static_transform_publisher its own name.", FRAMES)
-def node_names(case: Case) -> Iterator[Diagnostic]:
-    """Names of nodes that ROS 2 refuses, and two nodes with one name."""
+def static_publishers(case: Case) -> Iterator[Diagnostic]:
+    """Joints that a static_transform_publisher cannot publish, and names of nodes that are invalid or not unique."""
     taken: dict[str, Path] = {ROBOT_STATE_PUBLISHER: ()}
     for key, entry in case.section("publishers").items():
         taken.setdefault((entry or {}).get("node", key), ("publishers", key))
-    for _, publisher, path in _static_publishers(case):
+    for joint, publisher, path in _static_publishers(case):
+        if not joint.is_fixed:
+            message = f'joint "{joint.name}" is {joint.type}, but a static_transform_publisher is for fixed ones'
+            yield case.problem("static-tf-moves", message, path)
         name, place = publisher.name, (*path, STATIC_TRANSFORM_PUBLISHER)
         if not (name.isascii() and name.isidentifier()):
             yield case.problem("bad-node-name", f'"{name}" cannot be the name of a node in ROS 2', place)
         if name in taken:
             related = [("first named here", taken[name])] if taken[name] else []
-            message = f'two nodes would have the name "{name}"'
-            yield case.problem("duplicate-node", message, place, related=related)
+            yield case.problem("duplicate-node", f'two nodes would be called "{name}"', place, related=related)
         taken.setdefault(name, place)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
-from typing import NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.model.joint import SEVERAL_COORDINATES, UNPUBLISHED
@@ -14,33 +13,8 @@ from rosorin_compile.source.tree import Path, exists
 from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case
-from .kinematics import WORLD_FRAMES
-from .publishers import (
-    MAX_MODES,
-    Combination,
-    Step,
-    active_in,
-    all_steps,
-    combinations,
-    holds,
-    in_words,
-    legal_steps,
-    modes_in,
-    silent_turns,
-)
-
-
-def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
-    """Return the sets of names that pairs connect, in the order in which the pairs name them."""
-    piece_of: dict[str, set[str]] = {}
-    for parent, child in pairs:
-        first, second = piece_of.setdefault(parent, {parent}), piece_of.setdefault(child, {child})
-        if first is not second:
-            if len(first) < len(second):  # else a long chain from its end would take quadratic time
-                first, second = second, first
-            first |= second
-            piece_of.update(dict.fromkeys(second, first))
-    return list({id(piece): piece for piece in piece_of.values()}.values())
+from .joints import WORLD_FRAMES, pieces
+from .publishers import MAX_MODES, Step, active_in, all_steps, combinations, in_words, modes_in, steps_in_modes
 
 
 def _pieces_with(steps: Iterable[Step], links: Collection[str]) -> list[set[str]]:
@@ -54,7 +28,7 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
     robot = case.robot
     misspelt = list(_misspelt_world(case))
     yield from misspelt
-    pairs = [(joint.parent, joint.child) for joint in robot.joints] + [(e.parent, e.child) for e in robot.edges]
+    pairs = [(one.parent, one.child) for one in (*robot.joints, *robot.edges)]
     for piece in pieces(pairs) if robot.edges and not misspelt else ():
         inside = [(index, edge) for index, edge in enumerate(robot.edges) if edge.parent in piece]
         if not inside or not piece.isdisjoint(robot.link):
@@ -70,62 +44,53 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
 
 def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
     """Yield the ends of edges that are the name of a frame of the world with two letters swapped."""
-    children = {edge.child for edge in case.robot.edges}
-    named = children | {edge.parent for edge in case.robot.edges}
-    for index, edge in enumerate(case.robot.edges):
+    edges = case.robot.edges
+    children = {edge.child for edge in edges}
+    for index, edge in enumerate(edges):
         for key, name in (("parent", edge.parent), ("child", edge.child)):
-            suggestion = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
+            meant = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
             # A frame that is attached to the robot, or leads to it, may have any name.
-            if suggestion is None or name in case.robot.link or (key == "parent" and name in children):
-                continue
-            if key == "parent" or (edge.parent in WORLD_FRAMES and suggestion in named):
-                help = f'did you mean "{suggestion}"?'
-                yield case.problem("unknown-link", f'there is no frame "{name}"', case.edge(index, key), help)
+            is_free = name in case.robot.link or (key == "parent" and name in children)
+            is_named = meant in children or any(meant == edge.parent for edge in edges)
+            if meant and not is_free and (key == "parent" or (edge.parent in WORLD_FRAMES and is_named)):
+                message, help = f'there is no frame "{name}"', f'did you mean "{meant}"?'
+                yield case.problem("unknown-link", message, case.edge(index, key), help)
 
 
 @rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges lead, with the joints between, back to where they began, in some combination of modes."""
-    if not case.robot.is_tree or not case.robot.edges:
-        return
-    core: list[Step] = []
-    left = legal_steps(case)
-    while _circle(left) and len(left) != len(core):  # leave out what no transform leads to, or on from
-        core = left
-        parents, children = {step.parent for step in core}, {step.child for step in core}
-        left = [step for step in core if step.parent in children and step.child in parents]
+    core = _on_circles(steps_in_modes(case)[0]) if case.robot.is_tree and case.robot.edges else []
     modes = modes_in(case.robot, [step.when for step in core])
-    modes = [] if len(modes) > MAX_MODES else modes
-    circle = next(filter(None, (_circle(active_in(core, one) if modes else core) for one in combinations(modes))), [])
-    closing = next((step for step in reversed(circle) if step.edge is not None), None)
-    if closing is not None:
-        chain = " -> ".join([circle[0].parent, *(step.child for step in circle)])
-        others = [step for step in circle if step.edge is not None and step is not closing]
-        related = [(f"{step.parent} -> {step.child}", step.path) for step in others]
-        yield case.problem("edge-cycle", f"transforms form a circle: {chain}", closing.path, related=related)
+    for combination in combinations(modes) if len(modes) <= MAX_MODES else ():
+        above = {step.child: step for step in reversed(_on_circles(active_in(core, combination)))}
+        here, walked = next(reversed(above), ""), dict[str, Step]()
+        while here in above and here not in walked:  # every way up ends in a circle
+            walked[here] = above[here]
+            here = above[here].parent
+        circle = list(walked.values())[list(walked).index(here) :][::-1] if walked else []
+        edges = [step for step in circle if step.edge is not None]
+        if edges:
+            chain = " -> ".join([circle[0].parent, *(step.child for step in circle)])
+            related = [(f"{step.parent} -> {step.child}", step.path) for step in edges[:-1]]
+            yield case.problem("edge-cycle", f"transforms form a circle: {chain}", edges[-1].path, related=related)
+            return
 
 
-def _circle(steps: list[Step]) -> list[Step]:
-    """Return the first circle in transforms, parents before children; empty if there is none."""
-    below: dict[str, list[str]] = {}
-    for step in steps:
-        below.setdefault(step.parent, []).append(step.child)
-    count = Counter(step.child for step in steps)
-    ready = [name for name in below if not count[name]]
-    for name in ready:
-        for child in below.get(name, ()):
-            count[child] -= 1
-            if not count[child]:
-                ready.append(child)
-    # No root leads to the others: every way up from them ends in a circle.
-    steps = [step for step in steps if count[step.child] and count[step.parent]]
-    above = {step.child: step for step in reversed(steps)}
-    walked: dict[str, Step] = {}
-    here = next((step.child for step in steps), "")
-    while here in above and here not in walked:
-        walked[here] = above[here]
-        here = above[here].parent
-    return list(walked.values())[list(walked).index(here) :][::-1] if walked else []
+def _on_circles(steps: list[Step]) -> list[Step]:
+    """Return the transforms of circles, and those that lead from one to another."""
+    for start, end in (("parent", "child"), ("child", "parent")):  # first leave out roots, then leaves
+        after: dict[str, list[str]] = {}
+        for step in steps:
+            after.setdefault(getattr(step, start), []).append(getattr(step, end))
+        count = Counter(getattr(step, end) for step in steps)
+        ready = [name for name in after if not count[name]]
+        for name in ready:
+            for other in after.get(name, ()):
+                count[other] -= 1
+                ready += [] if count[other] else [other]
+        steps = [step for step in steps if count[getattr(step, start)]]
+    return steps
 
 
 @rule("split-urdf", help="Let one publisher have both joints.", topic=FRAMES)
@@ -141,8 +106,7 @@ def one_urdf(case: Case) -> Iterator[Diagnostic]:
         has = "it has" if first.type in SEVERAL_COORDINATES else "robot_state_publisher publishes"
         message = f'the URDF would have two roots, "{main}" and "{root}": {has} joint "{first.name}" on "{root}",'
         message += f' but not joint "{above.name}", which carries it'
-        related = [(f'joint "{first.name}"', case.joint(first))]
-        yield case.problem("split-urdf", message, case.publisher(above), related=related, key=above is first)
+        yield case.problem("split-urdf", message, case.publisher(above), key=above is first)
 
 
 def _urdf_roots(case: Case) -> list[str]:
@@ -165,9 +129,9 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
     main = max(parts, key=lambda piece: len(piece & links), default=set())
     for piece in (piece for piece in parts if piece != main):
         first = next((step for step in published if step.parent in piece and step.parent not in reached), None)
+        names = quoted(name for name in case.robot.link if name in piece)
         if first is None:  # a circle, which has a rule of its own
             continue
-        names = quoted(name for name in case.robot.link if name in piece)
         if first.parent not in links:
             message = f'there is no link "{first.parent}": {names} would be cut off from the rest of the robot'
             help = case.suggest(first.path, first.parent, {*links, *reached}, "name a frame")
@@ -182,7 +146,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent (split-tf)."""
-    published, silent = legal_steps(case), silent_turns(case)
+    published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
     if not case.robot.is_tree or not modes:
         return
@@ -207,41 +171,25 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
             for piece in inside[1:]:
                 tops = piece - reached
                 if tops and not tops & gaps:  # without a top it is a circle
-                    yield _cut_off(case, published, piece, sorted(tops)[0], combination)
+                    across = [step for step in published if (step.parent in piece) != (step.child in piece)]
+                    lost = next(step for step in across if step not in active)
+                    names = quoted(name for name in case.robot.link if name in piece)
+                    message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}"
+                    yield case.problem("split-tf", message, lost.path)
                     return
 
 
-def _cut_off(case: Case, published: list[Step], piece: set[str], top: str, combination: Combination) -> Diagnostic:
-    """Return the problem of links that no transform connects to the others in a combination of modes."""
-    across = [step for step in published if step.edge is not None and (step.parent in piece) != (step.child in piece)]
-    lost = next(step for step in across if not holds(step.when, combination))
-    names = quoted(name for name in case.robot.link if name in piece)
-    message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}"
-    help = f'name the publisher of "{top}", or keep {lost.parent} -> {lost.child} in every mode'
-    return case.problem("split-tf", message, lost.path, help)
-
-
-# --- frames in the headers of messages ---
-
-
-class _Stamp(NamedTuple):
-    """A frame that messages are stamped with, by whom, and where."""
-
-    frame: str
-    owner: str
-    path: Path
-
-
-def _stamps(case: Case) -> Iterator[_Stamp]:
+def _stamps(case: Case) -> Iterator[tuple[str, str, Path]]:
+    """Yield the frames that messages are stamped with, by whom, and where."""
     for sensor in case.robot.sensors:
         path: Path = ("sensors", sensor.name)
         declared = exists(case.tree, (*path, "stamps"))
         for index, frame in enumerate(sensor.stamps):
             own = (*path, "frame") if index == 0 else (*path, "optical", "frame")
-            yield _Stamp(frame, f'sensor "{sensor.name}"', (*path, "stamps", index) if declared else own)
+            yield frame, f'sensor "{sensor.name}"', (*path, "stamps", index) if declared else own
     for name, entry in case.section("publishers").items():
         for index, frame in enumerate((entry or {}).get("stamps", ())):
-            yield _Stamp(frame, f'publisher "{name}"', ("publishers", name, "stamps", index))
+            yield frame, f'publisher "{name}"', ("publishers", name, "stamps", index)
 
 
 @rule("unknown-frame-id", help="Correct the name under `stamps`, or name the publisher of the frame.", topic=FRAMES)
@@ -249,39 +197,24 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
     """Messages are stamped with a frame that does not exist. As a warning: tf2 does not know it in some mode."""
     robot, stamps = case.robot, list(_stamps(case))
     frames = {*robot.link, *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    published, silent = (legal_steps(case), silent_turns(case)) if stamps else ([], [])
+    published, silent = steps_in_modes(case) if stamps else ([], [])
     modes = modes_in(robot, [step.when for step in (*published, *silent)])
     is_checked = robot.is_tree and len(modes) <= MAX_MODES and len(frames) > 1
     reported: set[str] = set()
-    for stamp in stamps:
-        if stamp.frame not in frames:
-            message = f'there is no frame "{stamp.frame}", which {stamp.owner} stamps its messages with'
-            help = case.suggest(stamp.path, stamp.frame, frames, "name a frame of the robot")
-            yield case.problem("unknown-frame-id", message, stamp.path, help)
-        elif is_checked and stamp.frame not in reported:
-            absent = [
-                one
-                for one in combinations(modes)
-                if not any(stamp.frame in (step.parent, step.child) for step in active_in(published, one))
-            ]
-            if absent and any(step.child == stamp.frame for step in published):
+    for frame, owner, path in stamps:
+        if frame not in frames:
+            message = f'there is no frame "{frame}", which {owner} stamps its messages with'
+            help = case.suggest(path, frame, frames, "name a frame of the robot")
+            yield case.problem("unknown-frame-id", message, path, help)
+        elif is_checked and frame not in reported:
+            steps = [step for step in published if frame in (step.parent, step.child)]
+            absent = [one for one in combinations(modes) if not active_in(steps, one)]
+            turns = [step for step in silent if step.child == frame]
+            if any(step.child == frame for step in steps):
                 # A gap in a mode is reported by its own rule, unless the description leaves it open.
-                turns = [step for step in silent if step.child == stamp.frame]
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:
-                reported.add(stamp.frame)
-                yield _not_on_tf(case, stamp, {} if len(absent) == 2 ** len(modes) else absent[0], silent)
-
-
-def _not_on_tf(case: Case, stamp: _Stamp, missing: Combination, silent: list[Step]) -> Diagnostic:
-    """Return the problem of a frame that is not there in a combination of modes; {} is always."""
-    message = f'tf2 does not know the frame "{stamp.frame}"{in_words(missing)}, which {stamp.owner} stamps its'
-    joint = case.robot.joint_to.get(stamp.frame)
-    turns = [step for step in active_in(silent, missing) if step.child == stamp.frame] if missing else []
-    related = [("nobody publishes it then", step.path) for step in turns]
-    if joint is not None and not missing:
-        related = [(f'nobody publishes joint "{joint.name}"', case.publisher(joint))]
-    help = "name its publisher, or what the messages are stamped with: stamps: [FRAME]"
-    return case.problem(
-        "unknown-frame-id", f"{message} messages with", stamp.path, help, related=related, severity=WARNING
-    )
+                reported.add(frame)
+                missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {} is always
+                message = f'tf2 does not know the frame "{frame}"{in_words(missing)}, which {owner} stamps its messages'
+                yield case.problem("unknown-frame-id", f"{message} with", path, severity=WARNING)

@@ -11,38 +11,28 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.language.element_names import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import (
-    WARNING,
-    Diagnostic,
-    Help,
-    Related,
-    Source,
-    Suggestion,
-    did_you_mean,
-    nearest,
-)
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Suggestion, did_you_mean, nearest
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import NUMBERS, rule
-from rosorin_compile.source.tree import Map, Path, locate, prefix_at
-from rosorin_compile.source.wording import listed
+from rosorin_compile.source.tree import Map, Path, locate
+from rosorin_compile.source.wording import listed, quoted
 from rosorin_compile.source.xml.elements import canonical, damage, found_in, tree_of
 
 from .case import Case
-from .kinematics import WORLD_FRAMES
+from .joints import WORLD_FRAMES
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 _MAX_RELATED = 3
 _AROUND = "elements"  # a tag that nobody closes by mistake
-_CLOSES = r"</(.+)> does not close <(.+)>"
-_UNIQUE = ("ros2_control", "transmission", "plugin", "sensor")  # elements of which a reader takes one of a name
+_CLOSES = re.compile(r"</(.+)> does not close <(.+)>")
 
 
 def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
@@ -53,16 +43,15 @@ def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
     owners: list[tuple[Path, Iterable[str]]] = [(case.joint(one), one.urdf_elements) for one in robot.joints]
     for link in robot.links:
         owners.append((case.link(link.name), link.urdf_elements))
-        for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
-            owners += [(case.link(link.name, purpose, i), one.urdf_elements) for i, one in enumerate(shapes)]
+        owners += [(path, shape.urdf_elements) for _, path, shape in case.shapes(link)]
     for path, texts in owners:
         yield from (((*path, "urdf_elements", index), text) for index, text in enumerate(texts))
 
 
 def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
-    """Yield each text of ``mjcf_elements`` with its path, and whether it is a section of the file."""
-    for index, text in enumerate(case.robot.mjcf_elements):
-        yield ("mjcf_elements", index), text, True
+    """Yield each text of ``mjcf`` and of links with its path, and whether it is a section of the file."""
+    for index, text in enumerate(case.robot.mjcf):
+        yield ("mjcf", index), text, True
     for link in case.robot.links:
         for index, text in enumerate(link.mjcf_elements):
             yield case.link(link.name, "mjcf_elements", index), text, False
@@ -70,37 +59,32 @@ def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
 
 @rule("bad-xml", help="Write whole elements, such as `<gazebo>...</gazebo>`.", topic=NUMBERS)
 def well_formed(case: Case) -> Iterator[Diagnostic]:
-    """A text of `urdf_elements` or `mjcf_elements` is not whole elements of XML."""
+    """A text of `urdf_elements`, `mjcf` or `mjcf_elements` is not whole elements of XML."""
     from rosorin_compile.source.xml.markup import MarkupError, parse
 
-    of_mjcf = ((path, text) for path, text, _ in mjcf_texts(case))
-    for path, text in (*urdf_texts(case), *of_mjcf):
-        reason = damage(text)
+    for path, text in (*urdf_texts(case), *((path, text) for path, text, _ in mjcf_texts(case))):
+        reason, line, column, help = damage(text), 0, 0, ""
         if not reason:
             continue
-        line, column, help = 0, 0, ""
         try:
             parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>"))
         except MarkupError as problem:
             reason, span, help = problem.diagnostic.message, problem.diagnostic.span, problem.diagnostic.help
             line, column = (span.line, span.column) if span else (1, 1)
-            left = re.fullmatch(_CLOSES, reason)
+            column -= len(_AROUND) + 2 if line == 1 else 0
+            left = _CLOSES.fullmatch(reason)
             if left and left[1] == _AROUND:  # it is closed too early: something within is still open
                 reason, line, help = f"<{left[2]}> is not closed", 0, f"add </{left[2]}>"
             elif left and left[2] == _AROUND:
                 reason = f"</{left[1]}> does not close an open element"
         made = case.problem("bad-xml", f"this is no element of XML: {reason}", path, help)
-        yield _at_line(made, text, line, column - (len(_AROUND) + 2 if line == 1 else 0)) if line else made
-
-
-def _at_line(made: Diagnostic, text: str, line: int, column: int) -> Diagnostic:
-    """Move a diagnostic to a line and column of its text, if the file has that line letter by letter."""
-    wanted = text.split("\n")[line - 1]
-    moved = at_name(made, wanted.strip(), line) if wanted.strip() else made
-    if moved.span is None or moved is made:
-        return made
-    indent = len(wanted) - len(wanted.lstrip())
-    return replace(moved, span=moved.span._replace(column=moved.span.column + max(0, column - 1 - indent), length=1))
+        wanted = text.split("\n")[line - 1] if line else ""
+        moved = at_name(made, wanted.strip(), line) if wanted.strip() else made
+        if moved.span is not None and moved is not made:
+            indent = len(wanted) - len(wanted.lstrip())
+            span = moved.span._replace(column=moved.span.column + max(0, column - 1 - indent), length=1)
+            made = replace(moved, span=span)
+        yield made
 
 
 def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
@@ -115,15 +99,8 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
     return replace(made, span=span._replace(line=line, column=found.start() + 1, length=len(name))) if found else made
 
 
-# --- names in elements ---
-
-
-class _Mention(NamedTuple):
-    """A name in an element: the path of the text, and the line in it."""
-
-    found: Reference
-    line: int
-    path: Path
+# A name in an element, the path of the text, and the line in it.
+_Mention = tuple[Reference, Path, int]
 
 
 @rule("unknown-reference", help="Correct the name.", topic=NUMBERS)
@@ -132,78 +109,59 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     mentions: dict[tuple[str, str], list[_Mention]] = {}
     own: set[str] = set()
     materials = {*case.robot.material, *(shape.material for link in case.robot.links for shape in link.visual)}
-    of_material: list[_Mention] = []
     for path, text in urdf_texts(case):
         described = False  # the children of a <material> come before it
         for element in found_in(text):
             tags, name = element.tags, element.attributes.get("name")
+            found = list(references(tags, element.attributes, element.text))
             if name and tags[0] not in REFERRING and tags[-1] in ("link", "joint", "body", "virtual_joint"):
                 own.add(name)  # of SDF within <gazebo>
             if tags[-2:] in (("material", "color"), ("material", "texture")):
                 described = True
             elif tags[0] != "gazebo" and tags[-1] == "material" and name:  # in <gazebo> they are words of Gazebo
                 materials |= {name} if described else set()
-                found = Reference(name, "material", "name", "the name of <material>")
-                of_material.append(_Mention(found, element.line, path))
+                found.append(Reference(name, "material", "name", "the name of <material>"))
                 described = False
             for attribute in element.attributes if tags == ("gazebo",) else ():
                 if attribute != "reference" and nearest(attribute, ["reference"]):
-                    use = _Mention(Reference(attribute, FRAME, "", ""), element.line, path)
                     message = f'<gazebo> has no attribute "{attribute}", so it is about the whole robot'
-                    yield _placed(case, message, use, 'did you mean "reference"?')
-            for found in references(tags, element.attributes, element.text):
-                mentions.setdefault((found.kind, found.name), []).append(_Mention(found, element.line, path))
-    yield from _unknown(case, {key: uses for key, uses in mentions.items() if key[1] not in own})
-    for use in of_material:
-        if use.found.name not in materials:
-            message = f'there is no material "{use.found.name}", {use.found.where}'
-            help = Suggestion(use.found.name, case.robot.material, "define it under materials")
-            yield _placed(case, message, use, help)
+                    made = case.problem("unknown-reference", message, path, 'did you mean "reference"?')
+                    yield at_name(made, attribute, element.line)
+            for one in found:
+                mentions.setdefault((one.kind, one.name), []).append((one, path, element.line))
+    yield from _unknown(case, {key: uses for key, uses in mentions.items() if key[1] not in own}, materials)
 
 
-def _unknown(case: Case, mentions: Mapping[tuple[str, str], list[_Mention]]) -> Iterator[Diagnostic]:
+def _unknown(
+    case: Case, mentions: Mapping[tuple[str, str], list[_Mention]], materials: Set[str]
+) -> Iterator[Diagnostic]:
     robot = case.robot
     links = {*robot.link, *WORLD_FRAMES, "world", *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    names: dict[str, Set[str]] = {LINK: links, JOINT: set(robot.joint), FRAME: links}
-    names[EITHER] = {*robot.link, *robot.joint}
-    real = {**names, LINK: set(robot.link), FRAME: set(robot.link)}
+    names = {LINK: links, JOINT: set(robot.joint), FRAME: links, EITHER: {*robot.link, *robot.joint}}
+    names["material"] = materials
     carried = robot.in_urdf() if mentions and case.feeding(ROBOT_STATE_PUBLISHER) else ()
     inside = {name for joint in carried for name in (joint.name, joint.parent, joint.child)}
     for (kind, name), uses in mentions.items():
-        sure = [use for use in uses if use.found.sure]
-        if name in names[kind]:
-            if carried and sure and name not in inside and (name in robot.link or name in robot.joint):
-                what = "link" if name in robot.link and kind != JOINT else "joint"
-                message = f'the URDF has no {what} "{name}", {sure[0].found.where}: robot_state_publisher does not'
-                yield from _once(case, f"{message} publish it", sure, "let it publish that, or remove the element")
-        elif sure or nearest(name, names[kind]):
-            use = (sure or uses)[0]
-            help = _with_prefix(case, use, real[kind])
-            help = help or case.suggest(use.path, name, real[kind], f"name a {kind} of the robot")
-            yield from _once(case, f'there is no {kind} "{name}", {use.found.where}', sure or uses, help)
-
-
-def _once(case: Case, message: str, uses: list[_Mention], help: str) -> Iterator[Diagnostic]:
-    """Yield a problem at the first use with the other places, and again for each use of a part that has the text."""
-    first, *others = [_placed(case, message, use, help) for use in uses]
-    places = dict.fromkeys(other.span for other in others[:_MAX_RELATED] if other.span != first.span)
-    yield replace(first, related=(*(Related("also named here", place) for place in places), *first.related))
-    yield from (other for other in others if other.span == first.span)
-
-
-def _placed(case: Case, message: str, use: _Mention, help: Help) -> Diagnostic:
-    return at_name(case.problem("unknown-reference", message, use.path, help), use.found.name, use.line)
-
-
-def _with_prefix(case: Case, use: _Mention, names: Set[str]) -> str:
-    """Return the suggestion for a name without its prefix: that of its part, or the names that end with it."""
-    name, prefix = use.found.name, prefix_at(case.tree, use.path)
-    near = nearest(name, [one.removeprefix(prefix) for one in names if prefix and one.startswith(prefix)])
-    if near is not None:
-        return f'did you mean "{prefix if near == name else ""}{near}"?'
-    longer = sorted(one for one in names if one.endswith(name) and one != name and not one[-len(name) - 1].isalnum())
-    choice = " or ".join(f'"{one}"' for one in longer[:_MAX_RELATED])
-    return f"did you mean {choice}? names have their prefixes here" if longer else ""
+        sure = [use for use in uses if use[0].sure]
+        found, path, _ = (sure or uses)[0]
+        if name not in names[kind] and (sure or nearest(name, names[kind])):
+            message, uses = f'there is no {kind} "{name}", {found.where}', sure or uses
+            real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
+            # Without its prefix, as in a part.
+            longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
+            help = f"did you mean {quoted(longer[:_MAX_RELATED])}?"
+            help = help if longer else case.suggest(path, name, real, f"name a {kind} of the robot")
+        elif kind != "material" and carried and sure and name not in inside and name in {*robot.link, *robot.joint}:
+            what = "link" if name in robot.link and kind != JOINT else "joint"
+            message, uses = f'the URDF has no {what} "{name}", {found.where}', sure
+            help = "let robot_state_publisher publish it, or remove the element"
+        else:
+            continue
+        made = [case.problem("unknown-reference", message, path, help) for _, path, _ in uses]
+        first, *others = [at_name(one, name, line) for one, (_, _, line) in zip(made, uses, strict=True)]
+        places = dict.fromkeys(other.span for other in others[:_MAX_RELATED] if other.span != first.span)
+        yield replace(first, related=(*(Related("also named here", place) for place in places), *first.related))
+        yield from (other for other in others if other.span == first.span)  # each use of a part that has the text
 
 
 @rule("duplicate-xml", help="Give each a name of its own; in a part, write `${prefix}` before it.", topic=NUMBERS)
@@ -215,29 +173,19 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
     has_gazebo = any(output.options.get("gazebo") for output in case.robot.outputs)
     written = {one.name for sensor in case.robot.sensors for one in sensor.gazebo} if has_gazebo else set()
     for path, text in urdf_texts(case):
-        if damage(text) or not any(f"<{tag}" in text for tag in _UNIQUE):
+        if damage(text):
             continue
         for what, name, *key in (names for element in tree_of(f"<all>{text}</all>") for names in _names_of(element)):
             before = first.setdefault((what, name, *key), path)
-            message, help, related = f'two {what} of the robot are called "{name}"', "", []
             if what == "<sensor>" and name in written:
-                help = "remove this one, or leave out ours: gazebo: [] in the sensor"
                 message = f'an output has a {what} "{name}" for Gazebo without it'
-            elif before is path:
-                continue
-            else:
-                related = [_first_use(case, before, path)]
-            if key and key[-1].startswith("<"):
-                message, help = f'the same {what} "{name}" occurs twice', "one is enough, or their settings differ"
-            yield case.problem("duplicate-xml", message, path, help, related=related)
-
-
-def _first_use(case: Case, before: Path, path: Path) -> Related:
-    """Return where the first of two elements came from; of one text that a part brings twice, its first use."""
-    first, second = locate(case.tree, before), locate(case.tree, path)
-    if first.via is not None and first.span == second.span:
-        return Related(f"the other one: {first.via.message}", first.via.span)
-    return Related("the other one", first.span)
+                yield case.problem("duplicate-xml", message, path, "remove it, or write gazebo: [] in the sensor")
+            elif before is not path:
+                one, two = locate(case.tree, before), locate(case.tree, path)
+                is_same = one.via is not None and one.span == two.span  # one text, which a part brings twice
+                related = [Related("the other one", one.via.span if is_same and one.via else one.span)]
+                message = f'two {what} of the robot are called "{name}"'
+                yield case.problem("duplicate-xml", message, path, related=related)
 
 
 def _names_of(element: Element) -> Iterator[tuple[str, ...]]:
@@ -245,9 +193,8 @@ def _names_of(element: Element) -> Iterator[tuple[str, ...]]:
 
     In the newer Gazebo the name of a plug-in is that of its class: there may be several of those, with other settings.
     """
-    name = element.get("name", "")
-    if element.tag in ("ros2_control", "transmission") and name:
-        yield f"<{element.tag}>", name
+    if element.tag in ("ros2_control", "transmission") and element.get("name"):
+        yield f"<{element.tag}>", element.get("name", "")
     for child in element if element.tag == "gazebo" else ():
         name, reference = child.get("name", ""), element.get("reference", "")
         if child.tag in ("plugin", "sensor") and name:
@@ -255,23 +202,23 @@ def _names_of(element: Element) -> Iterator[tuple[str, ...]]:
             yield f"<{child.tag}>", name, reference, *([canonical(child)] if is_class else [])
 
 
-# --- elements where nobody reads them ---
-
 # The parents in which an element of a URDF is read, and its reader.
 _READ_IN: Mapping[str, tuple[tuple[str, ...], str]] = {
     "ros2_control": (("robot",), "ros2_control"),
     "gazebo": (("robot",), "Gazebo"),
     "transmission": (("robot",), "ros_control"),
     "hardware": (("ros2_control",), "ros2_control"),
-    "command_interface": (("joint", "gpio", "sensor"), "ros2_control"),
-    "state_interface": (("joint", "gpio", "sensor"), "ros2_control"),
+    **dict.fromkeys(("command_interface", "state_interface"), (("joint", "gpio", "sensor"), "ros2_control")),
 }
 # What Gazebo reads in a <gazebo> that refers to a link or a joint (gazebosim/sdformat: src/parser_urdf.cc).
-_OF_LINKS = {"mu1", "mu2", "fdir1", "kp", "kd", "maxVel", "minDepth", "maxContacts", "laserRetro", "material"}
-_OF_LINKS |= {"turnGravityOff", "dampingFactor", "visual", "collision"}
-_OF_JOINTS = {"springStiffness", "springReference", "stopCfm", "stopErp", "fudgeFactor", "initialJointPosition"}
-_OF_JOINTS |= {"implicitSpringDamper", "provideFeedback", "preserveFixedJoint", "disableFixedJointLumping"}
-_OF_JOINTS |= {"cfmDamping"}
+_OF_LINKS = {
+    *("mu1", "mu2", "fdir1", "kp", "kd", "maxVel", "minDepth", "maxContacts", "laserRetro", "material"),
+    *("turnGravityOff", "dampingFactor", "visual", "collision"),
+}
+_OF_JOINTS = {
+    *("springStiffness", "springReference", "stopCfm", "stopErp", "fudgeFactor", "initialJointPosition", "cfmDamping"),
+    *("implicitSpringDamper", "provideFeedback", "preserveFixedJoint", "disableFixedJointLumping"),
+}
 # What Gazebo reads in a <gazebo>, and nobody in these elements of a URDF.
 _OF_GAZEBO, _OF_URDF = ("sensor", "plugin"), ("robot", "link", "joint", "visual", "collision")
 _FREE = ("plugin", "script", "shader", "meta")  # their contents are their own
@@ -280,9 +227,8 @@ _FREE = ("plugin", "script", "shader", "meta")  # their contents are their own
 @cache
 def sdf_elements() -> Mapping[str, list[str]]:
     """Return the elements of SDF by their parent, of all versions that are read."""
-    elements: dict[str, list[str]] = json.loads(files.read_text(data_folder("schemas") / "sdf_elements.json"))[
-        "elements"
-    ]
+    elements: dict[str, list[str]]
+    elements = json.loads(files.read_text(data_folder("schemas") / "sdf_elements.json"))["elements"]
     return elements
 
 
@@ -290,11 +236,13 @@ def sdf_elements() -> Mapping[str, list[str]]:
 def misplaced(case: Case) -> Iterator[Diagnostic]:
     """A warning: an element of `urdf_elements` is where its reader does not look for it, or no element of SDF."""
     for path, text in urdf_texts(case):
+        purposes = [str(step) for step in path if step in ("visual", "collision")]
+        holder = purposes[0] if purposes else {"links": "link", "joints": "joint"}.get(str(path[0]), "robot")
         elements = found_in(text)
         for index, element in enumerate(elements):
             # The elements that contain an element come after it: the last of them has the reference.
             top = next(one for one in elements[index:] if len(one.tags) == 1)
-            wrong = _misplaced(case, (_holder(path), *element.tags), top.attributes.get("reference", ""))
+            wrong = _misplaced(case, (holder, *element.tags), top.attributes.get("reference", ""))
             if wrong:
                 made = case.problem("misplaced-element", wrong[0], path, wrong[1])
                 yield at_name(made, element.tags[-1], element.line)
@@ -305,40 +253,28 @@ def misplaced(case: Case) -> Iterator[Diagnostic]:
             yield from _unknown_keys(case, path, entry.get("elements"), "sensor")
 
 
-def _holder(path: Path) -> str:
-    """Return the element of a URDF that contains the elements at a path."""
-    if path[0] not in ("links", "joints"):
-        return "robot"
-    purposes = [str(step) for step in path if step in ("visual", "collision")]
-    return purposes[0] if purposes else str(path[0]).removesuffix("s")
-
-
 def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, str] | None:
     """Return the problem of an element in these parents, and the fix; None if it is read."""
     *above, parent, tag = tags
     outer = set(tags[:-1])
     if not outer.isdisjoint(_FREE) or ":" in "".join(tags[1:]):
         return None
+    nobody = f"nobody reads <{tag}> in "
     parents, reader = _READ_IN.get(tag, ((parent,), ""))
     if parent not in parents and outer.isdisjoint(("transmission", "sdf")):
-        where = listed([f"<{one}>" for one in parents])
-        return f"nobody reads <{tag}> in <{parent}>", f"{reader} reads it in {where}: move it there"
+        return f"{nobody}<{parent}>", f"{reader} reads it in {listed(f'<{one}>' for one in parents)}: move it there"
     if tag in _OF_GAZEBO and parent in _OF_URDF and not {"gazebo", "sdf", "transmission"} & set(tags):
-        return f"nobody reads <{tag}> in <{parent}>", 'Gazebo reads it in <gazebo reference="LINK">: move it there'
-    if parent == "gazebo" and tag in (*_OF_LINKS, *_OF_JOINTS, "sensor"):
+        return f"{nobody}<{parent}>", 'Gazebo reads it in <gazebo reference="LINK">: move it there'
+    if parent == "gazebo" and tag in {*_OF_LINKS, *_OF_JOINTS, "sensor"}:
         is_link, is_joint = reference in case.robot.link, reference in case.robot.joint
         if not reference:
-            help = f'Gazebo reads <{tag}> of a link or a joint: <gazebo reference="NAME">'
-            return f"nobody reads <{tag}> in a <gazebo> without a reference", help
+            return f"{nobody}a <gazebo> without a reference", 'name a link or a joint: <gazebo reference="NAME">'
         if is_link != is_joint and tag in (_OF_JOINTS if is_link else _OF_LINKS):
             kind, other = ("link", "joint") if is_link else ("joint", "link")
-            message = f'nobody reads <{tag}> in a <gazebo> that refers to the {kind} "{reference}"'
-            return message, f"Gazebo reads it of a {other}: refer to one"
+            return f'{nobody}a <gazebo> that refers to the {kind} "{reference}"', f"refer to a {other}"
     if outer.isdisjoint(("sdf", "sensor")) or "ros2_control" in outer or "transmission" in tags:
         return None
-    holder = parent
-    if parent == "sdf":
-        holder = "model" if above[-1] == "robot" else above[-1]
+    holder = parent if parent != "sdf" else "model" if above[-1] == "robot" else above[-1]
     known = sdf_elements().get(holder)
     if known is None or tag in known:
         return None
@@ -349,11 +285,8 @@ def _unknown_keys(case: Case, path: Path, elements: Any, parent: str) -> Iterato
     """Yield the keys of a sensor's elements that are no elements of SDF."""
     known = sdf_elements().get(parent, [])
     for name, value in elements.items() if isinstance(elements, Map) and known else ():
-        if name in _FREE or ":" in name or name == "attributes" or value is None:
-            continue
         if name in known:
             yield from _unknown_keys(case, (*path, name), value, name)
-        else:
+        elif name not in (*_FREE, "attributes") and ":" not in name and value is not None:
             help = Suggestion(name, sorted(known), none="correct it, or remove it")
-            message = f"SDF has no <{name}> in <{parent}>"
-            yield case.problem("misplaced-element", message, (*path, name), help, severity=WARNING, key=True)
+            yield case.problem("misplaced-element", f"SDF has no <{name}> in <{parent}>", (*path, name), help, key=True)

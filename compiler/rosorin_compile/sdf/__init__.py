@@ -11,9 +11,15 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format
+from rosorin_compile.formats.format import (
+    BOXES_OF_HEIGHT_MAPS,
+    FORMS_OF_BOXES,
+    NUMBER_FORMAT,
+    Asked,
+    Format,
+    xml_syntax,
+)
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
-from rosorin_compile.formats.urdf import syntax
 
 if TYPE_CHECKING:
     from rosorin_compile.source.tree import Map
@@ -43,7 +49,6 @@ _UNSUPPORTED = {
     "sensors.*.joint": _FIXED,
     "sensors.*.optical.joint": _FIXED,
     "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
-    "tendons": Unsupported("no tendons"),
     "joints.*.calibration": Unsupported("no calibration of joints"),
     "joints.*.safety_controller": Unsupported("no soft limits"),
 }
@@ -94,7 +99,7 @@ FORMAT = Format(
         | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
     ),
     meshes=True,
-    syntax=syntax,
+    syntax=xml_syntax,
     folder="sdf",
     deploys=True,
 )

@@ -11,8 +11,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Transform
 from rosorin_compile.source.diagnostics import Span, Suggestion
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.describing import named, place
-from rosorin_compile.source.xml.markup import Element
+from rosorin_compile.source.xml.markup import Element, named, place
 
 from .elements import WORLD
 from .models import FRAME, JOINT, LINK, Models, Node, Scope, relative_to

@@ -32,6 +32,7 @@ RULES = (
 
 FOLLOWERS = "1.11"  # the first version with a word for mimic
 OLDEST, NEWEST = "1.9", "1.12"
+UNLIMITED = 1e16  # a limit from here on is none
 FREE = ("floating", "planar")  # joints that SDF has no word for: the child is free to move in the world
 # What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)
@@ -162,8 +163,10 @@ def view(robot: Robot, output: Output) -> Robot:
             mimic = replace(joint.mimic, joint=names[joint.mimic.joint]) if joint.mimic and followers else None
             limit = joint.limit if joint.moves else None
             if limit is not None:
-                ends = (None, None) if joint.type == "continuous" else (limit.known("lower"), limit.known("upper"))
-                limit = Limit(*ends, limit.known("effort"))
+                known = [limit.known(key) for key in ("lower", "upper", "effort")]
+                # SDF takes large limits as none; the margin is for those that printing rounds up.
+                lower, upper, effort = (None if one is None or abs(one) >= 0.99 * UNLIMITED else one for one in known)
+                limit = Limit(None, None, effort) if joint.type == "continuous" else Limit(lower, upper, effort)
             name, axis = (names[joint.name], joint.axis) if joint.moves else ("", (1.0, 0.0, 0.0))
             joints.append(Joint(name, joint.type, joint.parent, joint.child, joint.origin, axis, limit, mimic))
     return Robot(robot.name, tuple(links), tuple(joints))

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from rosorin_compile.formats.format import Placed
-from rosorin_compile.formats.gazebo_sensors import with_noise
+from rosorin_compile.formats.gazebo_elements import with_noise
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.tree import Text

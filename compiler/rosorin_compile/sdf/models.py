@@ -16,8 +16,8 @@ from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Transform
 from rosorin_compile.source.diagnostics import Related, Span, Suggestion, counted, quoted
 from rosorin_compile.source.rule_registry import READING, Rule
-from rosorin_compile.source.xml.describing import kept, named
-from rosorin_compile.source.xml.markup import Attribute, Element
+from rosorin_compile.source.xml.elements import kept
+from rosorin_compile.source.xml.markup import Attribute, Element, named
 
 from .elements import RESERVED, WORLD
 from .reading import SdfReading, WrittenPose, is_true

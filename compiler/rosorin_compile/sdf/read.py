@@ -11,17 +11,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.comments import comments_of
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree
+from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree, comments_of
 from rosorin_compile.formats.reading import accept, lower_artifact
-from rosorin_compile.formats.urdf.robot import plain
+from rosorin_compile.formats.urdf.read import plain
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Source, Span, has_errors
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.describing import named
-from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import Element, MarkupError, parse
+from rosorin_compile.source.wording import masked
+from rosorin_compile.source.xml.markup import Element, MarkupError, named, parse
 
 from .bodies import Bodies, is_near
 from .elements import OF_MODEL, WORLD, keep, wrapped
@@ -43,10 +41,10 @@ def read_sdf(opened: Opened) -> Imported:
     top = models.top(document.root, opened.path)
     sections = None if top is None else _Robot(models, top).read()
     diagnostics = reading.all_diagnostics()
-    imported = Imported(None, diagnostics, (), tuple(reading.files), reading.left_out())
+    imported = Imported(None, diagnostics, (), tuple(reading.files))
     if sections is None or top is None or has_errors(diagnostics):
         return imported
-    source = {"status": "imported", "note": f"from {printable_name(opened.path)}"}
+    source = {"status": "imported", "note": f"from {masked(opened.path.name)}"}
     tree: Map | None = as_tree({"robot": sections.pop("robot"), "source": source, **sections}, document.root.span)
     problems: list[Diagnostic] = []
     if tree is not None and opened.options.checked:

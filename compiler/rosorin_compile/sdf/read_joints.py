@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, counted, first_of, listed
-from rosorin_compile.source.xml.describing import named, place, words
-from rosorin_compile.source.xml.markup import Element
+from rosorin_compile.source.xml.markup import Element, named, place, words
 
 from .bodies import NEAR, PAIRS, Bodies, Joined, is_near
 from .elements import OF_JOINT, keep, wrapped

@@ -9,10 +9,9 @@ from rosorin_compile.formats.format import Placed
 from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_of, listed
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, counted, first_of, has_errors, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.describing import correction, named
-from rosorin_compile.source.xml.markup import Element
+from rosorin_compile.source.xml.markup import Element, correction, named
 
 from .bodies import Bodies
 from .elements import OF_LINK, keep, wrapped
@@ -273,7 +272,7 @@ class Links:
             if child is not None and values and (key != "scale" or [one.value for one in values] != [1, 1, 1]):
                 sizes[key] = values[0] if count == 1 else Placed(values, child.span)
         made[solid.tag] = Placed(sizes, solid.span)
-        return solid if len(reading.diagnostics) == before else None
+        return None if has_errors(reading.diagnostics[before:]) else solid
 
     def _address(self, uri: str, link: Node) -> str:
         """Return an address relative to the file that is imported, for one in a file that it includes."""

@@ -18,13 +18,13 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.files import exists, is_file, is_folder, resolve
 from rosorin_compile.source.packages import OF_GAZEBO, Packages
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.xml.describing import correction, named, place, words
 from rosorin_compile.source.xml.files import read_source
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, correction, named, parse, place, words
+
+from .content import UNLIMITED
 
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
 _OF_POSE = ("relative_to", "frame", "rotation_format", "degrees")
-UNLIMITED = 1e16  # a limit from here on is none
 # As ``Pose`` has it: below this, the numbers of a pose are what rounding has left of a way there and back.
 _ROUNDING = 1e-15
 

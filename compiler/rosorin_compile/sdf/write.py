@@ -11,7 +11,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple
 
-from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines, with_noise
+from markupsafe import escape
+
+from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import (
     Box,
@@ -35,7 +37,6 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_
 from rosorin_compile.source.numbers import number_format, numbers, vector
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.elements import indented
-from rosorin_compile.source.xml.escaping import escape
 
 from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, content_of, joint_names, version_of, world_of
 from .elements import WORLD, collision_elements, kept, own_elements

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     import ast
 
 MAX_DEPTH = 100
-MAX_NODE_DEPTH = 150  # of Python's syntax tree: a call in a list in a call is six nodes
 _TOO_DEEP = f"nested deeper than {MAX_DEPTH} levels"
 _JSON = re.compile(r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]')
 
@@ -40,11 +39,11 @@ def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expressio
     except (RecursionError, MemoryError):
         raise ValueError("nested too deep") from None
     nodes: list[ast.AST] = [tree]
-    for _ in range(MAX_NODE_DEPTH):
+    for _ in range(150):  # a call in a list in a call is six levels of Python's syntax tree
         nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
-        if not nodes:
-            return tree
-    raise ValueError("nested too deep")
+    if nodes:
+        raise ValueError("nested too deep")
+    return tree
 
 
 def yaml_of(text: str) -> Any:
@@ -57,13 +56,13 @@ def yaml_of(text: str) -> Any:
         for event in yaml.parse(text, Loader=loader):
             depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
             if depth > MAX_DEPTH:
-                raise ValueError(_TOO_DEEP)
+                raise yaml.YAMLError
         return yaml.load(text, Loader=loader)  # noqa: S506 - both are safe
     except yaml.YAMLError as problem:
         reason = " ".join(str(getattr(problem, "problem", None) or "not YAML").split())
-        raise ValueError(_TOO_DEEP if is_too_deep(problem) else reason) from None
-    except (ValueError, LookupError, TypeError, AttributeError) as problem:  # a value does not fit its tag
-        raise ValueError(_TOO_DEEP if str(problem) == _TOO_DEEP else "not YAML") from None
+        raise ValueError(_TOO_DEEP if depth > MAX_DEPTH or is_too_deep(problem) else reason) from None
+    except (ValueError, LookupError, TypeError, AttributeError):  # a value does not fit its tag
+        raise ValueError("not YAML") from None
 
 
 def is_too_deep(problem: Exception) -> bool:

@@ -75,17 +75,13 @@ def open_binary(path: AnyPath) -> BinaryIO:
     except OSError:
         record(path, version(path))
         raise
-    try:
-        status = os.fstat(handle)
-        record(path, _version(status))
-        if stat.S_ISDIR(status.st_mode):
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
-        if not stat.S_ISREG(status.st_mode):
-            raise OSError(errno.EINVAL, "No regular file", os.fspath(path))
+    status = os.fstat(handle)
+    record(path, _version(status))
+    if stat.S_ISREG(status.st_mode):
         return os.fdopen(handle, "rb")
-    except BaseException:
-        os.close(handle)
-        raise
+    os.close(handle)
+    code = errno.EISDIR if stat.S_ISDIR(status.st_mode) else errno.EINVAL
+    raise OSError(code, os.strerror(code) if code == errno.EISDIR else "No regular file", os.fspath(path))
 
 
 def exists(path: AnyPath) -> bool:
@@ -105,8 +101,7 @@ def is_folder(path: AnyPath) -> bool:
 
 def is_special(path: AnyPath) -> bool:
     """Return True for a pipe, a device or the like. Raises OSError if it cannot be accessed."""
-    mode = _mode(path)
-    return mode != 0 and not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
+    return exists(path) and not is_file(path) and not is_folder(path)
 
 
 def _mode(path: AnyPath) -> int:

@@ -49,7 +49,7 @@ def _variant(entry: Any) -> Variant:
     else:
         name, arguments = entry if isinstance(entry, (tuple, list)) and len(entry) == 2 else ("", entry)
     values, wrong = from_python({} if arguments is None else arguments)
-    tree = Map(Source("variants", "").start())
+    tree = Map(Source("variants", "").span())
     tree.update(values)
     variant = Variant(name if isinstance(name, str) else "", tree)
     return replace(variant, diagnostics=(*wrong, *wrong_name(variant)))

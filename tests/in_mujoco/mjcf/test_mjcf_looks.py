@@ -125,7 +125,7 @@ def test_materials_are_assets_and_a_colour_of_a_visual_stays_its_own() -> None:
 def test_a_class_that_is_kept_verbatim_keeps_its_name() -> None:
     robot = machine()
     kept = '<default><default class="machine"><geom group="5"/></default></default>'
-    text = emit(replace(robot, mjcf_elements=(kept,)))
+    text = emit(replace(robot, mjcf=(kept,)))
     assert '<default class="machine_">' in text
     load(text)
 

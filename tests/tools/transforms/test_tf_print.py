@@ -20,7 +20,7 @@ from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.model.tf2 import Answer, lookup, of_rows, rows_of_rpy, rpy
-from rosorin_compile.rules.transform import _result
+from rosorin_compile.queries import FrameTransform
 from support.paths import DATA
 from support.robots import compiled
 
@@ -49,7 +49,7 @@ TF2_ECHO = (DATA / "robots/tf2_echo.txt").read_text("utf-8")
 
 
 def text(answer: Answer) -> list[str]:
-    return _echo(_result(answer, {}), 3, "humble")
+    return _echo(FrameTransform.of(answer, {}), 3, "humble")
 
 
 def built(folder: Path, source: str, *flags: str) -> Path:

@@ -5,15 +5,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import Box, HeightMap, Joint, Limit, Link, Output, Pose, Robot, Shape, Vector
+from rosorin_compile.model import Box, HeightMap, Joint, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
-from rosorin_compile.model.link import Source
-from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, did_you_mean, error
@@ -67,7 +64,7 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
     options, diagnostics = output.options, list(_unknown_names(robot, output.options))
     rename: Mapping[str, str] = options.get("rename", {})
     joints = []
-    for joint in (robot.joint[name] for name in _requested(robot, output) if name in robot.joint):
+    for joint in _requested(robot, output):
         if joint.type in SEVERAL_COORDINATES:
             message = f"robot_model has no word for {joint.type}: joint {joint.name} is left out"
             diagnostics.append(_cannot_say(message, "let its reader know how the two parts of the robot hang together"))
@@ -107,21 +104,20 @@ def _cannot_say(message: str, help: str) -> Diagnostic:
     return Diagnostic("robot-model-cannot-say", WARNING, message, help=help)
 
 
-def _requested(robot: Robot, output: Output | None) -> Iterable[str]:
-    """Return the names of the joints to carry, by default all but those of simulations alone."""
+def _requested(robot: Robot, output: Output) -> list[Joint]:
+    """Return the joints to carry, by default all but those of simulations alone."""
     real = [joint.name for joint in robot.joints if joint.child not in robot.simulated_frames]
-    names: Iterable[str] = output.options.get("joints", real) if output is not None else ()
-    return names
+    return [robot.joint[name] for name in output.options.get("joints", real) if name in robot.joint]
 
 
 def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """Yield an error for each name in the options that the robot does not have."""
-    requested: list[tuple[str, Iterable[str], Collection[str]]] = [
-        ("joint", options.get("joints", ()), robot.joint),
-        ("link", options.get("rename", {}), robot.link),
-        ("servo group", [options["servos"]] if "servos" in options else [], {group.name for group in robot.servos}),
-    ]
-    for kind, names, known in requested:
+    servos = [options["servos"]] if "servos" in options else []
+    kinds: dict[str, tuple[Iterable[str], Collection[str]]] = {
+        "joint": (options.get("joints", ()), robot.joint),
+        "link": (options.get("rename", {}), robot.link),
+        "servo group": (servos, {group.name for group in robot.servos}),
+    }
+    for kind, (names, known) in kinds.items():
         for name in names:
             if name not in known:
                 message = f'there is no {kind} "{name}"'
@@ -175,55 +171,16 @@ def _numbers(values: Iterable[Any]) -> list[float]:
 
 def view(robot: Robot, output: Output) -> Robot:
     """Return the robot that the model of an output must contain, under the names of this artifact."""
-    return _robot_of(_model(robot, output)[0])
+    from .reading import robot_of
+
+    return robot_of(_model(robot, output)[0])
 
 
 def read(text: str) -> Robot:
     """Return the robot that a driver's model contains. Raises ValueError if the text is none."""
-    return _robot_of(json_of(text))
+    from .reading import read
 
-
-def _robot_of(model: Mapping[str, Any]) -> Robot:
-    shapes: dict[str, list[Shape]] = {}
-    joints, groups = [], []
-    try:
-        for link, box in model["boxes"].items():
-            shapes.setdefault(link, []).append(Shape(Box(_vector(box["min"]), _vector(box["max"]))))
-        if "chassis_heightmap" in model:
-            grid = model["chassis_heightmap"]
-            (x, y), heights = map(float, grid["origin_xy"]), tuple(tuple(map(float, row)) for row in grid["z"])
-            height_map = HeightMap((x, y), float(grid["cell"]), heights, 0.0, str(grid["method"]))
-            shapes.setdefault(_text(grid["frame"]), []).append(Shape(height_map, stand_in=grid.get("stand_in", "")))
-        for name, joint in model["joints"].items():
-            lower, upper = map(float, joint["limit"]) if joint["limit"] is not None else (None, None)
-            limit = None if lower is None else Limit(lower, upper)
-            origin, axis = Pose(_vector(joint["xyz"]), _vector(joint["rpy"])), _vector(joint["axis"])
-            kind, parent, child = (_text(joint[key]) for key in ("type", "parent", "child"))
-            joints.append(Joint(name, kind, parent, child, origin, axis, limit))
-        if "pulse_to_rad" in model:
-            servos = model["pulse_to_rad"]
-            names, rad_per_pulse = tuple(map(_text, servos["joints"])), float(servos["rad_per_pulse"])
-            zero, is_flipped = int(servos["zero"]), bool(servos["flipped"])
-            groups.append(ServoGroup("pulse_to_rad", names, rad_per_pulse, zero, is_flipped, (0, 0)))
-        source = Source(note=str(model["source"]))
-    except (KeyError, TypeError, AttributeError, OverflowError) as problem:
-        raise ValueError(f"not a driver's model: {problem!r}") from None
-    link_names = dict.fromkeys([*(name for joint in joints for name in (joint.parent, joint.child)), *shapes])
-    links = tuple(Link(name, collision=tuple(shapes.get(name, ()))) for name in link_names)
-    return Robot("", links, tuple(joints), servos=tuple(groups), source=source)
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise ValueError(f"{value!r} is no name")
-    return value
-
-
-def _vector(numbers: Iterable[float]) -> Vector:
-    x, y, z = map(float, numbers)
-    if not math.isfinite(x + y + z):
-        raise ValueError("a number is not finite")
-    return (x, y, z)
+    return read(text)
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -242,8 +199,8 @@ def _names(output: Output) -> dict[str, str]:
 
 def _leaves_out(robot: Robot, link: str) -> bool:
     """Return True if no requested joint has a link."""
-    joints = (robot.joint[name] for name in _requested(robot, FORMAT.output(robot)) if name in robot.joint)
-    return not any(link in (joint.parent, joint.child) for joint in joints)
+    output = FORMAT.output(robot)
+    return output is None or not any(link in (one.parent, one.child) for one in _requested(robot, output))
 
 
 def _load(opened: Opened) -> Imported:
@@ -275,10 +232,7 @@ FORMAT = Format(
             "description": "Link name: the name it has in this artifact.",
             "additionalProperties": {"$ref": "#/$defs/name"},
         },
-        "servos": {
-            "$ref": "#/$defs/name",
-            "description": "The servo group for pulse_to_rad, where there are several.",
-        },
+        "servos": {"$ref": "#/$defs/name", "description": "The servo group for pulse_to_rad, where there are several."},
         "source": {
             "type": "string",
             "description": "Text of its key source; default is the note of the robot's source.",
@@ -293,21 +247,9 @@ FORMAT = Format(
     read=read,
     include=False,
     lacks=frozenset(
-        {
-            "mass",
-            "visual",
-            "effort",
-            "velocity",
-            "mimic",
-            "dynamics",
-            "armature",
-            "stiffness",
-            "simulation",
-            "actuator",
-            "calibration",
-            "safety",
-        }
-        | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes", "drive"}
+        {"mass", "visual", "effort", "velocity", "mimic", "dynamics", "armature", "stiffness", "simulation", "actuator"}
+        | {"calibration", "safety", "pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "drive"}
+        | {"several shapes"}
     ),
     leaves_out=_leaves_out,
     why="a driver's model has only the joints that it was asked for",

@@ -9,28 +9,55 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rosorin_compile.language.schema import subject
 from rosorin_compile.language.validator import misfits_of, validator, words_of
+from rosorin_compile.model import Robot
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Source, Span, error
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, locate
-from rosorin_compile.source.xml.files import printable_name, read_source
+from rosorin_compile.source.wording import masked
+from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import MarkupError
 
 from ..format import Placed
 from ..imported import Imported, as_tree
-from ..reading import accept
+from ..reading import accept, lower_artifact
 
 RULES = (Rule("json-syntax", "The file is not JSON.", "Correct the place that is named; numbers are finite.", READING),)
 
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
+_ANY_PULSE = 10**9
 _HELP = "the file is to fit schemas/robot_model.schema.json"
 _PAIR = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
+
+
+def read(text: str) -> Robot:
+    """Return the robot that a driver's model of ours contains. Raises ValueError if it is damaged."""
+    model = json_of(text)
+    for misfit in misfits_of(validator("robot_model"), model):
+        if misfit.keyword not in ("additionalProperties", "enum"):  # which are reported in other ways
+            raise ValueError(f"not a driver's model: {words_of(misfit)}")
+    try:
+        json.dumps(model, allow_nan=False)
+    except ValueError:
+        raise ValueError("a number is not finite") from None
+    return robot_of(model)
+
+
+def robot_of(model: Mapping[str, Any]) -> Robot:
+    """Return the robot of a valid driver's model."""
+    tree = as_tree(_description(model, model["source"]), Source("the driver's model", "").span())
+    for name, entry in model["joints"].items():
+        tree["joints"][name]["axis"] = entry["axis"]  # of fixed joints, too
+    for group in (tree.get("servos") or {}).values():
+        group["pulse_range"] = [-_ANY_PULSE, _ANY_PULSE]  # which no model contains
+    return lower_artifact(tree, ())
 
 
 def read_robot_model(path: Path) -> Imported:
@@ -47,7 +74,8 @@ def read_robot_model(path: Path) -> Imported:
     if wrong:
         return Imported(None, wrong, files=(path,))
     # The format has no word for the limits of effort and velocity that the rules require.
-    tree, diagnostics = accept(as_tree(_description(model, path), model.span), lenient=True)
+    note = f"from {masked(path.name)}: {model['source']}".removesuffix(": ")
+    tree, diagnostics = accept(as_tree(_description(model, note, path.stem), model.span), lenient=True)
     return Imported(tree, diagnostics, files=(path,))
 
 
@@ -78,52 +106,48 @@ def _letter(pair: re.Match[str]) -> str:
     return f"{pair[1]}\\U{0x10000 + ((first - 0xD800) << 10) + (second - 0xDC00):08x}"
 
 
-def _at(entry: Map, key: str) -> Placed:
-    return Placed(entry[key], entry.value_spans[key])
+def _at(entry: Mapping[str, Any], key: str) -> Any:
+    return Placed(entry[key], entry.value_spans[key]) if isinstance(entry, Map) else entry[key]
 
 
-def _description(model: Map, path: Path) -> dict[str, Any]:
-    """Return the sections of a description, with the places of their values in the JSON."""
-    note = f"from {printable_name(path)}: {model['source']}" if model["source"] else f"from {printable_name(path)}"
-    links: dict[str, Placed] = {}
-    shapes: dict[str, list[Placed]] = {}
+def _placed(value: Any, entry: Any) -> Any:
+    return Placed(value, entry.span) if isinstance(entry, Map) else value
+
+
+def _description(model: Mapping[str, Any], note: str, robot: str = "robot") -> dict[str, Any]:
+    """Return the sections of a description, with the places of their values where the JSON has them."""
+    links: dict[str, dict[str, Any]] = {}
     for entry in model["joints"].values():
         for end in ("parent", "child"):
-            links.setdefault(entry[end], Placed({}, entry.value_spans[end]))
-    for name, box in model["boxes"].items():
-        links.setdefault(name, Placed({}, model["boxes"].key_spans[name]))
-        shapes.setdefault(name, []).append(Placed({"box": {key: _at(box, key) for key in ("min", "max")}}, box.span))
+            links.setdefault(entry[end], {})
+    shapes = [(name, {"box": {key: _at(box, key) for key in ("min", "max")}}) for name, box in model["boxes"].items()]
     if "chassis_heightmap" in model:
         found = model["chassis_heightmap"]
         names = {"origin": "origin_xy", "cell": "cell", "heights": "z", "method": "method"}
         grid = {key: _at(found, name) for key, name in names.items() if key != "method" or found[name]}
-        shape: dict[str, Any] = {"height_map": grid}
-        if "stand_in" in found:
-            shape["source"] = {"status": "stand_in", "note": found["stand_in"]}
-        links.setdefault(found["frame"], _at(found, "frame")._replace(value={}))
-        shapes.setdefault(found["frame"], []).append(Placed(shape, found.span))
-    for name, some in shapes.items():
-        links[name] = links[name]._replace(value={"collision": Placed(some, some[0].span)})
-    sections: dict[str, Any] = {"robot": path.stem, "source": {"status": "imported", "note": note}, "links": links}
-    sections["joints"] = Placed({name: _joint(entry) for name, entry in model["joints"].items()}, model["joints"].span)
+        source = {"source": {"status": "stand_in", "note": found["stand_in"]}} if "stand_in" in found else {}
+        shapes.append((found["frame"], {"height_map": grid, **source}))
+    for name, shape in shapes:
+        links.setdefault(name, {}).setdefault("collision", []).append(shape)
+    source = {"status": "imported", "note": note}
+    joints = {name: _placed(_joint(entry), entry) for name, entry in model["joints"].items()}
+    sections = {"robot": robot, "source": source, "links": links, "joints": joints}
     if "pulse_to_rad" in model:
         servos = model["pulse_to_rad"]
-        sections["servos"] = {"pulse_to_rad": Placed(_servos(servos, model["joints"]), servos.span)}
+        sections["servos"] = {"pulse_to_rad": _placed(_servos(servos, model["joints"]), servos)}
     return sections
 
 
-def _joint(entry: Map) -> Placed:
+def _joint(entry: Mapping[str, Any]) -> dict[str, Any]:
     joint: dict[str, Any] = {key: _at(entry, key) for key in ("type", "parent", "child", "xyz", "rpy")}
     if entry["type"] != "fixed":
         joint["axis"] = _at(entry, "axis")
-        limit = entry["limit"]
-        if limit is not None:
-            bounds = zip(("lower", "upper"), limit, limit.value_spans, strict=True)
-            joint["limit"] = Placed({key: Placed(value, span) for key, value, span in bounds}, limit.span)
-    return Placed(joint, entry.span)
+    if entry["limit"] is not None and entry["type"] != "fixed":
+        joint["limit"] = _placed(dict(zip(("lower", "upper"), entry["limit"], strict=True)), entry)
+    return joint
 
 
-def _servos(entry: Map, joints: Map) -> dict[str, Any]:
+def _servos(entry: Mapping[str, Any], joints: Mapping[str, Any]) -> dict[str, Any]:
     """Return the calibration as a group of servos; its pulses are those between the limits of the joints."""
     bounds = [value for name in entry["joints"] for value in (joints.get(name, {}).get("limit") or ())]
     rad, zero = float(entry["rad_per_pulse"]), int(entry["zero"])

@@ -1,6 +1,6 @@
 """URDF: what robot_state_publisher, MoveIt and most other readers take.
 
-``content`` decides what a URDF contains of a robot, ``gazebo`` adds blocks for Gazebo, ``write`` writes it. ``robot``
+``content`` decides what a URDF contains of a robot, ``gazebo`` adds blocks for Gazebo, ``write`` writes it. ``read``
 reads URDFs, with ``reading``, which readers of other XML formats share.
 """
 
@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
 from ..distributions import DISTRIBUTIONS
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, Opened, xml_syntax
 from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 from . import write
-from .checks import check
-from .content import frames_of, links_of
+from .content import check, frames_of, links_of
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -28,26 +27,15 @@ __all__ = ["FORMAT"]
 
 
 def _read(opened: Opened) -> Imported:
-    from .robot import read_urdf
+    from .read import read_urdf
 
     return read_urdf(opened.xml, opened.path, opened.options)
 
 
 def _read_back(text: str) -> Robot:
-    from .robot import read
+    from .read import read
 
     return read(text)
-
-
-def syntax(text: str) -> object:
-    """Return the elements of a text in one spelling."""
-    from rosorin_compile.source.xml.elements import canonical, tree_of
-
-    return canonical(tree_of(text))
-
-
-def _for_simulators(output: Output) -> bool:
-    return frames_of(output) != "published"
 
 
 def _leaves_out(robot: Robot, link: str) -> bool:
@@ -55,19 +43,15 @@ def _leaves_out(robot: Robot, link: str) -> bool:
     return bool(carried) and link not in carried
 
 
-# urdfdom before version 5 (ROS up to Jazzy) refuses that version.
-_CAPSULES = (
-    "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, cylinders stand for them"
-)
-
-
 def _asked(tree: Map, version: str, name: str) -> Asked:
     links = (tree.get("links") or {}).values()
     shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
-    capsules = any("capsule" in shape for shape in shapes)
-    wishes = (tree.get("outputs") or {}).get("urdf") or {}  # what an import found words for
-    entry = {"file": f"{name}.urdf", **wishes, **({"version": "1.2"} if version == "1.2" or capsules else {})}
-    return Asked(entry, _CAPSULES if capsules else "")
+    entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # what an import found
+    if any("capsule" in shape for shape in shapes):
+        # urdfdom before version 5 (ROS up to Jazzy) refuses that version.
+        remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version,"
+        return Asked({**entry, "version": "1.2"}, f"{remark} cylinders stand for them")
+    return Asked({**entry, **({"version": "1.2"} if version == "1.2" else {})})
 
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported]:
@@ -76,7 +60,6 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported]:
         **OF_MUJOCO,
         **OF_PUBLISHERS,
         "constraints": Unsupported("no loops, and no couplings but mimic"),
-        "tendons": Unsupported("no tendons"),
         "disabled_contacts": Unsupported("the SRDF lists pairs of links that are not to collide", quiet=True),
     }
     if not output.options.get("gazebo"):
@@ -147,9 +130,9 @@ FORMAT = Format(
     brings=write.added_elements,
     why="a URDF has only what robot_state_publisher publishes",
     meshes=True,
-    syntax=syntax,
+    syntax=xml_syntax,
     feeds=(ROBOT_STATE_PUBLISHER,),
-    withheld=_for_simulators,
+    withheld=lambda output: frames_of(output) != "published",
     folder="urdf",
     deploys=True,
 )

@@ -14,15 +14,16 @@ from typing import Any, NamedTuple
 from rosorin_compile.rules.check import acceptable
 from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Related, Span, error
+from rosorin_compile.source.messages import gathered
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
 from rosorin_compile.source.wording import and_more, counted, plural, quoted
-from rosorin_compile.source.xml.describing import correction, equal, kept, named, shortened
-from rosorin_compile.source.xml.markup import INSTRUCTION, TEXT, Element, Word
+from rosorin_compile.source.xml.elements import canonical, kept, tree_of
+from rosorin_compile.source.xml.markup import Element, Word, correction, named
 
 from ..format import Placed, cannot_carry
-from ..imported import LeftOut, ReadOptions
+from ..imported import ReadOptions
 
 RULES = (
     Rule("missing-attribute", "An element lacks a required attribute, or it is empty.", "Add it.", READING),
@@ -43,6 +44,7 @@ _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 _NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
 # The elements of which a second one that differs is an error: readers would see another robot.
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
+_GATHERED = ("import-cannot-carry", "import-ignored")
 
 
 class _Size(NamedTuple):
@@ -55,7 +57,7 @@ class _Size(NamedTuple):
 
 
 class Reading:
-    """One reading of a file: collects diagnostics, what is left out, and which entry an element became.
+    """One reading of a file: collects diagnostics and which entry an element became.
 
     Without ``spelling``, elements with unknown names are kept, even where their names look misspelt.
     """
@@ -68,8 +70,6 @@ class Reading:
         self.diagnostics: list[Diagnostic] = []
         self.paths: dict[int, Path] = {}  # the path of the entry for each element, by id
         self.joint_types: set[str] = set()
-        self._ignored: dict[str, list[Span]] = {}
-        self._left_out: dict[tuple[str, str], list[LeftOut]] = {}
         self._sizes: dict[str, list[_Size]] = {ANGLES: [], LENGTHS: []}
 
     def error(self, rule: str, message: str, span: Span, help: Help = "", related: Iterable[Related] = ()) -> None:
@@ -79,6 +79,14 @@ class Reading:
     def note(self, rule: str, message: str, span: Span) -> None:
         """Report something that the description has in another form."""
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span))
+
+    def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
+        """Report something that the language has no key for."""
+        self.diagnostics.append(cannot_carry(what, span, help))
+
+    def ignored(self, what: str, span: Span) -> None:
+        """Report something without effect."""
+        self.note("import-ignored", what, span)
 
     def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
         """Report a mistake that --lenient reads as ``instead`` describes; return True if it is read."""
@@ -97,41 +105,25 @@ class Reading:
         reported = [one.worded() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:
-            self.diagnostics[before:] = [one for one in reported if one not in wrong]
+            self.diagnostics[before:] = [one for one in reported if one.severity != ERROR]
             self.cannot_carry(named(element), element.span, wrong[0].message)
         elif wrong:
             self.diagnostics[before:] = [
-                replace(one, help=f"{one.help}; --lenient leaves {what} out")
-                if one in wrong and "--lenient" not in one.help
-                else one
+                one
+                if one.severity != ERROR or "--lenient" in one.help
+                else replace(one, help=f"{one.help}; --lenient leaves {what} out")
                 for one in reported
             ]
         return bool(wrong)
 
-    def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
-        """Report something that the language has no key for, once for each kind, whatever the names."""
-        self._left_out.setdefault((_NAME_IN_TAG.sub(r"\1>", what), help), []).append(LeftOut(what, span))
-
-    def ignored(self, what: str, span: Span) -> None:
-        """Report something without effect, once for each ``what``, with the count and the first place."""
-        self._ignored.setdefault(what, []).append(span)
-
-    def left_out(self) -> tuple[LeftOut, ...]:
-        """Return what the tree does not carry, each kind once."""
-        return tuple(
-            places[0] if len(places) == 1 else LeftOut(f"{kind} ({len(places)} places)", places[0].span)
-            for (kind, _), places in self._left_out.items()
-        )
-
     def all_diagnostics(self) -> list[Diagnostic]:
-        """Return all diagnostics, the grouped ones included."""
-        made = list(self.diagnostics)
-        for one, ((_, help), places) in zip(self.left_out(), self._left_out.items(), strict=True):
-            made.append(cannot_carry(one.what, one.span, help, others=[again.span for again in places[1:]]))
-        for what, spans in self._ignored.items():
-            times = f" ({len(spans)} times, first here)" if len(spans) > 1 else ""
-            made.append(Diagnostic("import-ignored", NOTE, f"{what}{times}", spans[0]))
-        return [*made, *self._other_units()]
+        """Return all diagnostics, with those of one kind about what is left out or has no effect as one."""
+        groups: dict[object, list[Diagnostic]] = {}
+        for index, one in enumerate(self.diagnostics):
+            kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
+            groups.setdefault(kind, []).append(one)
+        one_by_kind = [gathered(some, (WARNING, NOTE))[0] for some in groups.values()]
+        return [*one_by_kind, *self._other_units()]
 
     # Elements and attributes
 
@@ -139,7 +131,7 @@ class Reading:
         """Return the only child of a tag, or None; a second one is an error if it decides on motion and differs."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
-            if equal(children[0], again):
+            if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
                 self.ignored(f"a second <{tag}>, the same as the first, has no effect", again.span)
             elif tag in _DECIDING and not self.options.lenient:
                 message = f"{named(element)} has a second <{tag}>; readers differ in which of them they take"
@@ -161,9 +153,8 @@ class Reading:
         missing = [name for name in names if name not in element.attributes]
         missing = [name for name in missing if not any(correction(other, [name]) for other in strange)]
         if missing:
-            message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
             help = "add " + " ".join(f'{name}="..."' for name in missing)
-            self.error("missing-attribute", message, element.span, help)
+            self.error("missing-attribute", lacks(element, missing), element.span, help)
 
     def check(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
         """Report unknown attributes and children of an element: misspelt, kept in ``keep``, or not carried over."""
@@ -181,11 +172,6 @@ class Reading:
                 self.cannot_carry(f"<{child.tag}> in {named(element)}", child.span)
             else:
                 self.keep(child, keep)
-        for item in element.content:
-            if not isinstance(item, Element) and item.kind in (TEXT, INSTRUCTION):
-                what = "text between elements" if item.kind == TEXT else "an instruction <?...?>"
-                span = element.document.span(item.start, min(item.end - item.start, 40))
-                self.ignored(f"{what} has no meaning to any reader", span)
 
     def check_attributes(self, element: Element, attributes: Collection[str]) -> None:
         """Report unknown attributes of an element, as ``check``."""
@@ -245,7 +231,7 @@ class Reading:
         text = word.text
         if not NUMBER.match(text) or not math.isfinite(float(text)):
             wrong = "too large for a number" if NUMBER.match(text) else "not a number"
-            self.error("not-a-number", f"{what}: {shortened(text)} is {wrong}", word.span, _advice(text))
+            self.error("not-a-number", f'{what}: "{text[:40]}" is {wrong}', word.span, _advice(text))
             return None
         value: float = int(text) if _INTEGER.match(text) else float(text)
         if unit not in UNITS:
@@ -259,29 +245,15 @@ class Reading:
     def _other_units(self) -> Iterator[Diagnostic]:
         """Yield warnings about numbers in degrees and in millimetres.
 
-        A large number alone proves nothing: wrists turn by 400 degrees, and "no limit" is written as 999999. Degrees
-        are round numbers, as are the other limits of such a robot; in a drawing in millimetres most lengths are large.
+        A large number alone proves nothing: wrists turn by 400 degrees, and "no limit" is written as 999999. In a
+        drawing in millimetres most lengths are large. What does not move is a room or a plane.
         """
         angles, lengths = self._sizes.values()
-        limits = {one.value for one in angles if one.tag != "origin"}
-        in_degrees = len(limits) > 1 and all(size >= 5 and _is_multiple(size, 0.5) for size in limits)
-        in_degrees &= any(
-            _is_round(size) and not math.isclose(math.log10(size) % 1, 0, abs_tol=1e-9) for size in limits
-        )
-
-        def is_degrees(one: _Size) -> bool:
-            if one.tag == "origin":
-                return _is_round(one.value)
-            # 20 rad is the largest limit in 600 public robots that does not stand for many turns.
-            is_large = one.value > 31 and not _means_many_turns(one.value)
-            return in_degrees or (one.value < 360.06 and (is_large or _is_multiple(one.value, 45)))
-
-        degrees = [one for one in angles if FULL_TURN < one.value < 721 and is_degrees(one)]
+        degrees = [one for one in angles if FULL_TURN < one.value < 721 and _is_degrees(one)]
         sizes = sorted(one.value for one in lengths if one.tag != "limit")
+        in_millimetres = self.joint_types - {"fixed"} and sizes and sizes[len(sizes) // 2] > 1
         far = [one for one in lengths if one.value > FAR]
-        # What does not move is a room or a plane; what has no joint at all can be anything.
-        if not (self.joint_types - {"fixed"} and sizes and sizes[len(sizes) // 2] > 1):
-            far = [one for one in far if one.tag == "origin" and self.joint_types]
+        far = far if in_millimetres else [one for one in far if one.tag == "origin" and self.joint_types]
         for rule, found, limit, other, unit in (
             ("angle-looks-like-degrees", degrees, "more than a full turn", "degrees", ANGLES),
             ("length-looks-like-millimetres", far, "larger than any robot", "millimetres", LENGTHS),
@@ -293,18 +265,18 @@ class Reading:
                 yield Diagnostic(rule, WARNING, message, found[0].span, (), help)
 
 
-def _is_round(degrees: float) -> bool:
-    return 14.94 < degrees < 721 and _is_multiple(degrees, 5)
+def _is_degrees(size: _Size) -> bool:
+    """Return True for round angles of origins, and for limits that are not a number of turns (rad)."""
 
+    def is_multiple(step: float) -> bool:
+        return abs(size.value - round(size.value / step) * step) < 0.06  # 89.95 is 1.57 rad
 
-def _means_many_turns(limit: float) -> bool:
-    """Return True for 1, 2 or 5 times a power of ten, and for full turns (rad)."""
-    digits = limit / 10 ** math.floor(math.log10(limit))
-    return any(math.isclose(digits, one) for one in (1, 2, 5)) or abs(math.remainder(limit, math.tau)) < 0.06
-
-
-def _is_multiple(value: float, step: float) -> bool:
-    return abs(value - round(value / step) * step) < 0.06  # 89.95 is 1.57 rad
+    if size.tag == "origin":
+        return size.value > 14.94 and is_multiple(5)
+    digits = size.value / 10 ** math.floor(math.log10(size.value))
+    many_turns = any(math.isclose(digits, one) for one in (1, 2, 5)) or is_multiple(math.tau)
+    # 20 rad is the largest limit in 600 public robots that does not mean many turns.
+    return size.value < 360.06 and ((size.value > 31 and not many_turns) or is_multiple(45))
 
 
 def _advice(text: str) -> str:
@@ -325,18 +297,26 @@ def number_of(word: Word, unit: str, element: Element, name: str, reading: Readi
     return reading.number(word, f"{name} of {named(element)}", unit, tag)
 
 
+def lacks(element: Element, names: Sequence[str]) -> str:
+    """Return the message about attributes that an element lacks."""
+    return f"{named(element)} lacks the {plural('attribute', len(names))} {quoted(names)}"
+
+
 def numbers(element: Element, name: str, count: int, unit: str, reading: Reading) -> Seq | None:
     """Return the numbers of an attribute as a list, or None if it is missing or after an error."""
     attribute = element.attributes.get(name)
     if attribute is None:
         return None
     tag = "origin" if element.tag == "origin" else "size" if name in ("size", "radius", "length") else "limit"
-    found = reading.numbers(attribute.words(), f"{name} of {named(element)}", attribute.span, count, unit, tag)
+    words = attribute.words()
+    if name == "scale" and len(words) == 1 and reading.options.lenient:
+        reading.note(
+            "wrong-count", f"scale of {named(element)} has one number, which is taken for all three", attribute.span
+        )
+        words *= 3
+    found = reading.numbers(words, f"{name} of {named(element)}", attribute.span, count, unit, tag)
     if found is None:
         return None
-    if count > 1 and any(letter in attribute.raw.strip() for letter in "\t\n\r"):
-        message = "numbers are parted by a tab or a line end; urdfdom, the reader of ROS, splits at spaces alone"
-        reading.ignored(message, attribute.span)
     made = Seq(attribute.span)
     for one in found:
         made.put(one.value, one.span)

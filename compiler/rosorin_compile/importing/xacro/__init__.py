@@ -30,7 +30,7 @@ def _read(opened: Opened) -> Imported:
     from .expand import only_left_over, read_xacro
 
     if only_left_over(opened.xml, opened.path):
-        from rosorin_compile.formats.urdf.robot import read_urdf
+        from rosorin_compile.formats.urdf.read import read_urdf
 
         read = read_urdf(opened.xml, opened.path, opened.options)
         if read.tree is not None:

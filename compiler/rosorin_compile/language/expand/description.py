@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, MadeSpan, Related, Span, Suggestion, error, has_errors, swaps
 from rosorin_compile.source.load import plain_scalar
-from rosorin_compile.source.messages import offer, placed, told_once
+from rosorin_compile.source.messages import merge_by_name, offer, placed
 from rosorin_compile.source.project import Resolved, data_folder
 from rosorin_compile.source.tree import Map, Place, Seq
 
@@ -102,8 +102,7 @@ def expand(
     if reader.unread:  # names that a file would define are not missing
         diagnostics = [one for one in diagnostics if not _is_missing(one)]
     if has_errors(diagnostics):  # each missing name is reported once, where it is written
-        offers = [(one, offer(one)) for one in diagnostics]
-        diagnostics = told_once(placed(one, names) if names else one for one, names in offers)
+        diagnostics = merge_by_name(placed(one, offer(one)) for one in diagnostics)
     diagnostics += included.diagnostics if included else []
     resolved = tuple(dict.fromkeys(reader.resolved))
     return Expanded(tree, diagnostics, tuple(reader.files), scope, resolved, tuple(unused), values)

@@ -71,7 +71,7 @@ _NO_NAMES = re.compile("topic|service|namespace|remapping|uri|filename|material"
 
 # An address, an absolute path, or one with the letter of a drive.
 _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
-OF_MJCF = "mjcf_elements"  # a list of elements of XML
+OF_MJCF = ("mjcf", "mjcf_elements")  # lists of XML texts: of the robot, of a link
 
 
 class Included(NamedTuple):
@@ -382,4 +382,4 @@ def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:
         return made
     if isinstance(node, Seq):
         return map_items(node, lambda item: _mapped(item, rename, key))
-    return with_files(node, rename) if key == OF_MJCF and isinstance(node, str) else node
+    return with_files(node, rename) if key in OF_MJCF and isinstance(node, str) else node

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from rosorin_compile.source.diagnostics import Related
-from rosorin_compile.source.tree import Map, Place, Seq
+from rosorin_compile.source.tree import Include, Map, Place, Seq
 
 from ..annotations import ENTRIES, ITEMS
 from ..schema import holds_many, is_one_entry, keys_of, merged
@@ -39,8 +39,11 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         elif value is not None:
             good &= _report_section(section, tree, more, scope)
             continue
-        if parts and isinstance(tree.get(section), (Map, Seq)) and (have is not None or not is_one_entry(section)):
-            tree[section].via = tree.via  # it holds the entries of others too: each entry knows what made it
+        joined = tree.get(section)
+        holds_others = isinstance(joined, (Map, Seq)) and (have is not None or not is_one_entry(section))
+        # Each entry of a part knows what made it; an include also leads to the entries of other files.
+        if parts and joined is not None and holds_others and not isinstance(joined.via, Include):
+            joined.via = tree.via
     return good
 
 

@@ -308,7 +308,7 @@ def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
 
     def apply(*values: Any) -> Any:
         try:
-            with aside(plugin):
+            with aside():
                 value = one(*values)
         except (ExpressionError, TypeError, ValueError, ArithmeticError, LookupError):
             raise  # as functions that are built in

@@ -224,5 +224,5 @@ CORE: tuple[Section[Any], ...] = (
     Section("materials", Material, lower=_materials),
     Section("root", Root, form=ONE, lower=_root),
     Section("disabled_contacts", form=ITEMS, lower=_disabled_contacts),
-    Section("mjcf_elements", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf_elements"])),
+    Section("mjcf", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf"])),
 )

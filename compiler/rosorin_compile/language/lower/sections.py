@@ -72,7 +72,7 @@ def _completed(fragment: Mapping[str, Any], value: Any) -> Any:
 @contextmanager
 def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
     try:
-        with aside(plugin):
+        with aside():
             yield
     except (Exception, SystemExit) as fault:
         report(failed(plugin, fault), section)

@@ -109,7 +109,8 @@ _ITS_OWN = {"integrator": "Euler"}
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
-    return Asked({"file": "", **wishes, "option": wishes.get("option", _ITS_OWN)} | {"file": f"{name}.xml"})
+    option = {} if "drives" in wishes else {"option": wishes.get("option", _ITS_OWN)}
+    return Asked({"file": "", **wishes, **option} | {"file": f"{name}.xml"})
 
 
 _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
@@ -156,7 +157,7 @@ FORMAT = Format(
     covers=(
         *MODEL_KEYS,
         "poses",
-        "mjcf_elements",
+        "mjcf",
     ),
     unsupported=_UNSUPPORTED,
     options={
@@ -191,7 +192,7 @@ FORMAT = Format(
         "contacts": {
             "enum": ["implied", "described"],
             "description": "Who does not touch whom; default: implied, which is links that a joint connects, and those"
-            " that touch wherever it is, with disabled_contacts and contact_pairs; described: those two"
+            " that touch wherever it is, with disabled_contacts; described: disabled_contacts alone"
             " alone, and what MuJoCo does by itself.",
         },
         "groups": {
@@ -207,6 +208,11 @@ FORMAT = Format(
             "type": "array",
             "items": {"type": "string"},
             "description": "The order of the actuators, by name; default: that of their joints.",
+        },
+        "drives": {
+            "enum": ["position", "velocity", "none"],
+            "description": "Servos for joints that no actuator moves, with gains from what they carry: for the position"
+            " of joints with limits and the speed of others (position), or for all speeds (velocity). Default: none.",
         },
     },
     file="{}.xml",

@@ -1,14 +1,13 @@
-"""Sections of an MJCF besides its bodies: tendons, equalities, sensors, contacts, and what is kept as it is.
+"""Sections of an MJCF besides its bodies: equalities, contacts, and what is kept as it is, such as tendons and sensors.
 
-What an entry of the description cannot express keeps the whole element as it is. What an element names of the scene (a
-site or a geom of the world, if that is no link) is kept with it.
+What an element names of the scene (a site or a geom of the world, if that is no link) is kept with it.
 """
 
 from __future__ import annotations
 
 import posixpath
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
@@ -24,6 +23,7 @@ from .values import (
     forms_of,
     listing,
     numbers,
+    plain,
     put,
     put_number,
     put_pose,
@@ -34,22 +34,19 @@ from .values import (
 )
 
 _BODY, _SITE, _GEOM, _JOINT, _TENDON = "body", "site", "geom", "joint", "tendon"
-_OBJECTS = {"xbody": "link", "body": "inertial", "geom": "shape", "site": "site", "camera": "camera"}
 _KINDS = {
-    **dict.fromkeys(("body", "body1", "body2", "subtree1", "subtree2", "link", "inertial", "target"), _BODY),
+    **dict.fromkeys(("body", "xbody", "body1", "body2", "subtree1", "subtree2", "target"), _BODY),
     **dict.fromkeys(("site", "site1", "site2", "sidesite", "refsite"), _SITE),
-    **dict.fromkeys(("geom", "geom1", "geom2", "shape"), _GEOM),
+    **dict.fromkeys(("geom", "geom1", "geom2"), _GEOM),
     **dict.fromkeys(("joint", "joint1", "joint2"), _JOINT),
     **dict.fromkeys(("tendon", "tendon1", "tendon2"), _TENDON),
     **{kind: kind for kind in ("actuator", "camera", "material")},
 }
-_OF_TENDON = {"springlength": "spring_length", "frictionloss": "friction", "actuatorfrcrange": "force"}
 _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
-_PAIRED = {"body": "links", "site": "sites", "joint": "joints", "tendon": "tendons"}
-_MEASURED = ("joint", "tendon", "actuator", "site", "body", "camera", "geom", "mesh")
-_OF_SENSOR = {"body": "link", "geom": "shape"} | {
-    f"{word}{number}": f"{key}{number}" for word, key in (("body", "link"), ("geom", "shape")) for number in (1, 2)
-}
+_PAIRED = {"body": "links", "site": "sites", "joint": "joints"}
+# The types of sensors that other formats know, by the element of MuJoCo.
+_TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
+_TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
 _EQ_JOINT = 2  # mjEQ_JOINT
 _DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's own for the numbers after those of STIFF
 _EXCLUDED = "excluded from contact in the MJCF"
@@ -76,51 +73,117 @@ def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
             reading.keep_in_section("worldbody", node, f"{kind} of the world", span)
 
 
-def _keep_whole(reading: Reading, section: str, node: Node, name: str, span: Span) -> None:
-    """Keep an element as it is, under its name in the description."""
-    named = {**node, "attributes": {**node["attributes"], "name": name}} if name else node
-    reading.keep_in_section(section, named, f"{section} <{node['tag']}>", span)
+def _keep_whole(reading: Reading, section: str, node: Node, span: Span) -> None:
+    """Keep an element of a section as it is, with what it names of the scene."""
+    waiting = [node]
+    while waiting:
+        attributes = waiting[-1]["attributes"]
+        waiting += waiting.pop()["inner"]
+        for word, text in attributes.items():
+            kind = _kind_of(word, attributes)
+            if kind in (_SITE, _GEOM):
+                _keep_of_scene(reading, kind, text)
+    reading.keep_in_section(section, node, section, span)
 
 
-def add_tendons(reading: Reading) -> None:
-    """Add the tendons, with the joints or along the path that they have."""
-    nodes, tendons = reading.facts["elements"]["tendons"], Map(reading.markup.root.span)
+def keep_tendons(reading: Reading) -> None:
+    """Keep all tendons."""
+    nodes = reading.facts["elements"]["tendons"]
     for index, (node, element) in enumerate(zip(nodes, reading.elements_of("tendon", nodes), strict=True)):
-        name, entry = reading.name("tendon", node["attributes"].get("name", ""), "tendon", index), Map(element.span)
-        _put_way(reading, entry, node, element)
-        looks = ("width", "rgba", "material") if node["tag"] == "fixed" else ()  # which is not drawn
-        attributes = {word: text for word, text in node["attributes"].items() if word not in looks}
-        rest = put_words(
-            entry, attributes, "tendon", element, _OF_TENDON, lambda word, text: called(reading, word, text)
-        )
-        if rest or len(entry.get("joints") or ()) != sum(one["tag"] == "joint" for one in node["inner"]):
-            _keep_whole(reading, "tendon", node, name, element.span)
-        else:
-            tendons.put(name, entry, element.span, element.span)
-    if tendons:
-        put(reading.tree, "tendons", tendons)
+        _keep_named(reading, "tendon", index, node, element)
 
 
-def _put_way(reading: Reading, entry: Map, node: Node, element: Element) -> None:
-    """Set the joints of a tendon with their factors, or the stops of its path."""
-    joints, path = Map(element.span), []
-    for one in node["inner"]:
-        attributes = one["attributes"]
-        if one["tag"] == "joint":
-            factor = tidy(floats(attributes, "coef", [0])[0])
-            put_number(joints, called(reading, "joint", attributes["joint"]), factor, element)
+def _keep_named(reading: Reading, section: str, index: int, node: Node, element: Element) -> None:
+    own = node["attributes"].get("name", "")
+    named = {"name": reading.name(section, own, index=index)} if own else {}
+    _keep_whole(reading, section, {**node, "attributes": {**node["attributes"], **named}}, element.span)
+
+
+def add_sensors(reading: Reading) -> None:
+    """Add the sensors that other formats know, those of one link and type as one entry; keep all others."""
+    nodes, sites = reading.facts["elements"]["sensors"], {site["name"]: site for site in reading.facts["sites"]}
+    groups: dict[tuple[str, str], list[Measured]] = {}
+    kept: list[int] = []
+    for index, (node, element) in enumerate(zip(nodes, reading.elements_of("sensor", nodes), strict=True)):
+        kind, site = _TYPES.get(node["tag"], ""), sites.get(node["attributes"].get("site", ""))
+        if not kind or site is None or site["body"] not in reading.link_of or node["inner"]:
+            _keep_named(reading, "sensor", index, node, element)
+            kept.append(index)
             continue
-        stop = Map(element.span)
-        for word, key in (("site", "site"), ("geom", "shape"), ("sidesite", "side_site")):
-            if word in attributes:
-                put(stop, key, called(reading, word, attributes[word]))
-        if one["tag"] == "pulley":
-            put_number(stop, "pulley", tidy(floats(attributes, "divisor", [1])[0]), element)
-        path.append(stop)
-    if joints:
-        put(entry, "joints", joints)
-    if path:
-        put(entry, "path", listing(path, element))
+        name = reading.name("sensor", node["attributes"].get("name", ""), f"{site['name']}_{node['tag']}", index)
+        measured = Measured(index, name, node, element, site)
+        groups.setdefault((reading.link_of[site["body"]], kind), []).append(measured)
+    sensors = Map(reading.markup.root.span)
+    for (link, kind), some in groups.items():
+        shared = _shared([one.name for one in some])
+        for name, members in [(shared, some)] if shared else [(one.name, [one]) for one in some]:
+            sensors.put(
+                name, _sensor(reading, link, kind, name, members), members[0].element.span, members[0].element.span
+            )
+    if sensors:
+        put(reading.tree, "sensors", sensors)
+    order = [one.number for some in groups.values() for one in some] + kept
+    if order != sorted(order):
+        first = reading.elements_of("sensor", nodes)[order[0]]
+        reading.changed("sensors of the language are before others: data of sensors is in another order", first.span)
+
+
+class Measured(NamedTuple):
+    """A sensor at a site: its place in the list, its name in the description, as an element, in the text, the site."""
+
+    number: int
+    name: str
+    node: Node
+    element: Element
+    site: Mapping[str, Any]
+
+
+def _shared(names: Sequence[str]) -> str:
+    """Return what names have in common before an underscore: imu of imu_gyro and imu_accelerometer; one alone whole."""
+    if len(names) == 1:
+        return names[0]
+    first, last = min(names), max(names)
+    length = next((at for at, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), len(first))
+    return first[:length].rpartition("_")[0]
+
+
+def _number_or_text(text: str) -> float | int | str:
+    try:
+        return plain(float(text))
+    except (ValueError, OverflowError):
+        return text
+
+
+def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence[Measured]) -> Map:
+    """Return the entry of a sensor with its elements in MuJoCo, and its pose in Gazebo if that is not of the link."""
+    entry, elements = Map(members[0].element.span), []
+    put(entry, "type", kind)
+    put(entry, "frame", link)
+    for one in members:
+        item, attributes = Map(one.element.span), Map(one.element.span)
+        put(item, "sensor", one.node["tag"])
+        if one.name != name:
+            put(item, "name", one.name.removeprefix(f"{name}_"))
+        for word, text in one.node["attributes"].items():
+            if word == "site" and reading.called(_SITE, text) != link:
+                put(attributes, word, reading.called(_SITE, text))
+            elif word not in ("name", "site"):
+                put(attributes, word, _number_or_text(text))
+        if attributes:
+            put(item, "attributes", attributes)
+        elements.append(item)
+    put(entry, "mjcf", listing(elements, members[0].element))
+    item, place = Map(entry.span), transform(members[0].site["pos"], members[0].site["quat"])
+    put(item, "sensor", kind)
+    if kind == "contact":
+        put(item, "feels", "sensor")
+    elif kind == "force_torque":
+        put(item, "frame", "joint")
+    else:
+        put_pose(item, place, members[0].element)
+    # A ray of MuJoCo is no scan of Gazebo.
+    put(entry, "gazebo", listing([] if kind == "range_finder" else [item], members[0].element))
+    return entry
 
 
 def add_equalities(reading: Reading) -> None:
@@ -189,7 +252,7 @@ def _add_constraint(reading: Reading, constraints: Map, index: int, node: Node, 
     of = next((attributes[word] for word in ("body1", "site1", "joint1", "tendon1") if word in attributes), "robot")
     name = reading.name("constraint", attributes.get("name", ""), f"{of}_{node['tag']}", index)
     if node["tag"] not in forms_of("constraint")["type"]["enum"]:
-        _keep_whole(reading, "equality", node, name, element.span)
+        _keep_whole(reading, "equality", {**node, "attributes": {**attributes, "name": name}}, element.span)
         return
     put(entry, "type", node["tag"])
     for word, key in _PAIRED.items():
@@ -207,38 +270,9 @@ def _add_constraint(reading: Reading, constraints: Map, index: int, node: Node, 
         offset, *others = shifted(floats(rest, "polycoef", [0, 1, 0, 0, 0]), -second)
         rest["polycoef"] = " ".join(repr(tidy(value)) for value in (offset + first, *others))
     if put_words(entry, rest, "constraint", element, _OF_CONSTRAINT):
-        _keep_whole(reading, "equality", node, name, element.span)
+        _keep_whole(reading, "equality", {**node, "attributes": {**attributes, "name": name}}, element.span)
     else:
         constraints.put(name, entry, element.span, element.span)
-
-
-def add_sensors(reading: Reading) -> None:
-    """Add the sensors of MuJoCo."""
-    nodes, sensors = reading.facts["elements"]["sensors"], Map(reading.markup.root.span)
-    kinds = set(forms_of("mjcf_sensor")["kind"]["enum"]) - {"plugin"}
-    for index, (node, element) in enumerate(zip(nodes, reading.elements_of("sensor", nodes), strict=True)):
-        attributes, entry = dict(node["attributes"]), Map(element.span)
-        of = next(
-            (attributes[word] for word in (*_MEASURED, "objname", "geom1", "body1") if word in attributes), "robot"
-        )
-        name = reading.name("sensor", attributes.get("name", ""), f"{of}_{node['tag']}", index)
-        put(entry, "kind", node["tag"])
-        for key, kind, word in (("object", "objtype", "objname"), ("reference", "reftype", "refname")):
-            what = _OBJECTS.get(attributes.get(kind, ""), "")
-            if what and word in attributes:
-                inner = Map(element.span)
-                put(inner, what, called(reading, what, attributes.pop(word)))
-                del attributes[kind]
-                put(entry, key, inner)
-        rest = put_words(
-            entry, attributes, "mjcf_sensor", element, _OF_SENSOR, lambda word, text: called(reading, word, text)
-        )
-        if rest or node["inner"] or node["tag"] not in kinds:
-            _keep_whole(reading, "sensor", node, name, element.span)
-        else:
-            sensors.put(name, entry, element.span, element.span)
-    if sensors:
-        put(reading.tree, "mjcf_sensors", sensors)
 
 
 def add_contacts(reading: Reading) -> None:
@@ -329,23 +363,13 @@ def _link_pair(names: list[str], element: Element, reason: str) -> Map:
 
 
 def _add_pairs(reading: Reading, implied: set[frozenset[str]]) -> None:
-    """Add the contact pairs; not those of ``implied``, which ours has by itself, unless they have more."""
-    nodes, entries = reading.facts["elements"]["pairs"], []
+    """Keep the contact pairs; not those of ``implied``, which ours has by itself, unless they have more."""
+    nodes = reading.facts["elements"]["pairs"]
     for node, element in zip(nodes, reading.elements_of("contact", nodes, "pair"), strict=True):
         attributes = dict(node["attributes"])
-        both = [called(reading, word, attributes.pop(word)) for word in ("geom1", "geom2")]
-        if attributes in TOUCHES and frozenset(both) in implied:
-            continue
-        entry = Map(element.span)
-        if "name" in attributes:
-            put(entry, "name", reading.name("pair", attributes["name"]))
-        put(entry, "shapes", listing(both, element))
-        if put_words(entry, attributes, "contact_pair", element):
-            _keep_whole(reading, "contact", node, "", element.span)
-        else:
-            entries.append(entry)
-    if entries:
-        put(reading.tree, "contact_pairs", listing(entries, reading.markup.root))
+        both = [reading.called(_GEOM, attributes.pop(word)) for word in ("geom1", "geom2")]
+        if attributes not in TOUCHES or frozenset(both) not in implied:
+            _keep_whole(reading, "contact", node, element.span)
 
 
 def add_kept(reading: Reading) -> None:
@@ -358,17 +382,28 @@ def add_kept(reading: Reading) -> None:
         reading.keep(_with_files(reading, node), node["tag"], (found[0] if found else reading.markup.root).span)
     for one in reading.elements:  # which grow: assets name others
         keep_assets(reading, one.node, one.span)
-    by_link: dict[str, list[str]] = {}
+    by_link: dict[str, list[Node]] = {}
     by_tag: dict[str, list[Span]] = {}
     for one in reading.elements:
-        by_link.setdefault(one.link, []).append(text_of(_renamed(reading, one.node)))
+        nodes = by_link.setdefault(one.link, [])
+        node = _renamed(reading, one.node)
+        section = next((each for each in nodes if not one.link and _is_same_section(each, node)), None)
+        if section is None:
+            nodes.append(node)
+        else:
+            section["inner"].extend(node["inner"])
         by_tag.setdefault(one.tag, []).append(one.span)
-    for link, texts in by_link.items():
-        put(reading.links[link] if link else reading.tree, "mjcf_elements", listing(texts, reading.markup.root))
+    for link, nodes in by_link.items():
+        texts = listing(map(text_of, nodes), reading.markup.root)
+        put(reading.links[link] if link else reading.tree, "mjcf_elements" if link else "mjcf", texts)
     for tag, spans in by_tag.items():
         what = f"{counted(len(spans), 'element')} ({tag})" if len(spans) > 1 else f"an element ({tag})"
-        message = f"{what}, for which the language has no word: kept in mjcf_elements"
+        message = f"{what}, for which the language has no keys: kept as XML under mjcf"
         reading.note("import-verbatim", message, spans[0], others=spans[1:])
+
+
+def _is_same_section(one: Node, other: Node) -> bool:
+    return bool(one["tag"] == other["tag"] and not one["attributes"] and not other["attributes"])
 
 
 def _with_files(reading: Reading, node: Node) -> Node:
@@ -380,13 +415,18 @@ def _with_files(reading: Reading, node: Node) -> Node:
     return {**node, "attributes": attributes, "inner": [_with_files(reading, one) for one in node["inner"]]}
 
 
+def _kind_of(word: str, attributes: Mapping[str, str]) -> str:
+    """Return the kind of what an attribute names; empty if it names nothing of the robot."""
+    if word in ("objname", "refname"):
+        word = attributes.get(f"{word[:3]}type", "")
+    return _KINDS.get(word, "")
+
+
 def _renamed(reading: Reading, node: Node) -> Node:
     """Return an element with the names that the description has for what it names."""
     attributes = dict(node["attributes"])
     for word, text in attributes.items():
-        kind = _KINDS.get(word, "")
-        if word in ("objname", "refname"):
-            kind = _KINDS.get(_OBJECTS.get(attributes.get(f"{word[:3]}type", ""), ""), "")
+        kind = _kind_of(word, attributes)
         if kind and kind != "material":  # those are kept with it
             attributes[word] = reading.called(kind, text)
     return {**node, "attributes": attributes, "inner": [_renamed(reading, one) for one in node["inner"]]}

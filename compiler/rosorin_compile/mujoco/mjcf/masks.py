@@ -1,21 +1,20 @@
 """Masks: the bits by which MuJoCo lets two geoms touch, before it asks for excluded bodies.
 
 Two geoms may touch if the ``contype`` of one has a bit that the ``conaffinity`` of the other has. A shape has those of
-the layers that the description names; all that says nothing, and so the floor of a scene, has bit 1 in both.
+its ``contact``; a shape that has none, and so the floor of a scene, has bit 1 in both.
 
-Where a robot names no layer, the wheels of its drive meet the floor alone: a hub and its rollers are built into each
+Where a robot sets no bits, the wheels of its drive meet the floor alone: a hub and its rollers are built into each
 other, and a wheel into its arch. What else the robot has meets itself, the floor, and other things.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.simulation import SHARED_LAYER
+from rosorin_compile.model.simulation import Attribute
 
 if TYPE_CHECKING:
     from .contacts import Geom
@@ -36,6 +35,7 @@ class Mask(NamedTuple):
         return {"contype": str(self.contype), "conaffinity": str(self.conaffinity)}
 
 
+BITS = ("contype", "conaffinity")
 USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
 
 
@@ -47,7 +47,6 @@ class Masks:
 
     def __init__(self, robot: Robot, implied: bool) -> None:
         self.robot = robot
-        self.bits = {name: 1 << bit for bit, name in enumerate(contact_layers(robot))}
         self.rolling = rolling(robot) if implied else frozenset[str]()
         self.usual = BESIDE_WHEELS if self.rolling else USUAL
 
@@ -58,11 +57,7 @@ class Masks:
         contact = shape.contact
         if contact is None:
             return self.usual
-        both = zip((contact.layers, contact.touches), self.usual, strict=True)
-        return Mask(*(usual if said is None else self._bits(said) for said, usual in both))
-
-    def _bits(self, layers: Sequence[str]) -> int:
-        return sum(self.bits.get(name, 0) for name in set(layers))  # contact-layer refuses one that is not listed
+        return Mask(*(_bits(contact.values.get(word), usual) for word, usual in zip(BITS, self.usual, strict=True)))
 
     @cached_property
     def _of_links(self) -> dict[str, set[Mask]]:
@@ -81,10 +76,10 @@ class Masks:
 def rolling(robot: Robot) -> frozenset[str]:
     """Return the links that meet the floor alone: the wheels of a drive with what turns on them, hubs and rollers.
 
-    Behind a joint that steers it is what turns there. Who says layers of contacts, says of all links what they meet.
+    Behind a joint that steers it is what turns there. A description that sets bits sets those of all links.
     """
     drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
-    if drive is None or any(one and (one.layers is not None or one.touches is not None) for one in contacts):
+    if drive is None or any(one and not one.values.keys().isdisjoint(BITS) for one in contacts):
         return frozenset()
     wheels = {robot.joint[name].child for names in drive.joints.values() for name in names if name in robot.joint}
     steered = {robot.joint[name].child for name in drive.steering if name in robot.joint}
@@ -98,15 +93,5 @@ def rolling(robot: Robot) -> frozenset[str]:
     return frozenset(wheels)
 
 
-def contact_layers(robot: Robot) -> tuple[str, ...]:
-    """Return the layers of contacts, in the order of their bits; the first is that of shapes that name none."""
-    if robot.contact_layers:
-        return robot.contact_layers
-    named = {
-        name
-        for link in robot.links
-        for shape in link.collision
-        if shape.contact is not None
-        for name in (*(shape.contact.layers or ()), *(shape.contact.touches or ()))
-    }
-    return (SHARED_LAYER, *sorted(named - {SHARED_LAYER}))
+def _bits(value: Attribute, usual: int) -> int:
+    return int(value) if isinstance(value, (int, float)) else usual

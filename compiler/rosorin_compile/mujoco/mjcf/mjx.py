@@ -26,7 +26,7 @@ RULES = (
         "not-in-mjx",
         "A note: two shapes of a robot may touch that MJX does not collide, such as a cylinder and a box: it loads no "
         "MJCF with these. MuJoCo itself does.",
-        "Make one of them a capsule or a sphere, or keep them apart: by the layers of their `contact`, or wheels by a "
+        "Make one of them a capsule or a sphere, or keep them apart: by the bits of their `contact`, or wheels by a "
         "`drive`.",
         Heading.FORMATS,
     ),
@@ -106,6 +106,6 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             f'MJX does not collide a {kinds[0]} with a {kinds[1]}, which may touch: links "{link}" and "{other}"; it'
         )
         message += " does not load the MJCF"
-        help = "make one of them a capsule, or keep them apart: by layers of their contact, or wheels by a drive"
+        help = "make one of them a capsule, or keep them apart: by the bits of their contact, or wheels by a drive"
         path = case.link(link, "collision", number)
         yield case.problem("not-in-mjx", message, path, help, severity=NOTE)

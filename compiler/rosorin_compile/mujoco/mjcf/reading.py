@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import cannot_carry
-from rosorin_compile.formats.imported import LeftOut
 from rosorin_compile.model import Vector
 from rosorin_compile.model.geometry import plane_axes
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span
@@ -90,7 +89,6 @@ class Reading:
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
         self.markup, self.places, self.facts = markup, places, facts
         self.diagnostics: list[Diagnostic] = []
-        self.left_out: list[LeftOut] = []
         self.tree, self.links, self.joints = (Map(markup.root.span) for _ in range(3))
         self.link_names, self.joint_names = Names(), Names()
         self.link_of: dict[int, str] = {}
@@ -172,7 +170,6 @@ class Reading:
     def lost(self, what: str, span: Span) -> None:
         """Report that something of the robot is not in the tree."""
         self.diagnostics.append(cannot_carry(what, span))
-        self.left_out.append(LeftOut(what, span))
 
     def note(self, rule: str, message: str, span: Span, help: str = "", others: Sequence[Span] = ()) -> None:
         """Add a note with other places."""

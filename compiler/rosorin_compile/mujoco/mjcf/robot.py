@@ -72,7 +72,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     if tree is not None:
         put(tree, "outputs", _outputs(reading))
     diagnostics = arrange([*reading.diagnostics, *about_meaning])
-    return Imported(tree, diagnostics, comments_of(reading), files, tuple(reading.left_out), names=_names(reading))
+    return Imported(tree, diagnostics, comments_of(reading), files, names=_names(reading))
 
 
 def _no_body(markup: Markup) -> Diagnostic:
@@ -106,7 +106,7 @@ def _read(reading: Reading, path: Path) -> None:
     put(tree, "links", reading.links)
     put(tree, "joints", reading.joints)
     joints.add_root(reading)
-    entries.add_tendons(reading)
+    entries.keep_tendons(reading)
     entries.add_equalities(reading)
     poses.add_poses(reading)
     entries.add_sensors(reading)

@@ -5,14 +5,14 @@ MuJoCo has no such difference; people express it in two ways. A geom that collid
 is in a group that viewers hide (3 to 5), or transparent, or of a class with "collision" in its name, or its body has
 geoms only to be seen and those have groups of their own in this model.
 
-The masks of a geom become layers. A geom that the language has no shape for is kept as it is.
+A geom that the language has no shape for is kept as it is.
 """
 
 from __future__ import annotations
 
 import posixpath
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import PurePosixPath
 from typing import Any, cast
 
@@ -27,7 +27,6 @@ from .reading import Reading
 from .values import (
     Node,
     legal,
-    listing,
     numbers,
     placing,
     put,
@@ -45,7 +44,7 @@ _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder",
 _CARRIED = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH)
 _HIDDEN = 3  # the first group that viewers hide
 _NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # MuJoCo: a geom of this colour has that of its material
-# What the shape, its place, its layers and its looks express, or what has gone into the mass of the link.
+# What the shape, its place and its looks express, or what has gone into the mass of the link.
 _READ = (
     *("name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"),
     *("fitscale", "contype", "conaffinity", "rgba", "material", "group"),
@@ -58,7 +57,6 @@ def add_shapes(reading: Reading) -> None:
     """Add the shapes of all links, and the materials that they use."""
     geoms, purposes = reading.facts["geoms"], _purposes(reading)
     looks = Looks(reading)
-    layers = _layers(reading, [index for index, found in purposes.items() if "collision" in found])
     reading.groups = _usual_groups(reading, purposes)
     held: dict[tuple[str, str], Seq] = {}
     for index, found in purposes.items():
@@ -68,7 +66,7 @@ def add_shapes(reading: Reading) -> None:
             if purpose == "visual":
                 looks.put(geoms[index], shape, element)
             else:
-                _put_contact(reading, layers, geoms[index], shape, element)
+                _put_contact(reading, geoms[index], shape, element)
             _put_more(reading, looks, geoms[index], shape, element, found, purpose)
             held.setdefault((link, purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
@@ -78,8 +76,6 @@ def add_shapes(reading: Reading) -> None:
             span, link = reading.places.of("geoms", index).span, reading.link_of[geom["body"]]
             reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
     looks.finish()
-    if len(layers) > 1:
-        put(reading.tree, "contact_layers", listing(layers, reading.markup.root))
     _report_scene(reading)
 
 
@@ -144,23 +140,12 @@ def _colour(thing: Mapping[str, Any]) -> list[float]:
     return [tidy(round(value, 7)) for value in thing["rgba"]]
 
 
-def _layers(reading: Reading, geoms: Iterable[int]) -> list[str]:
-    """Return the names of the layers, one for each bit of the masks of geoms."""
-    masks = [reading.facts["geoms"][index][word] for index in geoms for word in ("contype", "conaffinity")]
-    highest = max((_bits(mask)[-1] for mask in masks if mask), default=0)
-    return ["default", *(f"layer_{bit}" for bit in range(1, highest + 1))]
-
-
-def _bits(mask: int) -> list[int]:
-    return [bit for bit in range(32) if mask & (1 << bit)]
-
-
-def _put_contact(reading: Reading, layers: list[str], geom: Mapping[str, Any], shape: Map, element: Element) -> None:
-    """Set the layers of a shape and how it touches."""
+def _put_contact(reading: Reading, geom: Mapping[str, Any], shape: Map, element: Element) -> None:
+    """Set the bits of a shape and how it touches."""
     entry, attributes = Map(element.span), geom["element"]["attributes"]
-    for word, key in (("contype", "layers"), ("conaffinity", "touches")):
+    for word in ("contype", "conaffinity"):
         if geom[word] != 1:
-            put(entry, key, listing([layers[bit] for bit in _bits(geom[word])], element))
+            put(entry, word, geom[word])
     own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
     reading.put_words(entry, own, "contact", element, "a geom")
     if entry:

@@ -36,6 +36,8 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from typing import NamedTuple
 
+from markupsafe import Markup
+
 from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
 from rosorin_compile.model import (
     Box,
@@ -63,7 +65,6 @@ from rosorin_compile.mujoco.rest_pose import home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indented
-from rosorin_compile.source.xml.escaping import Markup
 
 from .bodies import COLLISION, FRAME, SHOWN, SHOWN_WHEEL, VISUAL, WHEEL, body_name
 from .classes import Class, Classes, Named, Part
@@ -139,10 +140,10 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     drives = drives_of(robot, joints, output)
     shown = colours_of(robot) if _shows_collision(robot, output) else {}
     printer = _Printer(robot, number, elements.bodies, free, output, weightless(robot, free), shown)
-    kept = [*robot.mjcf_elements, *(text for _, text in elements.sections)]
+    kept = [*robot.mjcf, *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
-    simulated = printer.simulated.sections(printer.actuators(drives), lambda link: printer.geom_names.get(link, ()))
+    simulated = printer.simulated.sections(printer.actuators(drives))
     touching = contacts(robot, form, output.options.get("contacts", "implied") == "implied")
     values = {
         "robot": robot,
@@ -166,7 +167,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "numbers": printer.numbers,
         "pairs": lambda pairs: attributes(**dict(pairs)),
         "printed": printer.simulated.printed,
-        "kept": [indented(text, "  ") for text in robot.mjcf_elements],
+        "kept": [indented(text, "  ") for text in robot.mjcf],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
     told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *elements.diagnostics]
@@ -309,8 +310,8 @@ class _Printer:
         root = self.robot.root_in_world
         name = root.joint or free_joint(self.robot)
         if set(root.values) <= {"group", "align"}:
-            return Markup(f"<freejoint{self.simulated.printed({'name': name, **root.values})}/>")
-        return Markup(f"<joint{self.simulated.printed({'name': name, 'type': 'free', **root.values})}/>")
+            return Markup("<freejoint{}/>").format(self.simulated.printed({"name": name, **root.values}))
+        return Markup("<joint{}/>").format(self.simulated.printed({"name": name, "type": "free", **root.values}))
 
     def inertial(self, inertial: Inertial | None) -> Markup | str:
         """Return the attributes of an inertial; empty where there is no mass."""

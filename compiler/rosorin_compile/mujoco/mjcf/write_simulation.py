@@ -1,23 +1,23 @@
-"""What only a simulation has, in MJCF: actuators, tendons, equalities, sensors, contact pairs, and marks of bodies."""
+"""What only a simulation has, in MJCF: actuators, equalities, and marks of bodies."""
 
 from __future__ import annotations
 
 import posixpath
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
+
+from markupsafe import Markup
 
 from rosorin_compile.formats.templating import attributes
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.shape import Material
-from rosorin_compile.model.simulation import Attribute, Contact, Entry, Marked, Values
-from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Tendon
+from rosorin_compile.model.simulation import Attribute, Entry, Marked, Values
 from rosorin_compile.source.numbers import NumberFormat
-from rosorin_compile.source.xml.escaping import Markup
 
 from .bodies import body_name, reference, shifted
 from .classes import Named, Part
-from .masks import contact_layers
+from .masks import BITS
 from .omissions import is_textured
 from .servos import Drive, aims
 
@@ -32,10 +32,7 @@ class Simulated(NamedTuple):
     """The sections of a file, each a list of elements."""
 
     actuators: Sequence[Part]
-    tendons: Sequence[Part]
     equalities: Sequence[Part]
-    sensors: Sequence[Part]
-    pairs: Sequence[Part]
 
 
 class SimulationPrinter:
@@ -53,18 +50,10 @@ class SimulationPrinter:
         # The textures by their names in the description, and the materials that are one of them alone, by its name.
         self.textures: dict[str, str] = {}
         self.plain: dict[str, str] = {}
-        self.layers = {name: 1 << bit for bit, name in enumerate(contact_layers(robot))}
 
-    def sections(self, actuators: Sequence[Part], geoms: Callable[[str], Sequence[str]]) -> Simulated:
-        """Return all sections; ``geoms`` returns the names of the geoms with which a link collides."""
-        robot = self.robot
-        return Simulated(
-            actuators,
-            [self.tendon(tendon) for tendon in robot.tendons],
-            [self.constraint(constraint) for constraint in robot.constraints],
-            [self.entry(sensor) for sensor in robot.mjcf_sensors],
-            [part for pair in robot.contact_pairs for part in self.pair(pair, geoms)],
-        )
+    def sections(self, actuators: Sequence[Part]) -> Simulated:
+        """Return all sections."""
+        return Simulated(actuators, [self.constraint(constraint) for constraint in self.robot.constraints])
 
     def actuator(self, drive: Drive) -> Named:
         """Return the element of an actuator: its name, what it acts on, its gains, its ranges, all else."""
@@ -113,15 +102,6 @@ class SimulationPrinter:
             self.plain[texture] = free(texture, [*own, *self.plain.values()])
         return self.plain.get(texture, "")
 
-    def tendon(self, tendon: Tendon) -> Part:
-        """Return the element of a tendon with its joints or its path."""
-        joints = [
-            Part("joint", self.printed({"joint": joint, "coef": factor})) for joint, factor in tendon.joints.items()
-        ]
-        path = [Part(stop.tag, self.printed(stop.values)) for stop in tendon.path]
-        tag = "fixed" if tendon.joints else "spatial"
-        return Part(tag, self.printed({"name": tendon.name, **tendon.values}), joints or path)
-
     def constraint(self, entry: Entry) -> Part:
         """Return the element of a constraint; MuJoCo counts both joints of a polynomial from their references."""
         known = (self.robot.joint.get(str(entry.values.get(word, ""))) for word in ("joint1", "joint2"))
@@ -136,19 +116,6 @@ class SimulationPrinter:
         """Return the element of an entry of a list."""
         return Part(entry.tag, self.printed({"name": entry.name, **entry.values}))
 
-    def pair(self, pair: ContactPair, geoms: Callable[[str], Sequence[str]]) -> Iterator[Part]:
-        """Yield the elements of a pair: one, or of two links one for each shape of the one with each of the other."""
-        if pair.shapes is not None:
-            one, other = pair.shapes
-            yield Part("pair", self.printed({"name": pair.name or None, "geom1": one, "geom2": other, **pair.values}))
-            return
-        first, second = pair.links or ("", "")
-        both = [(one, other) for one in geoms(first) for other in geoms(second)]
-        for number, (one, other) in enumerate(both, 1):
-            name = pair.name if len(both) == 1 else f"{pair.name}_{number}"
-            named = {"name": name} if pair.name else {}
-            yield Part("pair", self.printed({**named, "geom1": one, "geom2": other, **pair.values}))
-
     def mark(self, mark: Marked, place: Mapping[str, str]) -> Part:
         """Return a site, a camera or a light; ``place`` are the attributes of its pose."""
         values = {key: value for key, value in mark.values.items() if value is not None}
@@ -158,21 +125,15 @@ class SimulationPrinter:
             x, y, z = map(float, said) if isinstance(said, tuple) else (0.0, 0.0, -1.0)
             if said is not None or any(mark.pose.rpy):
                 values["dir"] = mark.pose.transform().rotate((x, y, z))
-        return Part(mark.tag, Markup(attributes(name=mark.name, **place) + self.printed(values)))
+        return Part(mark.tag, attributes(name=mark.name, **place) + self.printed(values))
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
         """Return the attributes of how a shape touches, and those that the language has no word for."""
         values: dict[str, Attribute] = {}
         if shape.contact is not None and purpose == "collision":
-            values |= self.masks(shape.contact) | dict(shape.contact.values)
+            bits: Values = {word: shape.contact.values.get(word) for word in BITS}  # first in the element
+            values |= {**bits, **shape.contact.values}
         return self.texts(values | dict(shape.mjcf))
-
-    def masks(self, contact: Contact) -> dict[str, Attribute]:
-        """Return contype and conaffinity; the bits of a layer are its place among all."""
-        both = {"contype": contact.layers, "conaffinity": contact.touches}
-        return {
-            word: sum(self.layers[name] for name in set(names)) for word, names in both.items() if names is not None
-        }
 
     def printed(self, values: Values) -> Markup:
         """Return attributes as text; what is None is left out."""

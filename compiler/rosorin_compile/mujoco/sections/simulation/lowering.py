@@ -1,4 +1,4 @@
-"""The sections that only a simulation has as values: actuators, tendons, constraints, sensors of MuJoCo, and contacts.
+"""The sections of simulators as values: actuators and constraints.
 
 The words of the language become the attributes of MuJoCo's elements; what they name (links, joints, sites) stays the
 name that the description has for it.
@@ -14,14 +14,11 @@ from rosorin_compile.language.lower.records import (
     Problem,
     actuator_of,
     entries_of,
-    other_values,
     pose_of_entry,
     renamed_values,
-    values_of,
 )
 from rosorin_compile.model import Pose
 from rosorin_compile.model.simulation import Actuator, Attribute, Entry
-from rosorin_compile.mujoco.sections.simulation.values import ContactPair, Stop, Tendon
 
 TARGETS = {
     "joint": "joint",
@@ -46,57 +43,9 @@ def actuators_of(tree: Mapping[str, Any], _: Problem) -> tuple[Actuator, ...]:
     )
 
 
-def tendons_of(tree: Mapping[str, Any], _: Problem) -> tuple[Tendon, ...]:
-    """Return the tendons."""
-    return tuple(_tendon(name, entry) for name, entry in entries_of(tree, "tendons"))
-
-
 def constraints_of(tree: Mapping[str, Any], _: Problem) -> tuple[Entry, ...]:
     """Return what is held together beyond joints."""
     return tuple(_constraint(name, entry) for name, entry in entries_of(tree, "constraints"))
-
-
-def mjcf_sensors_of(tree: Mapping[str, Any], _: Problem) -> tuple[Entry, ...]:
-    """Return the sensors of MuJoCo that bring no frame."""
-    return tuple(_sensor(name, entry) for name, entry in entries_of(tree, "mjcf_sensors"))
-
-
-def contact_layers_of(tree: Mapping[str, Any], _: Problem) -> tuple[str, ...]:
-    """Return the layers of contacts in the order of their bits."""
-    return tuple(tree["contact_layers"])
-
-
-def contact_pairs_of(tree: Mapping[str, Any], _: Problem) -> tuple[ContactPair, ...]:
-    """Return who touches whom whatever their layers say."""
-    return tuple(_contact_pair(entry) for entry in tree["contact_pairs"])
-
-
-_OF_TENDON = {
-    "range": "range",
-    "spring_length": "springlength",
-    "stiffness": "stiffness",
-    "damping": "damping",
-    "friction": "frictionloss",
-    "armature": "armature",
-    "force": "actuatorfrcrange",
-    "width": "width",
-    "rgba": "rgba",
-    "material": "material",
-}
-
-
-def _tendon(name: str, entry: Mapping[str, Any]) -> Tendon:
-    values = renamed_values(entry, _OF_TENDON) | values_of(entry.get("mjcf"))
-    joints = {joint: float(factor) for joint, factor in (entry.get("joints") or {}).items()}
-    return Tendon(name, joints, tuple(_stop(stop) for stop in entry.get("path") or ()), values)
-
-
-def _stop(entry: Mapping[str, Any]) -> Stop:
-    if "pulley" in entry:
-        return Stop("pulley", {"divisor": float(entry["pulley"])})
-    if "shape" in entry:
-        return Stop("geom", renamed_values(entry, {"shape": "geom", "side_site": "sidesite"}))
-    return Stop("site", renamed_values(entry, {"site": "site"}))
 
 
 _OF_CONSTRAINT = {
@@ -111,41 +60,9 @@ _OF_CONSTRAINT = {
 
 def _constraint(name: str, entry: Mapping[str, Any]) -> Entry:
     values: dict[str, Attribute] = {}
-    for key, word in (("links", "body"), ("sites", "site"), ("joints", "joint"), ("tendons", "tendon")):
+    for key, word in (("links", "body"), ("sites", "site"), ("joints", "joint")):
         values |= {f"{word}{number}": one for number, one in enumerate(entry.get(key) or (), 1)}
     if "xyz" in entry or "rpy" in entry:
         pose: Pose = pose_of_entry(entry)
         values["relpose"] = (*pose.xyz, *pose.transform().quaternion())
     return Entry(entry["type"], name, values | renamed_values(entry, _OF_CONSTRAINT))
-
-
-def _contact_pair(entry: Mapping[str, Any]) -> ContactPair:
-    values = other_values(entry, ("name", "links", "shapes", "source"))
-    links, shapes = ((entry[key][0], entry[key][1]) if key in entry else None for key in ("links", "shapes"))
-    return ContactPair(entry.get("name", ""), links, shapes, values)
-
-
-MEASURED = {
-    "joint": "joint",
-    "tendon": "tendon",
-    "actuator": "actuator",
-    "site": "site",
-    "link": "body",
-    "camera": "camera",
-    "shape": "geom",
-    "mesh": "mesh",
-    "link1": "body1",
-    "link2": "body2",
-    "shape1": "geom1",
-    "shape2": "geom2",
-}
-_OBJECTS = {"link": "xbody", "inertial": "body", "shape": "geom", "site": "site", "camera": "camera"}
-_OF_SENSOR = (*MEASURED, "kind", "object", "reference", "source")
-
-
-def _sensor(name: str, entry: Mapping[str, Any]) -> Entry:
-    values = renamed_values(entry, MEASURED)
-    for key, kind, word in (("object", "objtype", "objname"), ("reference", "reftype", "refname")):
-        for what, one in (entry.get(key) or {}).items():
-            values |= {kind: _OBJECTS[what], word: one}
-    return Entry(entry["kind"], name, values | other_values(entry, _OF_SENSOR))

@@ -233,11 +233,10 @@ def _inherited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
     place = (*path, "mjcf", "inheritrange")
     kinds = set(actuator.targets) or {"joint"}
     other = "range" if actuator.range is not None else "actrange" if "actrange" in actuator.mjcf else ""
-    tendon = next((one for one in case.robot.tendons if one.name == actuator.targets.get("tendon")), None)
     target = joint or case.robot.joint.get(actuator.targets.get("joint", ""))
     limit = target.limit if target is not None and target.type != "continuous" else None
     has = limit is not None and limit.lower is not None and limit.upper is not None
-    has = has or (tendon is not None and "range" in tendon.values)
+    has = has or "tendon" in kinds  # whose element may have one
     if other:
         message = f"{called} has {other} and inheritrange, two words for one range"
         yield case.problem("actuator-word", message, place, "leave one of them out", key=True)

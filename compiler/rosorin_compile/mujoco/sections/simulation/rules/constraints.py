@@ -14,7 +14,7 @@ from rosorin_compile.source.tree import Path
 @rule(
     "constraint-ends",
     "A constraint lacks what its type holds together, or has what another type holds: `connect` takes two links and a "
-    "point `at`, or two sites; `weld` two links or two sites; `joint` joints; `tendon` tendons.",
+    "point `at`, or two sites; `weld` two links or two sites; `joint` joints.",
     "As the message says.",
     Heading.SIMULATED,
 )
@@ -35,12 +35,11 @@ def constraints(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("constraint-ends", f'constraint "{name}" {message}', place, help, key=True)
 
 
-_ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",), "tendon": ("tendons",)}
+_ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",)}
 _MORE = {
     "connect": ("at",),
     "weld": ("at", "xyz", "rpy", "torque_scale"),
     "joint": ("polynomial",),
-    "tendon": ("polynomial",),
 }
 
 

@@ -20,16 +20,12 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
-from rosorin_compile.source.wording import and_more, counted, listed, plural, quoted
-from rosorin_compile.source.xml.describing import named, shortened
-from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
+from rosorin_compile.source.wording import and_more, listed, masked
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse
 
-from ..comments import comments_of
-from ..format import Placed
-from ..imported import Imported, ReadOptions
+from ..imported import Imported, ReadOptions, comments_of
 from ..reading import accept, lower_artifact
-from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, numbers, put
+from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, lacks, numbers, put
 
 RULES = (
     Rule("not-expanded", "A warning: a value has `${...}` or `$(...)`.", "Name the file `NAME.xacro`.", READING),
@@ -111,7 +107,7 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
             for one in problems
         ]
     comments = comments_of(document, reader.paths) if tree is not None else []
-    return Imported(tree, diagnostics, comments, files or (path,), reader.left_out(), document.root.get("version"))
+    return Imported(tree, diagnostics, comments, files or (path,), document.root.get("version"))
 
 
 def read(text: str) -> Robot:
@@ -151,7 +147,7 @@ class _Reader(Reading):
         tree, source = Map(root.span), Map(root.span)
         self._robot_name(root, path, tree)
         put(source, "status", "imported", root)
-        put(source, "note", f"from {printable_name(path)}", root)
+        put(source, "note", f"from {masked(path.name)}", root)
         put(tree, "source", source, root)
         self.paths[id(root)] = ("robot",)
         self._materials(root, tree)
@@ -166,10 +162,14 @@ class _Reader(Reading):
         version = root.attributes.get("version")
         if version is not None and version.value.strip() not in _VERSIONS:
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
-        self._not_expanded(root)
+        elements = (one for one in root.iter() if not one.tag.startswith("xacro:"))
+        values = (value for one in elements for value in one.attributes.values())
+        found = next((value for value in values if "${" in value.raw or "$(" in value.raw), None)
+        if found is not None:
+            message, help = f'"{found.raw[:40]}" looks like xacro that was not expanded', "name the file NAME.xacro"
+            self.diagnostics.append(Diagnostic("not-expanded", WARNING, message, found.span, (), help))
         if "links" not in tree and not has_errors(self.diagnostics):
-            message = f'the robot "{tree.get("robot")}" has no links'
-            self.error("no-links", message, root.span, 'add <link name="..."/>')
+            self.error("no-links", f'the robot "{tree.get("robot")}" has no links', root.span, 'add <link name="..."/>')
         return tree
 
     def check_element(self, element: Element, keep: Map | None = None) -> None:
@@ -185,19 +185,27 @@ class _Reader(Reading):
         ``position`` is the unit of the position of the joint that the element belongs to.
         """
         for name, (count, unit) in NUMBERS[element.tag].items():
-            if keys is not None and name not in keys:
+            attribute = element.attributes.get(name)
+            if attribute is None or (keys is not None and name not in keys):
                 continue
             made = numbers(element, name, count, position if unit == _POSITION_UNIT else unit, self)
             if made is not None:
                 span = made.span if count > 1 else made.value_spans[0]
-                key = keys[name] if keys else name
-                entry.put(key, made if count > 1 else made[0], element.attributes[name].name_span, span)
+                entry.put(keys[name] if keys else name, made if count > 1 else made[0], attribute.name_span, span)
 
     def _put_text(self, entry: Map, key: str, element: Element, name: str) -> str | None:
         """Set a key to a required attribute and return it."""
         value = self.attribute(element, name)
         if value is not None:
-            entry.put(key, value, element.attributes[name].name_span, element.attributes[name].span)
+            span = element.attributes[name].span
+            entry.put(key, value, element.attributes[name].name_span, span)
+            if not value.strip():
+                self.error(
+                    "missing-attribute",
+                    f"{name} of {named(element)} is empty",
+                    span,
+                    f"name a {name.removesuffix('name')}",
+                )
         return value
 
     def _robot_name(self, root: Element, path: Path, tree: Map) -> None:
@@ -215,15 +223,18 @@ class _Reader(Reading):
         name = self.attribute(element, "name")
         if name is None or NAME.match(name):
             return name
-        why = "begins or ends with a space" if name != name.strip() else "has one of < > & \" ' or a control character"
-        message = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {why}'
-        message = message if name.strip() else f"the name of a {element.tag} is empty"
-        help = "rename it" if name.strip() else "give it a name"
+        message, help = f"the name of a {element.tag} is empty", "give it a name"
+        if name.strip():
+            why = (
+                "begins or ends with a space"
+                if name != name.strip()
+                else "has one of < > & \" ' or a control character"
+            )
+            message, help = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {why}', "rename it"
         self.error("bad-name", message, element.attributes["name"].span, help)
         return name
 
     def _section(self, root: Element, tag: str, read: Callable[[Element, TreePath], Map], tree: Map) -> None:
-        """Set the section of links or of joints, if there are any."""
         for number, element in enumerate(root.children):
             Progress.step(f"reading {tag}s", number, len(root.children))
             if element.tag != tag:
@@ -234,22 +245,10 @@ class _Reader(Reading):
             entry = read(element, path)
             if name in section:
                 related = [Related("first defined here", section.key_spans[name])]
-                message = f'the {tag} "{name}" is defined twice'
-                span = element.attributes["name"].span
+                message, span = f'the {tag} "{name}" is defined twice', element.attributes["name"].span
                 self.error("duplicate-name", message, span, "rename or remove one", related)
             elif name is not None:
                 section.put(name, entry, element.attributes["name"].span, element.span)
-
-    def _not_expanded(self, root: Element) -> None:
-        """Warn of a file that looks like xacro that was not expanded."""
-        text = root.document.source.text
-        for element in root.iter() if "${" in text or "$(" in text else ():
-            for attribute in () if element.tag.startswith("xacro:") else element.attributes.values():
-                if "${" in attribute.raw or "$(" in attribute.raw:
-                    message = f"{shortened(attribute.raw)} looks like xacro that was not expanded"
-                    help = "name the file NAME.xacro, or declare xmlns:xacro in <robot>"
-                    self.diagnostics.append(Diagnostic("not-expanded", WARNING, message, attribute.span, (), help))
-                    return
 
     # Links
 
@@ -268,28 +267,26 @@ class _Reader(Reading):
     def _inertial(self, element: Element, link: Map, path: TreePath) -> None:
         """Set the inertial of a link; mass and all six moments are required, as in urdfdom.
 
-        Leniently, an unreadable one is left out, as urdfdom does, and missing products are 0.
+        Leniently, an unreadable one is left out, as urdfdom does.
         """
         entry, before = Map(element.span), len(self.diagnostics)
         self.paths[id(element)] = path
-        mass, inertia = (self.single(element, tag) for tag in ("mass", "inertia"))
-        for tag, part in (("mass", mass), ("inertia", inertia)):
-            if part is not None:
-                self.paths[id(part)] = (*path, tag)
-            elif self.options.lenient:
-                self.cannot_carry(f"{named(element)}, which lacks <{tag}>,", element.span)
-            else:
-                help = f"add <{tag}>, or remove <inertial> of a frame without mass; --lenient leaves the inertial out"
+        for tag in ("mass", "inertia"):
+            part = self.single(element, tag)
+            if part is None:
+                help = f"add <{tag}>, or remove <inertial> of a frame without mass"
                 self.error("missing-element", f"{named(element)} lacks <{tag}>", element.span, help)
-        if mass is not None:
-            self.check_element(mass)
-            self.need(mass, "value")
-            self.put_numbers(entry, mass, keys={"value": "mass"})
-        self._origin(entry, element, path)
-        if inertia is not None:
-            put(entry, "inertia", self._inertia(inertia), inertia)
+                continue
+            self.paths[id(part)] = (*path, tag)
+            if tag == "inertia":
+                put(entry, "inertia", self._inertia(part), part)
+            else:
+                self.check_element(part)
+                self.need(part, "value")
+                self.put_numbers(entry, part, keys={"value": "mass"})
+                self._origin(entry, element, path)
         self.check_element(element)
-        if mass is not None and inertia is not None and not self.spoilt(element, "the inertial", before):
+        if not self.spoilt(element, "the inertial", before):
             put(link, "inertial", entry, element)
 
     def _inertia(self, element: Element) -> Map:
@@ -300,23 +297,15 @@ class _Reader(Reading):
                 names.append(name)
         self.check(element, (), names, None)
         self.put_numbers(moments, element)
-        missing = [name for name in NUMBERS["inertia"] if name not in element.attributes]
-        if missing and set(missing) <= set(_PRODUCTS.values()):
-            message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
-            help = "add " + " ".join(f'{name}="0"' for name in missing) + ", if that is meant"
-            if self.lenient("missing-attribute", message, element.span, help, "takes 0"):
-                for name in missing:
-                    put(moments, name, 0, element)
-        else:
-            self.need(element, *missing)
+        self.need(element, *NUMBERS["inertia"])
         return moments
 
     def _shape(self, element: Element, link: Map, path: TreePath) -> None:
         """Add a <visual> or a <collision> to its list; kept whole where the language has no key for its geometry."""
         geometry = self.single(element, "geometry")
-        if geometry is None:
-            message = f"{named(element)} has no <geometry>"
-            if self.lenient("missing-element", message, element.span, "add one, or remove it", "keeps it as it is"):
+        if geometry is None or not geometry.children:
+            message, span = f"{named(element)} has no shape in a <geometry>", (geometry or element).span
+            if self.lenient("missing-element", message, span, "add one, or remove it", "keeps it as it is"):
                 self.keep(element, link)
             return
         entry = Map(element.span)
@@ -333,7 +322,7 @@ class _Reader(Reading):
         if name is not None and NAME.match(name.value):
             entry.put("name", name.value, name.name_span, name.span)
         elif name is not None and name.value:
-            self.cannot_carry(f"the name {shortened(name.value)} of <{element.tag}>", name.span)
+            self.cannot_carry(f'the name "{name.value[:40]}" of <{element.tag}>', name.span)
         link.setdefault_at(element.tag, Seq(element.span), element.span)
         own = (*path, element.tag, len(link[element.tag]))
         self.paths[id(element)] = own
@@ -358,57 +347,21 @@ class _Reader(Reading):
             help = "make a second <visual> or <collision> of it"
             self.error("duplicate-element", message, shapes[1].span, help)
             return None
-        if not geometry.children:
-            help = f"it takes one of {', '.join(SHAPES)}"
-            self.error("missing-element", f"{named(geometry)} is empty", geometry.span, help)
-            return None
         before = len(self.diagnostics)
         self.check_element(geometry, None if shapes else Map(geometry.span))
         if not shapes:
             return None if has_errors(self.diagnostics[before:]) else geometry
-        shape = shapes[0]
-        made = Map(shape.span)
+        shape, made = shapes[0], Map(shapes[0].span)
         self.check_element(shape)
         if shape.tag == "mesh":
-            file = self._put_text(made, "file", shape, "filename")
-            if file is not None and not file.strip():
-                message = f"filename of {named(shape)} is empty"
-                self.error("missing-attribute", message, shape.attributes["filename"].span, "name a mesh")
-            words = shape.attributes["scale"].words() if "scale" in shape.attributes else []
-            if len(words) == 1 or len(words) > 3:
-                instead = "takes it for all three" if len(words) == 1 else "takes the first three"
-                self._recounted(made, shape, "scale", "give 3", instead, lambda found: (found * 3)[:3])
-            else:
-                self.put_numbers(made, shape)
+            self._put_text(made, "file", shape, "filename")
         else:
             self.need(shape, *NUMBERS[shape.tag])
-            self.put_numbers(made, shape)
+        self.put_numbers(made, shape)
         put(entry, shape.tag, made, shape)
         return shape
 
-    def _recounted(
-        self,
-        entry: Map,
-        element: Element,
-        name: str,
-        help: str,
-        instead: str,
-        change: Callable[[list[Placed]], list[Placed]],
-    ) -> None:
-        """Set a list of numbers that has another length than URDF takes, ``change`` makes the right one of it."""
-        attribute, what = element.attributes[name], f"{name} of {named(element)}"
-        words, count = attribute.words(), NUMBERS[element.tag][name][0]
-        found = self.numbers(words, what, attribute.span, len(words))
-        message = f"{what} has {counted(len(words), 'number')}; it takes {count}"
-        if found is None or not self.lenient("wrong-count", message, attribute.span, help, instead):
-            return
-        made = Seq(attribute.span)
-        for one in change(found):
-            made.put(one.value, one.span)
-        entry.put(name, made, attribute.name_span, attribute.span)
-
     def _origin(self, entry: Map, element: Element, path: TreePath) -> None:
-        """Set ``xyz`` and ``rpy`` of an entry from the <origin> in an element."""
         origin = self.single(element, "origin")
         if origin is None:
             return
@@ -423,29 +376,29 @@ class _Reader(Reading):
             self.error("duplicate-element", message, attribute.name_span, "remove one")
             return
         quaternion = numbers(origin, "quat_xyzw", 4, PLAIN, self)
-        if quaternion is None:
-            return
-        if not any(quaternion):
+        if quaternion is not None and not any(quaternion):
             message = f"quat_xyzw of {named(origin)} is zero: no rotation"
             self.error("zero-quaternion", message, attribute.span, "correct it")
-            return
-        x, y, z, w = quaternion
-        made = Seq(attribute.span)
-        for angle in Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy():
-            made.put(angle + 0.0, attribute.span)
-        entry.put("rpy", made, attribute.name_span, attribute.span)
-        self.note("import-converted", f"quat_xyzw of {named(origin)} became rpy: the same rotation", attribute.span)
+        elif quaternion is not None:
+            x, y, z, w = quaternion
+            made = Seq(attribute.span)
+            for angle in Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy():
+                made.put(angle + 0.0, attribute.span)
+            entry.put("rpy", made, attribute.name_span, attribute.span)
+            message = f"quat_xyzw of {named(origin)} became rpy: the same rotation"
+            self.note("import-converted", message, attribute.span)
 
     # Joints
 
     def _joint(self, element: Element, path: TreePath) -> Map:
         entry = Map(element.span)
         kind = self._put_text(entry, "type", element, "type") or ""
-        if "type" in element.attributes and kind not in TYPES:
+        if kind.strip() and kind not in TYPES:
             message = f'{named(element)} is of type "{kind}", which URDF does not have'
             help = did_you_mean(kind, TYPES).replace("known:", "it has")
             self.error("joint-type", message, element.attributes["type"].span, help)
-            kind = entry.pop("type") and ""
+            entry.pop("type")
+        kind = kind if kind in TYPES else ""
         self.joint_types.add(kind)
         for end in ("parent", "child"):
             inner = self.single(element, end)
@@ -455,7 +408,7 @@ class _Reader(Reading):
                 continue
             self.check_element(inner)
             self.paths[id(inner)] = (*path, end)
-            self._reference(inner, "link", entry, end)
+            self._put_text(entry, end, inner, "link")
         self._origin(entry, element, path)
         for tag in JOINT_PARTS:
             part = self.single(element, tag)
@@ -466,21 +419,13 @@ class _Reader(Reading):
                 self._joint_part(part, entry, TYPES[kind] if kind in _WITH_RANGE else PLAIN)
             elif tag != "axis":
                 self.ignored(f"<{tag}> of a {kind} joint has no effect", part.span)
-        if kind in _WITH_RANGE and "limit" not in entry and self.single(element, "limit") is None:
+        if kind in _WITH_RANGE and all(child.tag != "limit" for child in element.children):
             help = 'add <limit lower="" upper="" effort="" velocity=""/>'
             help += ", or make it continuous" if kind == "revolute" else ""
             message = f"{named(element)} is {kind} and has no <limit>"
             self.lenient("limit-missing", message, element.span, help, "takes it without")
         self.check_element(element, entry)
         return entry
-
-    def _reference(self, element: Element, name: str, entry: Map, key: str) -> str | None:
-        """Set a key to the link or the joint that an attribute names, and return it."""
-        value = self._put_text(entry, key, element, name)
-        if value == "":
-            message = f"{name} of {named(element)} is empty"
-            self.error("missing-attribute", message, element.attributes[name].span, f"name a {name}")
-        return value
 
     def _joint_part(self, element: Element, joint: Map, position: str) -> None:
         """Set the key of a joint for one of its elements; ``position`` is the unit of the joint's position."""
@@ -497,7 +442,7 @@ class _Reader(Reading):
             if leader and leader not in self.joints and self.options.lenient:
                 self.cannot_carry(named(element), element.span, "the joint that it follows is not there")
                 return
-            if self._reference(element, "joint", entry, "joint") is None:
+            if self._put_text(entry, "joint", element, "joint") is None:
                 return
         for name in ("lower", "upper") if position and tag == "limit" else ():
             if name not in element.attributes:
@@ -506,10 +451,9 @@ class _Reader(Reading):
         if tag == "limit":
             missing = [name for name in ("effort", "velocity") if name not in element.attributes]
             if missing:
-                message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
                 help = "add them, the largest torque or force and the largest speed: readers of URDF refuse a limit"
                 help += " without"
-                self.lenient("limit-incomplete", message, element.span, help, "takes it without")
+                self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "takes it without")
         elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.attributes.keys():
             message = f"{named(element)} has neither damping nor friction"
             help = "add one, or remove the element: urdfdom, the reader of ROS, refuses the joint"
@@ -525,14 +469,11 @@ class _Reader(Reading):
     # Materials
 
     def _materials(self, robot: Element, tree: Map) -> None:
-        """Set the section of materials, if <robot> has some."""
         for element in robot.children:
-            if element.tag != "material":
-                continue
-            name = self._material_name(element)
+            name = self._material_name(element) if element.tag == "material" else None
+            if name == "":
+                self.cannot_carry("a material of the robot without a name", element.span)
             if not name:
-                if name is not None:
-                    self.cannot_carry("a material of the robot without a name", element.span)
                 continue
             tree.setdefault_at("materials", Map(element.span), element.span)
             made, entry = tree["materials"], Map(element.span)
@@ -557,17 +498,12 @@ class _Reader(Reading):
         return clean
 
     def _look(self, entry: Map, element: Element) -> None:
-        """Set rgba and texture of an entry."""
         color, texture = self.single(element, "color"), self.single(element, "texture")
         if color is not None:
             self.check_element(color)
             before = len(self.diagnostics)
-            if self.attribute(color, "rgba") is not None:
-                if len(color.attributes["rgba"].words()) == 3:
-                    help, instead = "add the opacity: 1 hides what is behind", "takes an opacity of 1"
-                    self._recounted(entry, color, "rgba", help, instead, lambda rgb: [*rgb, Placed(1, rgb[-1].span)])
-                else:
-                    self.put_numbers(entry, color)
+            self.need(color, "rgba")
+            self.put_numbers(entry, color)
             self.spoilt(color, "the colour", before)
         if texture is not None:
             self.check_element(texture)
@@ -587,12 +523,12 @@ class _Reader(Reading):
             rgba = entry.get("rgba")
             return (None if rgba is None else tuple(map(float, rgba)), entry.get("texture"))
 
-        materials = (tree.get("materials") or {}).items()
-        looks = {name: look(entry) for name, entry in materials if "rgba" in entry or "texture" in entry}
+        nothing = (None, None)
+        looks = {name: look(entry) for name, entry in (tree.get("materials") or {}).items() if look(entry) != nothing}
         others: list[tuple[str, Span]] = []
         for name, link in (tree.get("links") or {}).items():
             for visual in link.get("visual", ()):
-                if "material" not in visual or not ("rgba" in visual or "texture" in visual):
+                if "material" not in visual or look(visual) == nothing:
                     continue
                 material = visual["material"]
                 if looks.setdefault(material, look(visual)) != look(visual):
@@ -600,8 +536,7 @@ class _Reader(Reading):
                     del visual["material"]
         if others:
             message = f"{others[0][0]} looks otherwise than the first of that name, which ROS takes for all: it keeps"
-            message += " its look and loses the name"
-            message += f",{and_more(len(others) - 1, 'of this kind')}" if len(others) > 1 else ""
+            message += f" its look and loses the name{f',{and_more(len(others) - 1)}' if len(others) > 1 else ''}"
             self.note("import-changed", message, others[0][1])
 
 

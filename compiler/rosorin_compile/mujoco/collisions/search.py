@@ -23,11 +23,11 @@ from itertools import combinations, product
 from random import Random
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import DisabledCollision, Transform
+from rosorin_compile.model import DisabledCollision
 from rosorin_compile.source.progress import Progress
 
 from ..physics.scene import Bodies, Pair
-from ..physics.solids import Meshes, solids_of
+from ..physics.solids import Meshes
 from ..rest_pose import range_of
 
 if TYPE_CHECKING:
@@ -57,8 +57,7 @@ class Contacts(Bodies):
 
     def __init__(self, planning: Planning, meshes: Meshes, excluded: Iterable[Pair] = ()) -> None:
         links = sorted(planning.solids)
-        solids = {name: solids_of(planning.solids[name], name, Transform(), meshes) for name in links}
-        super().__init__(planning.robot, solids, excluded)
+        super().__init__(planning.robot, {name: planning.solids[name] for name in links}, meshes, excluded)
         self.model.geom_margin[:] = TOUCH
         self.geoms: dict[str, list[int]] = {name: [] for name in links}
         for geom, solid in enumerate(self.solids):

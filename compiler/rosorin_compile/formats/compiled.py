@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.language.arguments import with_wanted
 from rosorin_compile.language.expand.description import Expanded, expand
 from rosorin_compile.language.expression.functions import plugged as plugged_functions
 from rosorin_compile.language.lower import Lowered, lower
-from rosorin_compile.language.requested_outputs import with_wanted
 from rosorin_compile.language.schema import plugged as plugged_sections
 from rosorin_compile.language.suppressions import Entry, settled, unknown, unused
 from rosorin_compile.language.validate import validate

@@ -249,7 +249,7 @@ def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comme
         element = waiting.pop()
         path, content = paths.get(id(element), ()), element.content
         waiting += [one for one in element.children if "urdf_elements" not in paths.get(id(one), ("urdf_elements",))]
-        above: Element | None = None
+        above, is_shape = None, element.tag in ("visual", "collision")
         for index, item in enumerate(content):
             if isinstance(item, Element):
                 above = item
@@ -257,9 +257,7 @@ def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comme
             below = next((later for later in content[index:] if isinstance(later, Element)), None)
             following = content[index + 1].start if index + 1 < len(content) else element.end
             same_line = "\n" not in text[(above.end if above else element.opened) : item.start]
-            if (
-                above is None and below is not None and element.tag in ("visual", "collision")
-            ):  # about the shape, not about its origin
+            if above is None and below is not None and is_shape:  # about the shape, not about its origin
                 found.append((item, path, BEFORE))
             elif above is not None and same_line:
                 found.append((item, paths.get(id(above), path), BESIDE))

@@ -1,33 +1,44 @@
-"""Arguments: what a description declares under ``args``, and the values that files and Python programs set."""
+"""What a run is given: arguments that a description declares, by files and Python programs; and names of outputs."""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
-from itertools import product
+from itertools import count, product
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, Span, error, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, Span, did_you_mean, error, has_errors
 from rosorin_compile.source.files import is_folder, shown
 from rosorin_compile.source.load import MAX_DEPTH, MAX_NODES, LoadError, load_mapping
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.tree import Map, Seq, Text
+from rosorin_compile.source.rule_registry import OUTPUTS, Rule
+from rosorin_compile.source.tree import Instance, Map, Seq, Text
 from rosorin_compile.source.units import Quantity
+from rosorin_compile.source.wording import first_of
 
 from .expand.description import expand
 from .expand.files import Reader
 from .expression.functions import FUNCTIONS, KindError, kind_of
 from .origins import Written
 
+if TYPE_CHECKING:
+    from rosorin_compile.formats import Format
+
+RULES = (Rule("unknown-output", "There is no such output.", "See `rosorin-compile print --list`.", OUTPUTS),)
+UNKNOWN = RULES[0].id
+_MOST_NAMED = 20
+_ADDED = "taken with the defaults of its format; an entry under outputs can say more"
+
 Choice = tuple[str, tuple[str, ...]]  # an argument and its values, that of the default first
 Combination = tuple[str, ...]  # one value for each argument
 
-# Rules for the values of arguments, as opposed to the rest of the description.
 _LARGEST = 10**18  # from here on YAML's whole numbers are floats (see load)
 NO_ARGUMENTS = "leave the arguments out"
+# Rules for the values of arguments, as opposed to the rest of the description.
 _OF_ARGUMENTS = ("unknown-argument", "bad-argument")
 
 
@@ -228,3 +239,46 @@ def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic
             message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(value)}'
             diagnostics.append(error("bad-argument", message, None))
     return texts, diagnostics
+
+
+def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format]) -> tuple[Map, list[Diagnostic]]:
+    """Return a tree with an entry for each requested output, and the errors about their names."""
+    outputs = tree.get("outputs")
+    if not wanted or not (outputs is None or isinstance(outputs, Map)):  # the schema reports other types
+        return tree, []
+    listed = outputs if outputs is not None else Map(tree.span, tree.via)
+    new = [name for name in dict.fromkeys(wanted) if name not in listed]
+    written = [name for name, format in formats.items() if format.write is not None] if new else []
+    unknown = [name for name in new if name not in written]
+    robot, span = str(tree.get("robot", "robot")), tree.key_spans.get("robot", tree.span)
+    if unknown or not new:
+        has = f"its outputs: {first_of(list(listed), _MOST_NAMED)}" if listed else "it lists no outputs"
+        if others := [one for one in written if one not in listed]:
+            has += f"; with their defaults: {first_of(others, _MOST_NAMED)}"
+        errors = []
+        for name in unknown:
+            guess = did_you_mean(name, [*listed, *written])
+            message = f'{robot} has no output "{name}", and there is no format of that name'
+            errors.append(error(UNKNOWN, message, None, f"{guess} ({has})" if guess.startswith("did") else has))
+        return tree, errors
+    section = listed.copied()
+    for name in new:
+        entry = Map(span, Instance(_ADDED, span, tree.via))
+        entry.put("file", _file(formats[name], robot, section), span, span)
+        section.put(name, entry, span, span)
+    made = tree.copied()
+    place = (tree.key_spans["outputs"], tree.value_spans["outputs"]) if "outputs" in tree else (span, span)
+    made.put("outputs", section, *place)
+    return made, []
+
+
+def is_listed(entry: object) -> bool:
+    """Return True if an entry of outputs is in the description, and was not added for a request."""
+    return not (isinstance(entry, Map) and entry.via is not None and entry.via.message == _ADDED)
+
+
+def _file(format: Format, robot: str, listed: Map) -> str:
+    usual = (format.file or f"{{}}.{format.name}").format(re.sub(r"[^\w.-]", "_", robot))
+    taken = {str(entry.get("file")).casefold() for entry in listed.values() if isinstance(entry, Map)}
+    names = (usual if number == 1 else f"{number}_{usual}" for number in count(1))
+    return next(name for name in names if name.casefold() not in taken)

@@ -1,7 +1,6 @@
 """Names in elements of XML: of links and joints in a URDF or an SRDF, and of everything in MJCF.
 
-Elements of MJCF are in a body of MuJoCo (``top`` is false), or are a section of the file, such as ``<tendon>``; their
-tags begin there.
+With ``top``, elements of MJCF are a section of the file, such as ``<tendon>``; else they are in a body.
 """
 
 from __future__ import annotations

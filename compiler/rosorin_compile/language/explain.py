@@ -251,7 +251,6 @@ class _Frames:
             yield "root"
 
     def _chain(self, frame: str) -> tuple[Edge, ...]:
-        """Return the edges from the root to a frame; through those of other nodes where no joint leads on."""
         visited: set[str] = set()
         below: list[Edge] = []
         while frame not in self.robot.link and frame not in visited:
@@ -265,7 +264,6 @@ class _Frames:
         return (*map(self._edge_of_joint, joints), *below)
 
     def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> Placed:
-        """Return the pose of a frame in the root of its chain, with the joints in a named pose."""
         positions = next((known.positions for known in self.robot.poses if known.name == pose), {})
         root, found = chain[0].parent if chain else frame, Rigid()
         for ends in dict.fromkeys((edge.parent, edge.child) for edge in chain):

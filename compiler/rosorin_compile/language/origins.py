@@ -251,7 +251,6 @@ class Origins:
         return Meaning(name, value, defined_by, self.where(place.span), names)
 
     def _definition(self, name: str, path: Path, owner: Scope) -> tuple[str, Scope]:
-        """Return what defined a name, in words, and the scope of the defining expression."""
         if name in owner.looped:
             return "loop", owner.parent or self.root
         if path[:1] == ("args",):
@@ -313,7 +312,6 @@ def _value(node: ast.expr, scope: Scope) -> Any:
 
 
 def _shown(value: Any) -> str:
-    """Return a value as short text, a quantity with its SI unit."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, Quantity) and value.dimension != NUMBER:
@@ -324,6 +322,5 @@ def _shown(value: Any) -> str:
     if isinstance(value, dict):
         return f"a table of {len(value)}"
     if isinstance(value, list):
-        numbers = all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in value)
-        return f"[{', '.join(map(exact, value))}]" if numbers and len(value) < 7 else f"a list of {len(value)}"
+        return f"a list of {len(value)}"
     return "" if value is None else str(value)[:60]

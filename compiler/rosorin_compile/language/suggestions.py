@@ -81,8 +81,7 @@ def plain(word: str) -> str:
     return re.sub(r"[^a-z0-9]", "", word.casefold())
 
 
-def synonym(word: str, table: Mapping[str, str], known: Iterable[str]) -> str | None:
-    """Return the meaning of a word if it is one of ``known``."""
+def _synonym(word: str, table: Mapping[str, str], known: Iterable[str]) -> str | None:
     meaning = table.get(plain(word))
     return meaning if meaning in set(known) else None
 
@@ -360,7 +359,7 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
     said, key = key, key.removeprefix("xacro:")
     if help := _of_layout(said, entry, known) or way_out(key, table):
         return help
-    close = synonym(key, table, known)
+    close = _synonym(key, table, known)
     is_entry = len(path) == 2 and isinstance(inner, Map) and inner and known.keys() >= set(inner)
     if is_entry and not close and nearest(key, known) is None:
         return f'"{said}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
@@ -374,7 +373,6 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
 
 
 def _of_layout(key: str, entry: Map, known: Mapping[str, Any]) -> str:
-    """Return the help for a key that is an entry without a space, half a number, or a line that is not indented."""
     if key[:1] in "\u00a0\u3000\u200b\ufeff" and key[:1]:
         return "it begins with a space that YAML does not know: type the spaces again"
     if (glued := re.match(r"\s*([\w.-]+)\s*[:=]\s*(.*)", key, re.DOTALL)) and glued[1] in known:
@@ -435,7 +433,7 @@ def _goes_on(entry: Map, before: str, key: str) -> bool:
 def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
     """Return True if the help for an unknown key leads to the one that is missing."""
     names, table = list(known), words_for(kind)
-    if synonym(key, table, names) == wanted or f"{wanted}: " in way_out(key, table):
+    if _synonym(key, table, names) == wanted or f"{wanted}: " in way_out(key, table):
         return True
     return re.split(r"[:=]", key)[0].strip() == wanted or nearest(key, names) == wanted
 
@@ -443,7 +441,7 @@ def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
 def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
     """Return the help for a word that is not one of ``known``; ``kind`` is that of its synonyms."""
     table = synonyms("values", kind) or words_for(kind)
-    close = synonym(word, table, known)
+    close = _synonym(word, table, known)
     return way_out(word, table) or (f'did you mean "{close}"?' if close else did_you_mean(word, known))
 
 

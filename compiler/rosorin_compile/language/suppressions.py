@@ -121,7 +121,6 @@ def _entries(tree: Map) -> _Entries:
 
 
 def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> list[Entry]:
-    """Return the entries of ``accept`` that cover a diagnostic. An error has to be named, others need not be."""
     rule = diagnostic.rule
     if diagnostic.severity == ERROR and rule not in acceptable:
         return []

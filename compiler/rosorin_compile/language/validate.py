@@ -334,10 +334,6 @@ def _sentence(text: str) -> str:
 def _found(value: Any) -> str:
     if value is None or isinstance(value, bool):
         return "empty" if value is None else str(value).lower()
-    if isinstance(value, Quantity):
-        return f"the quantity {value.text or float(value)}"
     if isinstance(value, (int, float)):
-        return f"the number {value}"
-    if isinstance(value, str):
-        return f'the text "{value}"'
-    return "a list" if isinstance(value, Seq) else "a mapping"
+        return f"the quantity {value.text or float(value)}" if isinstance(value, Quantity) else f"the number {value}"
+    return f'the text "{value}"' if isinstance(value, str) else "a list" if isinstance(value, Seq) else "a mapping"

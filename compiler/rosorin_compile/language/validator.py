@@ -84,7 +84,6 @@ def inlined(whole: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _in_python(pattern: str) -> str:
-    r"""Return a pattern of ECMA 262 for Python, where ``$``, ``\d`` and ``\s`` match more or less."""
     pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
     return pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
 

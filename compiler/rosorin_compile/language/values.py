@@ -1,7 +1,6 @@
 """The symbol table of expressions: arguments, named values, parts and sensor types, and what refers to them.
 
 It covers what is written in the files, whatever the arguments of this run: a branch that is not taken uses its names.
-Warnings about unused names leave out files that another description may include.
 """
 
 from __future__ import annotations
@@ -89,7 +88,6 @@ class ValueTable:
         return warnings
 
     def _outer_uses(self) -> Iterator[_Use]:
-        """Yield the names in all expressions that may be names of the description: those of parts are left out."""
         for section, built_in in _BUILT_IN.items():
             for _, body in _entries(self.root, section):
                 yield from self._uses(body, None, {*built_in, *_places(body.get("params")), *_places(body.get("let"))})
@@ -184,7 +182,6 @@ def _loop_names(entry: Any) -> frozenset[str]:
 
 
 def _texts_at(value: Any, keys: tuple[str, ...] = ()) -> set[str]:
-    """Return the texts at keys anywhere in a value, and those that load a file; without keys all texts."""
     found: set[str] = set()
     waiting = [("", value)]
     while waiting:
@@ -208,7 +205,6 @@ def _places(owner: Any) -> dict[str, Place]:
 
 
 def _is_shared(span: Span, reader: Reader) -> bool:
-    """Return True if another description may include the file of a place: a file nearby has its name in it."""
     own, file = {files.resolve(path) for path in reader.files}, files.resolve(span.source.path)
     siblings = chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
     nearby = [path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS]

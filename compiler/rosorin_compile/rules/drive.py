@@ -176,10 +176,9 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
     apart = {frozenset(pair) for pair in robot.disabled_contacts}
     places = robot.poses_in_root({})
     for joint in (robot.joint[name] for name in drive.wheels):
-        discs = [one for one in robot.link[joint.child].collision if isinstance(one.geometry, Cylinder)]
-        points = [
-            one.pose.transform().apply((0.0, 0.0, side * one.geometry.length / 2)) for one in discs for side in (-1, 1)
-        ]
+        shapes = [one for one in robot.link[joint.child].collision if isinstance(one.geometry, Cylinder)]
+        discs = [(one.pose.transform(), one.geometry.length / 2) for one in shapes]
+        points = [turn.apply((0.0, 0.0, end)) for turn, half in discs for end in (-half, half)]
         bodies = [joint.parent, *(name for name, _ in robot.fixed_neighbours(joint.parent))] if points else []
         for name in bodies:
             step = places[name].inverse().then(places[joint.child])

@@ -8,10 +8,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile.model import Pose, Robot, Shape, Transform, Vector
-from rosorin_compile.model.bounds import ball_of
+from rosorin_compile.model.bounds import ball_of, through
 from rosorin_compile.model.field_of_view import Data, seen_by
 from rosorin_compile.model.geometry import unit
-from rosorin_compile.model.rays import through
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import FRAMES, NUMBERS, rule
@@ -48,11 +47,9 @@ def optical_frames(case: Case) -> Iterator[Diagnostic]:
     """An image frame is not turned as REP 103 says: z out of the lens, x right, y down."""
     declared = {sensor.optical_frame for sensor in case.robot.sensors if sensor.optical_frame}
     steps = [(one.parent, one.child, one.origin, case.joint(one)) for one in case.robot.joints]
-    steps += [
-        (edge.parent, edge.child, edge.pose, ("edges", index))
-        for index, edge in enumerate(case.robot.edges)
-        if edge.pose is not None and not edge.joint
-    ]
+    for index, edge in enumerate(case.robot.edges):
+        if edge.pose is not None and not edge.joint:
+            steps.append((edge.parent, edge.child, edge.pose, ("edges", index)))
     for parent, child, pose, path in steps:
         is_image = child in declared or child.endswith(SUFFIXES)
         if not is_image or any(abs(angle) > FULL_TURN for angle in pose.rpy):  # degrees have a rule of their own
@@ -62,9 +59,8 @@ def optical_frames(case: Case) -> Iterator[Diagnostic]:
         if off > (CALIBRATION if is_pair else TOLERANCE):
             at = case.value(path, "rpy")
             turned = ", ".join(f"{math.degrees(angle):.4g}" for angle in pose.rpy)
-            message = f'image frame "{child}" is turned by rpy [{turned}] deg against "{parent}"; '
-            message += "REP 103 requires "
-            message += "the axes of that image frame" if is_pair else "[-90, 0, -90] deg: z forward, x right, y down"
+            right = "the axes of that image frame" if is_pair else "[-90, 0, -90] deg: z forward, x right, y down"
+            message = f'image frame "{child}" is turned by [{turned}] deg against "{parent}"; REP 103 requires {right}'
             help = "leave rpy out, or let its parent be a body frame" if is_pair else ""
             yield case.problem("optical-frame", message, at, help, key=at == path)
 

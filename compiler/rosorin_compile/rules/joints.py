@@ -340,13 +340,11 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
 
 def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
     """Yield the keys of ``mjcf`` that differ from other keys, with the path of those."""
-    drive, stiffness = joint.actuator is not None and joint.actuator.damping, (joint.dynamics or Dynamics()).stiffness
-    pair, force = _numbers(joint, "springdamper"), _numbers(joint, "actuatorfrcrange")
-    for word, part, value in (
-        ("stiffness", "dynamics", stiffness),
-        ("damping", "actuator" * bool(drive), joint.braking),
-    ):
-        values, other = _numbers(joint, word), (part or "dynamics", word)
+    force, pair = _numbers(joint, "actuatorfrcrange"), _numbers(joint, "springdamper")
+    owner = "actuator" if joint.actuator and joint.actuator.damping else "dynamics"
+    stiffness = (joint.dynamics or Dynamics()).stiffness
+    for word, part, value in (("stiffness", "dynamics", stiffness), ("damping", owner, joint.braking)):
+        values, other = _numbers(joint, word), (part, word)
         if value and values and not _same(values[0], value):
             yield word, other
         if value and pair and min(pair) > 0:  # MuJoCo makes another one of springdamper

@@ -128,6 +128,5 @@ def slashes(case: Case) -> Iterator[Diagnostic]:
     for one in _names(case):
         if one.name.startswith("/") and one.kind in ("link", "frame", "joint"):
             reader = "controllers split it there" if one.kind == "joint" else "tf2 refuses to look it up"
-            yield case.problem(
-                "leading-slash", f'{one.kind} "{one.name}" begins with "/": {reader}', one.path, key=one.key
-            )
+            message = f'{one.kind} "{one.name}" begins with "/": {reader}'
+            yield case.problem("leading-slash", message, one.path, key=one.key)

@@ -129,9 +129,8 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
         names = first_of([f'"{joint.name}"' for joint in away], SHOWN)
         message = f"zero, where simulations begin, is not within the limits of {names}"
         lower, _ = range_of(away[0]) or (0.0, 0.0)
-        yield case.problem(
-            "zero-beyond-limit", message, case.joint(away[0], "limit", "lower" if lower > 0 else "upper")
-        )
+        path = case.joint(away[0], "limit", "lower" if lower > 0 else "upper")
+        yield case.problem("zero-beyond-limit", message, path)
 
 
 @rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Leave it out.", POSES)

@@ -10,6 +10,8 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from .diagnostics import Source
+
 if TYPE_CHECKING:
     import ast
 
@@ -48,23 +50,9 @@ def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expressio
 
 def yaml_of(text: str) -> Any:
     """Parse YAML. Raises ValueError with the reason, also if it is nested too deep."""
-    import yaml
+    from .load import LoadError, parse_yaml
 
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    depth = 0
     try:
-        for event in yaml.parse(text, Loader=loader):
-            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if depth > MAX_DEPTH:
-                raise yaml.YAMLError
-        return yaml.load(text, Loader=loader)  # noqa: S506 - both are safe
-    except yaml.YAMLError as problem:
-        reason = " ".join(str(getattr(problem, "problem", None) or "not YAML").split())
-        raise ValueError(_TOO_DEEP if depth > MAX_DEPTH or is_too_deep(problem) else reason) from None
-    except (ValueError, LookupError, TypeError, AttributeError):  # a value does not fit its tag
-        raise ValueError("not YAML") from None
-
-
-def is_too_deep(problem: Exception) -> bool:
-    """Return True if libyaml gave up because of the nesting, as it does at 1,000 levels."""
-    return "maximum nesting depth" in str(getattr(problem, "problem", None))
+        return parse_yaml(Source("", text))
+    except LoadError as problem:
+        raise ValueError(str(problem)) from None

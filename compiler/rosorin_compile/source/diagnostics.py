@@ -38,7 +38,6 @@ class Source(NamedTuple):
     text: str
 
     def __repr__(self) -> str:
-        """Return the path without the text."""
         return f"Source({self.path!r}, ...)"
 
     def line(self, number: int) -> str:
@@ -91,7 +90,6 @@ class MadeSpan(Span):
 
     @property
     def made(self) -> str:
-        """The text that a program made."""
         return self.text
 
 
@@ -152,7 +150,6 @@ class Diagnostic:
         return replace(self, help=self.suggest(), suggest=None, related=(*near, *self.related))
 
     def __str__(self) -> str:
-        """Return place, severity, rule and message in one line."""
         return self.as_text().partition("\n")[0]
 
     def as_text(self) -> str:
@@ -160,7 +157,6 @@ class Diagnostic:
         return report.text([self])
 
     def as_object(self) -> dict[str, object]:
-        """Return the diagnostic as a JSON object."""
         return report.as_object(self)
 
 

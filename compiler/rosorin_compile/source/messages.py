@@ -31,10 +31,7 @@ _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 
 
 def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge the diagnostics of one mistake, and order them by file, line and column; those without a place come last.
-
-    Suggestions are computed for the first 200 of them.
-    """
+    """Merge the diagnostics of one mistake, order them by place, and compute suggestions for the first 200 of them."""
     causes: dict[object, list[Diagnostic]] = {}
     for diagnostic in map(with_calls, diagnostics):
         span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message

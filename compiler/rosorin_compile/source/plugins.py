@@ -11,11 +11,12 @@ import os
 import sys
 from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout, suppress
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeVar
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, error
 from .rule_registry import PLUGINS, Rule
 
 if TYPE_CHECKING:
@@ -24,18 +25,8 @@ if TYPE_CHECKING:
     T = TypeVar("T")
 
 RULES = (
-    Rule(
-        "plugin-broken",
-        "An installed plug-in cannot be used: it cannot be imported, is not what its entry point says, or fails.",
-        "Upgrade the package that the message names, or uninstall it.",
-        PLUGINS,
-    ),
-    Rule(
-        "plugin-clash",
-        "An installed plug-in has the name of something that is built in, or that another plug-in has.",
-        "Uninstall the package that the message names; its author has to choose another name.",
-        PLUGINS,
-    ),
+    Rule("plugin-broken", "An installed plug-in cannot be used.", "Upgrade its package, or uninstall it.", PLUGINS),
+    Rule("plugin-clash", "A plug-in has the name of something else.", "Uninstall its package.", PLUGINS),
 )
 
 PREFIX = "rosorin_compile."
@@ -51,7 +42,6 @@ class Plugin(NamedTuple):
     value: str
 
     def __str__(self) -> str:
-        """Return the words for it in messages."""
         return f"the plug-in {self.distribution} {self.version} ({PREFIX}{self.group}: {self.name} = {self.value})"
 
 
@@ -73,8 +63,7 @@ def load(
     """Return the objects that plug-ins add to a group ("rules"), each with its plug-in, and the errors of the others.
 
     An entry point has to lead to a ``kind``; ``names`` returns the names of one, and ``built_in`` is True for a name
-    that is taken. With ``called`` only the entry points of that name are imported. Never raises for what a plug-in
-    does. Without plug-ins it imports nothing.
+    that is taken. With ``called`` only the entry points of that name are imported.
     """
     loaded: list[tuple[Plugin, T]] = []
     diagnostics: list[Diagnostic] = []
@@ -91,12 +80,11 @@ def load(
         except (Exception, SystemExit) as problem:
             diagnostics.append(broken(plugin, f"cannot be loaded: {_reason(problem)}"))
             continue
-        taken = next((name for name in own if name in owners or built_in(name)), None)
-        if taken is not None:
+        if (taken := next((name for name in own if name in owners or built_in(name)), None)) is not None:
             diagnostics.append(clash(plugin, taken, owners.get(taken)))
-            continue
-        owners.update(dict.fromkeys(own, plugin))
-        loaded.append((plugin, made))
+        else:
+            owners.update(dict.fromkeys(own, plugin))
+            loaded.append((plugin, made))
     return tuple(loaded), tuple(diagnostics)
 
 
@@ -128,27 +116,19 @@ def aside() -> redirect_stdout[TextIO]:
     return redirect_stdout(sys.stderr)
 
 
-_FIELDS = {"rule": str, "message": str, "help": str, "related": Related, "of": str, "numbers": tuple}
-
-
 def diagnostic_of(value: object) -> Diagnostic:
-    """Return a diagnostic of a plug-in. Raises TypeError or ValueError if it is not a valid one."""
+    """Return a diagnostic of a plug-in. Raises TypeError, ValueError or AttributeError if it is not a valid one."""
     if not isinstance(value, Diagnostic):
         raise TypeError(f"a Diagnostic is expected, not {str(value)[:60]!r}")
     if value.severity not in (ERROR, WARNING, NOTE):
         raise ValueError(f"the severity of {value.rule} is error, warning or note, not {str(value.severity)[:60]!r}")
-    for name, kind in _FIELDS.items():
-        field = getattr(value, name)
-        is_one = name in ("rule", "message", "help")
-        if not isinstance(field, str if is_one else tuple) or not all(isinstance(item, kind) for item in field):
-            what = "text" if is_one else f"tuple of {kind.__name__}"
-            raise TypeError(f"{name} of a Diagnostic is a {what}, not {str(field)[:60]!r}")
-    if any(len(pair) != 2 for pair in value.numbers):
-        raise TypeError("numbers of a Diagnostic are pairs of a name and a value")
-    for span in filter(None, (value.span, *(related.span for related in value.related))):
-        if not isinstance(span, Span) or not all(type(number) is int and number > 0 for number in span[1:4]):
-            raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
-    return value
+    for field, kind in (("rule", str), ("message", str), ("help", str), ("related", tuple), ("of", tuple)):
+        if not isinstance(getattr(value, field), kind):
+            raise TypeError(f"{field} of a Diagnostic is a {kind.__name__}, not {str(getattr(value, field))[:60]!r}")
+    spans = [value.span, *(related.span for related in value.related)]
+    if not all(isinstance(span, Span) and span.line > 0 and span.column > 0 for span in spans if span is not None):
+        raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
+    return replace(value, numbers=tuple(dict(value.numbers).items()), of=tuple(map(str, value.of)))
 
 
 def installed() -> tuple[Plugin, ...]:
@@ -162,7 +142,7 @@ def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
 
 @lru_cache(maxsize=8)
 def _on_path(path: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
-    """Return the entry points for this tool of all distributions on a module search path; of equal names the first."""
+    """Return the entry points of all distributions on a module search path; of equal distributions the first."""
     found: dict[str, list[tuple[Plugin, EntryPoint]]] = {}
     for file in (file for entry in dict.fromkeys(path) for file in sorted(Path(entry).glob("*-info/entry_points.txt"))):
         with suppress(Exception):  # whatever the metadata are like

@@ -67,10 +67,7 @@ def _contains(longer: list[str], shorter: list[str]) -> bool:
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return 'did you mean "x"?' for the nearest known words, or the list of known words if none is near.
-
-    ``otherwise`` is what to do then: it comes before the list.
-    """
+    """Return 'did you mean "x"?' for the nearest known words; else ``otherwise`` and the list of known words."""
     names = sorted(known)
     if close := _similar(word, names):
         looks_same = not (word + close[0]).isascii() and look(word) == look(close[0])
@@ -161,10 +158,7 @@ def split_lines(text: str) -> list[str]:
 
 
 def printable(text: str, keep: str = "") -> str:
-    """Return a text with control characters made visible, so that a file cannot steer the terminal.
-
-    The letters of ``keep`` stay as they are, such as the tab in a line of a file.
-    """
+    """Return a text with control characters, except those in ``keep``, made visible: no file steers the terminal."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
@@ -182,11 +176,9 @@ def masked(text: str, keep: str = "") -> str:
 
 def plural(noun: str, count: int) -> str:
     """Return a noun as it is written after a number."""
-    if count == 1:
-        return noun
-    if noun.endswith("y") and noun[-2:-1] not in tuple("aeiou"):
-        return f"{noun[:-1]}ies"
-    return f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
+    ends_in_y = noun.endswith("y") and noun[-2] not in "aeiou"
+    many = f"{noun[:-1]}ies" if ends_in_y else f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
+    return noun if count == 1 else many
 
 
 def counted(count: int, noun: str) -> str:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import yaml
 
-from .bounded import is_too_deep
 from .diagnostics import Diagnostic, Related, Source, Span, error
 from .load import MAX_DEPTH, quoted_tokens
 from .project import data_folder
@@ -43,8 +42,8 @@ def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
     """Return the diagnostic of a text that the parser of YAML refuses."""
     if isinstance(problem, yaml.reader.ReaderError):
         return error("yaml-syntax", "control characters are not allowed", source.span(problem.position), "remove it")
-    if is_too_deep(problem):
-        span = source.span(problem.problem_mark.index)
+    if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # as libyaml has it at 1,000 levels
+        span = source.span(problem.problem_mark.index)  # type: ignore[attr-defined]
         return error("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", span, "flatten the file")
     return _Failure(source, problem).explain()
 

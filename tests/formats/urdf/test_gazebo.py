@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS
+from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS
 from rosorin_compile.source.diagnostics import NOTE
 from rosorin_compile.source.report import text as report
 from support import sdformat

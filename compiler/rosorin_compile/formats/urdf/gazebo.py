@@ -19,7 +19,7 @@ from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import plural, quoted
 from rosorin_compile.source.xml.elements import tree_of
 
-from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
+from ..gazebo_elements import DISTRIBUTIONS, distribution, sensor_lines
 from ..templating import attributes
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot, Transform
 from rosorin_compile.model.link import NO_SOURCE
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, did_you_mean, has_errors
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, Suggestion, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
@@ -395,8 +395,7 @@ class _Reader(Reading):
         kind = self._put_text(entry, "type", element, "type") or ""
         if kind.strip() and kind not in TYPES:
             message = f'{named(element)} is of type "{kind}", which URDF does not have'
-            help = did_you_mean(kind, TYPES).replace("known:", "it has")
-            self.error("joint-type", message, element.attributes["type"].span, help)
+            self.error("joint-type", message, element.attributes["type"].span, Suggestion(kind, TYPES))
             entry.pop("type")
         kind = kind if kind in TYPES else ""
         self.joint_types.add(kind)

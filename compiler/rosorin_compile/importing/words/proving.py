@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.element_meanings import Context, context_of, element_differences
+from rosorin_compile.formats.gazebo_elements import Context, context_of, element_differences
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
 from rosorin_compile.formats.templating import Templates

@@ -1,8 +1,6 @@
 """Declarations: parameters (``args``, ``params``) with their checks, and the keys of parts, sensor types and ``use``.
 
-A parameter is a mapping with ``type``, ``default``, ``one_of``, ``min``, ``max`` and ``help``, all optional; anything
-that is no mapping is its default. The sections of a description are validated by the schema after the expansion, which
-does not see what is around them in parts: those keys and kinds are checked here.
+The schema validates sections after the expansion, and does not see what is around them in parts.
 """
 
 from __future__ import annotations

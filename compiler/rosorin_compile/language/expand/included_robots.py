@@ -1,7 +1,6 @@
 """Robots in other formats (URDF, xacro, SDF, MJCF) that a description includes: prefixed, attached, joined like a file.
 
-They are read when the arguments of the description have values, so that an include may have expressions, loops and
-conditions. What their files contain is never evaluated.
+They are read when the arguments of the description have values; what their files contain is never evaluated.
 """
 
 from __future__ import annotations
@@ -108,7 +107,6 @@ class IncludedRobots:
                 yield None
 
     def _fragment(self, include: Included) -> Map:
-        """Return the sections of a robot, prefixed and attached. Raises Failed after reporting."""
         entry, tree = include.entry, self._tree(include)
         self.included.append((include, tree))
         include.scope.count(weight(tree), *include.place)

@@ -48,7 +48,6 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
 
 
 def _report_unknown_keys(section: str, table: Map, fragment: Map, scope: Scope) -> bool:
-    """Report keys that an entry of a part cannot have, for each use of the part; return True if there are none."""
     unknown = [key for key in table if key not in keys_of(section)]
     for key in unknown:
         place = Place(table.key_spans[key], fragment.via or table.via)
@@ -59,7 +58,6 @@ def _report_unknown_keys(section: str, table: Map, fragment: Map, scope: Scope) 
 
 
 def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> bool:
-    """Report a section of two fragments that cannot be joined; return True if validation reports it instead."""
     if not _is_joined(section):
         _report("duplicate-key", f'"{section}" is defined twice', "remove one", section, tree, more, scope)
         for fragment in (tree, more) if scope.expansion.parts else ():
@@ -146,19 +144,13 @@ def copy(value: Any) -> Any:
 
 def with_source(tree: Map, owner: Map) -> Map:
     """Return sections in which every entry has a source: its own, or that of ``owner``, a use."""
-    made = tree.copied()
-    for section, entries in tree.items():
-        if isinstance(entries, Map) and not holds_many(section):
-            made[section] = _sourced(entries, owner) if is_one_entry(section) else sourced(entries, owner)
-    return made
+    maps = {key: entries for key, entries in tree.items() if isinstance(entries, Map) and not holds_many(key)}
+    return tree.like({key: (_sourced if is_one_entry(key) else sourced)(part, owner) for key, part in maps.items()})
 
 
 def sourced(section: Map, owner: Map) -> Map:
     """Return a section in which every entry has a source: its own, or that of ``owner``, a file or a use."""
-    made = section.copied()
-    for name, entry in section.items():
-        made[name] = _sourced(entry, owner) if isinstance(entry, Map) else entry
-    return made
+    return section.like({name: _sourced(entry, owner) for name, entry in section.items() if isinstance(entry, Map)})
 
 
 def _sourced(entry: Map, owner: Map) -> Map:

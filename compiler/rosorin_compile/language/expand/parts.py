@@ -127,7 +127,6 @@ class Parts:
             raise Failed
 
     def _fragment(self, part: Part, inner: Scope, depth: int) -> Map:
-        """Return the sections of a part, evaluated, with the parts that it uses itself. Raises Failed."""
         body = part.body
         made = Map(body.span, inner.via)
         good = True
@@ -148,7 +147,6 @@ class Parts:
         return made
 
     def _check_parent(self, name: str, mounted: bool, entry: Map, scope: Scope, place: Place) -> None:
-        """Check that a use has a parent if its part is attached to something, and else no pose."""
         if mounted and entry.get("parent") is None:
             help = "the part is attached to a frame: write parent: FRAME"
             raise scope.failed("missing-key", f'use "{name}" needs the key "parent"', place, help)
@@ -209,7 +207,6 @@ class Parts:
         return f"did you mean {' or '.join(names[close])}?" if close else ""
 
     def _load(self, path: Path, file: str, use: Span) -> tuple[Map, Scope] | None:
-        """Return a file of parts, shown as ``PACKAGE/FILE.yaml``, and its scope; read once."""
         if path not in self.files:
             self.files[path] = None
             try:
@@ -307,7 +304,6 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
 
 
 def _changed(brought: Any, sensor: Map, kind: str, scope: Scope) -> Seq:
-    """Return the Gazebo sensor of a type with the changes of a sensor. Raises Failed after reporting."""
     changes = sensor["gazebo"]
     only = brought[0] if isinstance(brought, Seq) and len(brought) == 1 else None
     if not isinstance(only, Map):

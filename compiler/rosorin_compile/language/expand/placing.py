@@ -1,8 +1,6 @@
-"""Placing: what a part contains gets its prefix, is mirrored, and is attached to its frame.
+"""Placing: what a part contains gets its prefix, is mirrored, and is attached to its frame, its ``mount``.
 
-A part refers to its own links and joints by their short names, and to the frame that it is attached to as ``mount``.
-The schema says which values are names, are mirrored or are attached (``annotations``). For a reflection S, a pose
-becomes R' = S R S and p' = S p.
+The schema says which values are names, are mirrored or attached. For a reflection S, R' = S R S and p' = S p.
 """
 
 from __future__ import annotations
@@ -107,7 +105,6 @@ def _renamed_text(text: Any, change: Rename) -> Any:
 
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
-    """Return an entry with some values changed; a new key has the place of the entry."""
     if changes.keys() <= entry.keys():
         return entry.like(changes) if changes else entry
     made = entry.copied()
@@ -204,7 +201,6 @@ class _Placer:
         return value
 
     def _among(self, is_own: Callable[[str], bool]) -> Rename:
-        """Return a function that renames names of the part, and the mount."""
         return lambda name: self.use.prefix + name if is_own(name) else self.rename("link", name)
 
     def _parameters(self, value: Any) -> Any:

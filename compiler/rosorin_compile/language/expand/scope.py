@@ -1,7 +1,6 @@
 """Scopes: names and their values, lexically nested; expressions, loops and conditions are evaluated in them.
 
-A named value is evaluated once, when it is first needed. ``resolve`` returns a new tree that shares the pieces without
-any expression.
+A named value is evaluated once, when it is first needed. ``resolve`` shares the pieces without any expression.
 """
 
 from __future__ import annotations
@@ -355,7 +354,6 @@ class Scope:
         return "".join(parts)
 
     def _refuse_xacro(self, text: str, piece: Piece, place: Place) -> None:
-        """Report a substitution of xacro, which would reach the artifacts as it is, and raise Failed."""
         if found := _OF_XACRO.search(piece.text):
             rest = found[2].strip()
             name = (rest.split() or ["NAME"])[0]
@@ -460,7 +458,6 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
 
 
 def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any], Sequence[Span]]:
-    """Return what a loop iterates over, a list or the keys of a table, and where each of it was written."""
     resolved = scope.resolve(values, place)
     if isinstance(resolved, Mapping):
         spans = resolved.key_spans if isinstance(resolved, Map) else {}
@@ -482,7 +479,6 @@ def _short(value: Any) -> str:
 
 
 def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:
-    """Return a list that an expression made as a Seq: its items get the place of the expression."""
     if isinstance(value, Seq):
         return value
     made = Seq(span, via)

@@ -1,8 +1,6 @@
 """The functions and constants of expressions, and the errors that they raise.
 
-A bare number has no dimension and goes with any; two quantities must have the same dimension where they are added,
-compared or chosen from. ``BUILT_IN`` has each function with its line in the reference; plug-ins add functions as entry
-points of ``rosorin_compile.functions``.
+A bare number has no dimension and goes with any; quantities that are added or compared have the same dimension.
 """
 
 from __future__ import annotations
@@ -93,8 +91,6 @@ def common_dimension(values: Iterable[Any]) -> Dimension | None:
 
 
 def _of(dimension: Dimension, what: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function refuse quantities of another dimension; a bare number is in SI units."""
-
     def apply(*values: Any) -> Any:
         for value in values:
             if dimension_of(value) not in (None, dimension, NUMBER):

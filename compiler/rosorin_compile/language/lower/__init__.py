@@ -172,7 +172,6 @@ def _pose(name: str, entry: Mapping[str, Any], lowering: Lowering) -> JointPose:
 
 
 def _position(joint: str, pulse: int, path: Path, lowering: Lowering) -> float | None:
-    """Return the position (rad or m) of a pulse; None for a joint without a servo, which is reported."""
     group = next((group for group in lowering.servos if joint in group.joints), None)
     if group is None:
         known = [joint for group in lowering.servos for joint in group.joints]

@@ -68,12 +68,11 @@ def lower_joint(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Join
     safety = record_of(SafetyController, entry["safety_controller"]) if "safety_controller" in entry else None
     axis = vector_of(entry.get("axis"), (1.0, 0.0, 0.0))
     joint = record_of(Joint, entry, name=name, publisher=by.always, axis=axis, safety=safety)
-    take_turns(lowering, joint, by)
+    _take_turns(lowering, joint, by)
     return joint
 
 
-def take_turns(lowering: Lowering, joint: Joint, publishing: Publishing) -> None:
-    """Make edges of the publishers of a joint that take turns."""
+def _take_turns(lowering: Lowering, joint: Joint, publishing: Publishing) -> None:
     for turn in publishing.turns:
         lowering.places["edge", str(len(lowering.edges))] = turn.path
         moving = not joint.is_fixed and turn.publisher.kind != STATIC_TRANSFORM_PUBLISHER
@@ -137,7 +136,7 @@ def lower_sensor(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Sen
         by = publishing(lowering, entry, path)
         made = Joint(joint, "fixed", parent, frame, mount, publisher=by.always, source=source)
         lowering.joints.append(made)
-        take_turns(lowering, made, by)
+        _take_turns(lowering, made, by)
     else:
         above = _above(lowering.tree, name)
         _check(lowering, name, entry, above)
@@ -157,7 +156,7 @@ def lower_sensor(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Sen
         by = publishing(lowering, optical, here) if "publisher" in optical else by.of_optical()
         made = Joint(to_optical, "fixed", frame, optical_frame, optical_pose, publisher=by.always, source=source)
         lowering.joints.append(made)
-        take_turns(lowering, made, by)
+        _take_turns(lowering, made, by)
     return sensor
 
 

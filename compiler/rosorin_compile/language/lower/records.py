@@ -101,23 +101,22 @@ def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:
 
 def values_of(entry: Mapping[str, Any] | None) -> dict[str, Attribute]:
     """Return MJCF attributes by name."""
-    return {name: attribute_of(value) for name, value in sorted(entry.items())} if entry else {}
+    return {name: _attribute_of(value) for name, value in sorted(entry.items())} if entry else {}
 
 
 def other_values(entry: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, Attribute]:
     """Return the MJCF attributes of an entry that also has the keys ``known``."""
-    return {key: attribute_of(value) for key, value in sorted(entry.items()) if key not in known}
+    return {key: _attribute_of(value) for key, value in sorted(entry.items()) if key not in known}
 
 
 def renamed_values(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:
     """Return the values of an entry under the names that MJCF has for its keys."""
-    return {word: attribute_of(entry[key]) for key, word in words.items() if key in entry}
+    return {word: _attribute_of(entry[key]) for key, word in words.items() if key in entry}
 
 
-def attribute_of(value: Any) -> Attribute:
-    """Return the value of an MJCF attribute."""
+def _attribute_of(value: Any) -> Attribute:
     if isinstance(value, list):
-        return tuple(attribute_of(item) for item in value)  # type: ignore[misc]
+        return tuple(_attribute_of(item) for item in value)  # type: ignore[misc]
     if value is None or isinstance(value, bool):
         return value
     return str(value) if isinstance(value, str) else float(value)

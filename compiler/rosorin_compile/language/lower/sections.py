@@ -51,23 +51,22 @@ def _value(section: Section[Any], tree: Mapping[str, Any], problem: Problem) -> 
 
 
 def _contents(section: Section[Any], tree: Mapping[str, Any]) -> Any:
-    return completed(schema()["properties"][section.name], plain(tree[section.name]))
+    return _completed(schema()["properties"][section.name], plain(tree[section.name]))
 
 
-def completed(fragment: Mapping[str, Any], value: Any) -> Any:
-    """Return a plain value with the defaults of the schema; an empty entry is a mapping."""
+def _completed(fragment: Mapping[str, Any], value: Any) -> Any:
     fragment = resolve(dict(fragment))
     properties, others = fragment.get("properties", {}), fragment.get("additionalProperties")
     others = others if isinstance(others, Mapping) else {}
     if isinstance(value, tuple):
-        return tuple(completed(fragment.get("items", {}), item) for item in value)
+        return tuple(_completed(fragment.get("items", {}), item) for item in value)
     if value is None and (properties or others):
         value = {}
     if not isinstance(value, Mapping):
         return value
     resolved = {key: resolve(inner) for key, inner in properties.items()}
     defaults = {key: inner["default"] for key, inner in resolved.items() if "default" in inner}
-    return {key: completed(properties.get(key, others), item) for key, item in {**defaults, **value}.items()}
+    return {key: _completed(properties.get(key, others), item) for key, item in {**defaults, **value}.items()}
 
 
 @contextmanager
@@ -82,9 +81,8 @@ def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
 def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robot:
     """Return a robot with the links, joints and masses that its sections add.
 
-    An entry may refer to what another entry or section adds, if there is no circle: what is referred to is added first.
-    ``place`` takes the kind, name and path of each link and joint that is added. A section that refers to a link or a
-    joint that does not exist adds nothing: the rules report that.
+    An entry may refer to what another entry or section adds, if there is no circle; a section that refers to something
+    else adds nothing, which the rules report. ``place`` takes the kind, name and path of what is added.
     """
     made, symbols = robot, SymbolTable(tree)
     waiting = [(plugin, one) for plugin, one in plugged().sections if one.adds and one in robot.sections]
@@ -141,7 +139,6 @@ def _checked(made: object, before: Robot) -> Robot:
 
 
 def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str, place: Place) -> None:
-    """Record where added links and joints are defined; a joint without a name of its own is where its link is."""
     defined = {(symbol.kind, symbol.name): symbol.path for symbol in symbols.definitions(section)}
     counts = Counter(link.name for link in made.links)
     for name in (counts - Counter(link.name for link in before.links)).elements():

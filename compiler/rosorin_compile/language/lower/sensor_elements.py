@@ -192,7 +192,6 @@ def _moved(element: Simulated, sensor: Mapping[str, Any], frames: Frames) -> Sim
 
 
 def _pose_in_sensor(entry: Mapping[str, Any], frames: Frames) -> Transform | None:
-    """Return the pose of a Gazebo sensor in the frame of its sensor; None if it is not there."""
     sensor = _gazebo_sensor("", entry, frames, ())
     if sensor.at_joint or sensor.feels or sensor.link not in (frames.sensor, frames.optical):
         return None
@@ -206,7 +205,6 @@ def _pose_in_sensor(entry: Mapping[str, Any], frames: Frames) -> Transform | Non
 
 
 def _around_shapes(element: Simulated, links: Mapping[str, Link]) -> Simulated:
-    """Give a box without a size, the zone of a contact sensor, the extents of all collision shapes of its link."""
     values = element.attributes
     if element.element != "site" or values.get("type") != "box" or values.get("size") is not None:
         return element

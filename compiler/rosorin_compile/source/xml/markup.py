@@ -36,7 +36,7 @@ MarkupError = SourceError  # a text that is not XML, or XML that is not safe to 
 
 
 class Word(NamedTuple):
-    """A piece of an attribute or a text between white space, and its place."""
+    """A piece of an attribute or a text between white space."""
 
     text: str
     span: Span
@@ -59,7 +59,6 @@ class Attribute(NamedTuple):
 
     @property
     def name_span(self) -> Span:
-        """Return the place of the name."""
         return self.document.span(self.name_start, len(self.name))
 
     def words(self) -> list[Word]:
@@ -77,7 +76,6 @@ class Remark(NamedTuple):
 
     @property
     def is_comment(self) -> bool:
-        """Whether this is a comment."""
         return self.kind == COMMENT
 
 
@@ -97,12 +95,10 @@ class Element:
 
     @property
     def children(self) -> list[Element]:
-        """The elements in it."""
         return [item for item in self.content if isinstance(item, Element)]
 
     @property
     def texts(self) -> list[Remark]:
-        """The pieces of text directly in it."""
         return [item for item in self.content if isinstance(item, Remark) and item.kind == TEXT]
 
     @property
@@ -117,11 +113,9 @@ class Element:
 
     @property
     def verbatim(self) -> str:
-        """The element as it is in the text."""
         return self.document.source.text[self.start : self.end]
 
     def get(self, name: str, default: str = "") -> str:
-        """Return the value of an attribute."""
         attribute = self.attributes.get(name)
         return default if attribute is None else attribute.value
 
@@ -208,7 +202,13 @@ def correction(word: str, known: Iterable[str]) -> str | None:
 
 def parse(source: Source) -> Document:
     """Return a text as XML. Raises MarkupError, which names the place."""
-    return _Reader(source).read()
+    reader = _Reader(source)
+    try:
+        reader.parser.Parse(reader.data, True)
+    except expat.ExpatError as problem:
+        at = reader.offset(max(0, reader.parser.ErrorByteIndex))
+        raise MarkupError(_explained(reader.document, problem.code, at, reader.open)) from None
+    return reader.document
 
 
 def new_parser() -> expat.XMLParserType:
@@ -240,14 +240,6 @@ class _Reader:
         self.parser.CharacterDataHandler = self.characters
         self.parser.StartDoctypeDeclHandler = self.doctype
 
-    def read(self) -> Document:
-        try:
-            self.parser.Parse(self.data, True)
-        except expat.ExpatError as problem:
-            at = self.offset(max(0, self.parser.ErrorByteIndex))
-            raise MarkupError(_explained(self.document, problem.code, at, self.open)) from None
-        return self.document
-
     def offset(self, byte: int) -> int:
         """Return an offset in characters, given the one in bytes."""
         if self.is_ascii:
@@ -260,17 +252,15 @@ class _Reader:
     def here(self) -> int:
         return self.offset(self.parser.CurrentByteIndex)
 
-    def fail(self, rule: str, message: str, start: int, help: str, length: int = 1) -> MarkupError:
-        return MarkupError(error(rule, message, self.document.span(start, length), help))
-
     def start(self, tag: str, pairs: list[str]) -> None:
-        start, help = self.here(), "is this the right file?"
+        start = self.here()
         self.count += 1
         self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise self.fail("xml-too-deep", f"elements are nested deeper than {MAX_DEPTH} levels", start + 1, help)
-        if self.count > MAX_ELEMENTS:
-            raise self.fail("xml-too-large", f"there are more than {MAX_ELEMENTS:,} elements", start + 1, help)
+        if self.depth > MAX_DEPTH or self.count > MAX_ELEMENTS:
+            rule, message = "xml-too-deep", f"elements are nested deeper than {MAX_DEPTH} levels"
+            if self.count > MAX_ELEMENTS:
+                rule, message = "xml-too-large", f"there are more than {MAX_ELEMENTS:,} elements"
+            raise MarkupError(error(rule, message, self.document.span(start + 1), "is this the right file?"))
         made = Element(self.document, tag, self.open, start)
         position = start + 1 + len(tag)
         found = _ATTRIBUTE.finditer(self.text, position)  # expat has read the tag: it has this form
@@ -280,10 +270,10 @@ class _Reader:
             made.attributes[name] = Attribute(self.document, name, value, *at, match[group])
             position = match.end()
         made.opened = self.text.index(">", position) + 1
-        if self.open is None:
-            self.document.root = made
-        else:
+        if self.open:
             self.open.content.append(made)
+        else:
+            self.document.root = made
         self.open = made
 
     def finish(self, _tag: str) -> None:
@@ -297,10 +287,8 @@ class _Reader:
     def remark(self, kind: str, text: str, end: str) -> None:
         start = self.here()
         made = Remark(kind, text, start, self.text.index(end, start) + len(end))
-        if self.open is not None:
-            self.open.content.append(made)
-        else:
-            (self.document.after if self.count else self.document.before).append(made)
+        outside = self.document.after if self.count else self.document.before
+        (self.open.content if self.open else outside).append(made)
 
     def characters(self, text: str) -> None:
         if self.open is None or text.isspace():
@@ -314,11 +302,12 @@ class _Reader:
     def doctype(self, *_: object) -> None:
         message = "a document type (<!DOCTYPE>) may declare entities, which are not read"
         help = "remove the <!DOCTYPE ...>; no reader of robots needs one"
-        raise self.fail("xml-doctype", message, self.here(), help, len("<!DOCTYPE"))
+        raise MarkupError(error("xml-doctype", message, self.document.span(self.here(), len("<!DOCTYPE")), help))
 
 
 _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "<": "tag"}
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
+_ENTITY = r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?"
 _ERRORS = expat.errors
 # What expat reports: the text at its place that is reported, the message, the help.
 _REPORTS = {
@@ -338,32 +327,29 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
     """Return the error about a text in which expat stopped at the offset ``at`` with the error ``code``."""
     text, kind, length = document.source.text, expat.errors.messages[code], 1
     at = min(at, max(0, len(text) - 1))
+    tag = open_element.tag if open_element else ""
     related = [Related("opened here", open_element.span)] if open_element else []
     is_unclosed = kind in (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
-    if kind == _ERRORS.XML_ERROR_TAG_MISMATCH and open_element:
-        match = re.compile(r"</\s*([^\s>]+)").match(text, text.rfind("<", 0, at + 1))
-        at, length = (match.start(), len(match[0])) if match else (at, 1)
-        tag = open_element.tag
-        message, help = f"</{match[1] if match else '?'}> does not close <{tag}>", f"close <{tag}> first"
+    if kind == _ERRORS.XML_ERROR_TAG_MISMATCH:
+        at = text.rfind("<", 0, at + 1)
+        end = text[at:].partition(">")[0]
+        length, message, help = len(end), f"{end}> does not close <{tag}>", f"close <{tag}> first"
     elif is_unclosed and text.startswith("<", at):
         sign = next(sign for sign in _ENDS if text.startswith(sign, at))
         message, help, length, related = f"this {_ENDS[sign]} is not closed", "close it", len(sign), []
+    elif (is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS) and tag:
+        at, message, help = max(0, len(text.rstrip()) - 1), f"the file ends, but <{tag}> is not closed", f"add </{tag}>"
     elif is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS:
         at, message, help = 0, "there is no XML element in this file", "is this the right file?"
-        if open_element:
-            at, help = max(0, len(text.rstrip()) - 1), f"add </{open_element.tag}>"
-            message = f"the file ends, but <{open_element.tag}> is not closed"
     elif kind == _ERRORS.XML_ERROR_INVALID_TOKEN:
-        at, message, help = _invalid_token(text, at)
-        related = []
+        (at, message, help), related = _invalid_token(text, at), []
     else:
         default = ("", f"this is not well-formed XML: {expat.ErrorString(code)}", "correct it, or remove it")
         pattern, message, help = _REPORTS.get(kind, default)
-        related = []
         if pattern and (found := re.compile(pattern).search(text, at)):
             at, length, message = found.start(), len(found[0]), message.format(found[0])
-        if kind == _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT and document.root.tag:
-            related = [Related("the root element", document.root.span)]
+        is_second = kind == _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT and document.root.tag
+        related = [Related("the root element", document.root.span)] if is_second else []
     return error(RULE, message, document.span(at, length), help, related)
 
 

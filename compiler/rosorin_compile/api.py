@@ -23,24 +23,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile import queries
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
+from rosorin_compile.compare.precision import printed
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics
 from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.formats.schemas import schema_names, schema_text
-from rosorin_compile.language import api_arguments
-from rosorin_compile.language.arguments import Argument, declared
+from rosorin_compile.language.arguments import Argument, as_texts, declared, of_api, takes_no_arguments
 from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
 from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.output.check_outputs import compare_committed, judged
 from rosorin_compile.request import FilePath, Request
-from rosorin_compile.rules import joint_states
-from rosorin_compile.rules import transform as frame_transforms
 from rosorin_compile.rules.check import plugged
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source.diagnostics import (
@@ -55,12 +54,11 @@ from rosorin_compile.source.diagnostics import (
     error,
     has_errors,
 )
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
-from rosorin_compile.source.printing import printing_of
 from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.page.write import Page, write_page
@@ -278,7 +276,7 @@ def diff(
     second = _side(b, arguments, b_arguments, packages, trust)
     diagnostics += [*first.diagnostics, *second.diagnostics]
     if arguments and first.deaf and second.deaf:
-        diagnostics.append(api_arguments.deaf(first.deaf))
+        diagnostics.append(takes_no_arguments(first.deaf))
     if first.side is None or second.side is None or has_errors(diagnostics):
         return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
     try:
@@ -317,9 +315,9 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
     if imported is None or imported.tree is None:
         return _Loaded(Side(label, YAML, found.robot, folder=path.parent), diagnostics)
     if requests[1].arguments and not imported.takes_arguments:
-        diagnostics.append(api_arguments.deaf(path))
+        diagnostics.append(takes_no_arguments(path))
     reduced = replace(found.robot, outputs=())
-    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree).tolerance, path.parent)
+    side = Side(label, FORMATS[imported.format], reduced, printed(imported.tree.span.source.text), path.parent)
     return _Loaded(side, diagnostics, imported.left_out, None if imported.takes_arguments else path)
 
 
@@ -383,15 +381,15 @@ def transform(
     case, diagnostics = _case(Request.of(robot, arguments, packages, trust=trust))
     if case is None:
         return Transforms(diagnostics=diagnostics)
-    start = joint_states.positions(case.robot, pose, joints or {}, pulses or {})
-    turned = [joint_states.sweep_of(case.robot, f"{name}={text}") for name, text in (sweeps or {}).items()]
-    states = list(joint_states.states(start, turned))
-    diagnostics = (*diagnostics, *_beyond_limits(case, states, strict))
+    start = queries.positions(case.robot, pose, joints or {}, pulses or {})
+    turned = [queries.sweep_of(case.robot, name, text) for name, text in (sweeps or {}).items()]
+    states = list(queries.states(start, turned))
+    diagnostics = (*diagnostics, *queries.beyond_limits(case, states, ERROR if strict else WARNING))
     if has_errors(diagnostics):
         return Transforms(diagnostics=diagnostics, robot=case.robot)
     check_modes(case.robot, modes or {})
-    found, remarks = frame_transforms.transforms(case, source, target, states, modes or {})
-    units = {one.joint: "m" if case.robot.joint[one.joint].type == "prismatic" else "rad" for one in turned}
+    found, remarks = queries.transforms(case, source, target, states, modes or {})
+    units = {name: "m" if case.robot.joint[name].type == "prismatic" else "rad" for name, _ in turned}
     return Transforms(tuple(found), units, (*diagnostics, *remarks), case.robot)
 
 
@@ -402,16 +400,6 @@ def _case(request: Request) -> tuple[Case | None, tuple[Diagnostic, ...]]:
     if case is None:
         return None, tuple(one for one in found.diagnostics if one.severity == ERROR)
     return case, tuple(one for one in found.diagnostics if one.rule == _EXECUTED and not request.trust)
-
-
-def _beyond_limits(case: Case, states: Iterable[Mapping[str, Any]], strict: bool = False) -> list[Diagnostic]:
-    """Return a diagnostic for each joint and side of its limits that positions exceed."""
-    found: dict[tuple[str, str], Diagnostic] = {}
-    for state in states:
-        for beyond in joint_states.beyond(case.robot, state):
-            key = (beyond.joint.name, beyond.side)
-            found[key] = found.get(key) or joint_states.beyond_limit(case, beyond, ERROR if strict else WARNING)
-    return list(found.values())
 
 
 def frames(
@@ -486,18 +474,17 @@ def pulses(
     case, diagnostics = _case(Request.of(robot, arguments, packages, trust=trust))
     if case is None:
         return Pulses(diagnostics=diagnostics)
-    groups = joint_states.servos(case.robot)
-    servos = tuple(map(joint_states.summary, groups))
+    servos = queries.calibrations(case.robot)
     if model is not None:
         if not Path(model).is_file():
             raise RequestError(no_file(Path(model)))
-        compared = against_model(case.robot, Path(model).read_bytes())
-        comparison = ModelComparison(str(model), compared.joints, compared.pulses, compared.differences)
+        comparison = ModelComparison(str(model), *against_model(case.robot, Path(model).read_bytes()))
         return Pulses(servos, model=comparison, diagnostics=diagnostics, robot=case.robot)
-    found = joint_states.joint_pulses(case.robot, values or {}, pose, unit)
-    beyond = _beyond_limits(case, [{one.joint: one.position for one in found}], strict)
+    found = queries.joint_pulses(case.robot, values or {}, pose, unit)
+    state = {one.joint: one.position for one in found}
+    beyond = queries.beyond_limits(case, [state], ERROR if strict else WARNING)
     posed = next((one.positions for one in case.robot.poses if pose and one.name == pose), {})
-    without = tuple(name for name in posed if not any(name in group.joints for group in groups))
+    without = tuple(name for name in posed if not any(name in group.joints for group in servos))
     return Pulses(servos, tuple(found), None, without, (*diagnostics, *beyond), case.robot)
 
 
@@ -542,8 +529,8 @@ def picture(
 
     def state(case: Case) -> tuple[Mapping[str, Any], Sequence[Diagnostic]]:
         check_modes(case.robot, modes or {})
-        found = joint_states.positions(case.robot, pose, joints or {}, pulses or {})
-        return found, _beyond_limits(case, [found])
+        found = queries.positions(case.robot, pose, joints or {}, pulses or {})
+        return found, queries.beyond_limits(case, [found], WARNING)
 
     look = Look(view, size, collision, published_frames, frames, modes or {}, theme, transparent)
     return draw(Request.of(robot, arguments, packages, trust=trust), Path(output), state, look, force)
@@ -894,6 +881,7 @@ def import_robot(
     parts: bool = True,
     verbatim: bool = False,
     flat: bool = False,
+    drives: str | None = None,
     force: bool = False,
     keep_edits: bool = False,
     trust: bool = False,
@@ -918,6 +906,8 @@ def import_robot(
         parts: Factor repeated structures into parts.
         verbatim: Copy the Gazebo and ros2_control elements of a URDF unchanged.
         flat: Import the URDF that a xacro generates, without its macros.
+        drives: Servos that the MJCF gets for a robot without actuators: ``"position"`` (for joints with limits; the
+            others get velocity servos), ``"velocity"`` or ``"none"``; by default ``"position"``.
         force: Write to a folder that is not empty.
         keep_edits: If both the source and the description changed the same lines, keep those of the description.
 
@@ -944,6 +934,7 @@ def import_robot(
         parts=parts,
         verbatim=verbatim,
         flat=flat,
+        drives=drives,
         force=force,
         ours=keep_edits,
         trust=trust,
@@ -956,8 +947,8 @@ def _read_options(
     arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
     """Return how a robot in another format is read, and the errors in the arguments and packages."""
-    found = api_arguments.ask("", arguments, packages)
-    texts, wrong = api_arguments.as_texts(found.arguments)
+    found = of_api("", arguments, packages)
+    texts, wrong = as_texts(found.arguments)
     return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 

@@ -17,8 +17,7 @@ from rosorin_compile.language.arguments import Argument
 from rosorin_compile.language.explain import Answer, Explanation, NamedValue
 from rosorin_compile.language.explain_text import lines
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.rules.joint_states import JointPulse, Servos
-from rosorin_compile.rules.transform import FrameTransform, TransformPublisher, TransformStep
+from rosorin_compile.queries import FrameTransform, JointPulse, Servos, TransformPublisher, TransformStep
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, has_errors
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.viewer.frames import FrameEdge, Frames, FrameSituation

@@ -73,7 +73,7 @@ BROKEN: list[tuple[object, str, str]] = [
         "axis-zero",
         'the axis of joint "j" is zero: no direction',
     ),
-    (SMALL | {"joints": {"j": JOINT | {"child": "a"}}}, "joint-cycle", 'joint "j" attaches link "a" to itself'),
+    (SMALL | {"joints": {"j": JOINT | {"child": "a"}}}, "joint-cycle", 'joint "j" closes a circle: a -> a'),
 ]
 
 

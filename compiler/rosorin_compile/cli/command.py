@@ -18,6 +18,7 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from rosorin_compile.cli.console import ENVELOPE, MARKDOWN, show_progress
+from rosorin_compile.source.cache import cache_refused
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, did_you_mean
 from rosorin_compile.source.plugins import Plugin, PluginFailed, broken, failed
 from rosorin_compile.source.rule_registry import WRITING, Rule
@@ -28,6 +29,12 @@ from .answer import FINE, PROBLEMS, Answer
 from .table import entry
 
 RULES = (
+    Rule(
+        "cache-not-private",
+        "A note: another user could change the folder of the cache, so the cache is not used.",
+        "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",
+        WRITING,
+    ),
     Rule(
         "system-lacks",
         "A note: this system has no locks, or no limits of a process, as Windows has none; the run goes on without.",
@@ -175,6 +182,8 @@ class Command(click.Command):
             raise PluginFailed(broken(self.plugin, f"gives no exit code, but {str(code)[:60]!r}"))
         if not options.quiet:
             notes = [Diagnostic("system-lacks", NOTE, message) for message in missed()]
+            if refused := cache_refused():
+                notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
             if notes:
                 answer.console().show(notes)
         fail_on = getattr(options, "fail_on", "error")

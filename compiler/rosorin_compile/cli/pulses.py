@@ -94,10 +94,9 @@ def _pulses(joints: Sequence[JointPulse]) -> list[str]:
 def _calibration(robot: Robot) -> list[str]:
     """Return the servo groups: the formula of each, and the valid pulses of each joint."""
     from rosorin_compile.model.servos import travel, within
-    from rosorin_compile.rules.joint_states import servos
 
     lines, rows = [], [_SERVO_HEADS]
-    for group in servos(robot):
+    for group in robot.servos:
         difference = f"{group.zero_pulse} - pulse" if group.flipped else f"pulse - {group.zero_pulse}"
         lines.append(f"{group.name}: position = ({difference}) * {exact(group.rad_per_pulse)}")
         first, last = group.pulse_range

@@ -44,7 +44,7 @@ def run(options: cli.Options) -> int:
     """Print the pose of a frame in another."""
     from rosorin_compile import api
     from rosorin_compile.model.servos import NoPulse
-    from rosorin_compile.rules.transform import NotPublished
+    from rosorin_compile.queries import NotPublished
 
     state = joint_options(options)
     run = Run.of(options)

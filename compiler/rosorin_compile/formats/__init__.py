@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import feeding
-from rosorin_compile.source.plugins import are_installed
+from rosorin_compile.source.plugins import installed
 
 from .format import Artifact, Format, Opened
 
@@ -106,7 +106,7 @@ def _built_in(name: str) -> Format | None:
 
 def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
     """Return the formats of plug-ins by name, and diagnostics; without plug-ins, nothing is imported."""
-    if not are_installed("formats"):
+    if not any(plugin.group == "formats" for plugin in installed()):
         return {}, ()
     from .plugged import plugged
 

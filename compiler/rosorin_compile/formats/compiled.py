@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.language.expand import Expanded, expand
+from rosorin_compile.language.arguments import with_wanted
+from rosorin_compile.language.expand.description import Expanded, expand
 from rosorin_compile.language.expression.functions import plugged as plugged_functions
 from rosorin_compile.language.lower import Lowered, lower
-from rosorin_compile.language.requested_outputs import with_wanted
-from rosorin_compile.language.section_registry import plugged as plugged_sections
+from rosorin_compile.language.schema import plugged as plugged_sections
 from rosorin_compile.language.suppressions import Entry, settled, unknown, unused
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
@@ -188,7 +188,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
 
     ``requested`` are outputs: names under ``outputs``, or of formats, which get their default options.
     """
-    diagnostics = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged_diagnostics()]
+    diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
     diagnostics += plugged_sections().diagnostics
     if expanded.tree is None:
         return Understood(expanded, None, arrange([*diagnostics, *rules.plugged().diagnostics]))

@@ -12,12 +12,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
+from markupsafe import escape
+
 from rosorin_compile.model import Pose
 from rosorin_compile.model.simulation import GazeboSensor, SdfElement
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.numbers import NumberFormat
 from rosorin_compile.source.xml.elements import canonical, tree_of
-from rosorin_compile.source.xml.escaping import escape
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
 from .templating import attributes

@@ -18,7 +18,7 @@ from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.xml.files import printable_name
+from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.markup import Document, Element, Remark
 
 from .format import Opened, Placed
@@ -171,10 +171,10 @@ def converted(made: object, opened: Opened) -> Imported:
         return made._replace(diagnostics=[diagnostic_of(one) for one in made.diagnostics])
     description, more = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
     diagnostics = [diagnostic_of(one) for one in more]
-    tree = as_tree(description, opened.source.start(), [])
+    tree = as_tree(description, opened.source.span(), [])
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")
-    source = {"status": "imported", "note": f"from {printable_name(opened.path)}"}
+    source = {"status": "imported", "note": f"from {masked(opened.path.name)}"}
     for key, value in (("robot", opened.path.stem), ("source", source)):
         if key not in tree:
             tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)

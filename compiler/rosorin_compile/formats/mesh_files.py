@@ -90,11 +90,15 @@ _PUT = "put the file next to the description, or correct the name"
 
 
 class NamedFile(NamedTuple):
-    """A file as a description names it, the places of the name, and its kind: mesh, texture, or file of an element."""
+    """A file as a description names it, the places of the name, and its kind: mesh, texture, or file of an element.
+
+    ``collides``: it is a collision shape of a link.
+    """
 
     name: str
     spans: list[Span]
     kind: str = MESH
+    collides: bool = False
 
 
 class Found(NamedTuple):
@@ -207,17 +211,20 @@ def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> S
 def named_files(tree: Map, kind: str) -> list[NamedFile]:
     """Return the meshes or the textures that a description names, each name once."""
     found: dict[str, dict[Span, None]] = {}
-    waiting: list[Any] = [value for key, value in tree.items() if key != "outputs"][::-1]
+    colliding: set[str] = set()
+    waiting: list[tuple[Any, bool]] = [(value, False) for key, value in tree.items() if key != "outputs"][::-1]
     while waiting:
-        node = waiting.pop()
+        node, collides = waiting.pop()
         if isinstance(node, Map):
             entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
             if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
                 found.setdefault(entry[key], {})[entry.value_spans[key]] = None
-            waiting += [value for key, value in node.items() if key != "mjcf"][::-1]  # for MuJoCo alone
+                colliding |= {entry[key]} if collides else set()
+            inner = [(value, collides or key == "collision") for key, value in node.items() if key != "mjcf"]
+            waiting += inner[::-1]  # "mjcf" is for MuJoCo alone
         elif isinstance(node, Seq):
-            waiting += list(node)[::-1]
-    return [NamedFile(name, list(spans), kind) for name, spans in found.items()]
+            waiting += [(value, collides) for value in node][::-1]
+    return [NamedFile(name, list(spans), kind, name in colliding) for name, spans in found.items()]
 
 
 def _named_in_elements(tree: Map) -> list[NamedFile]:

@@ -88,7 +88,7 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
     def guard(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
         def guarded(*arguments: Any) -> Any:
             try:
-                with aside(plugin):
+                with aside():
                     return _converted(format, name, function(*arguments), arguments)
             except (Exception, SystemExit) as problem:
                 diagnostic = failed(plugin, problem)

@@ -12,6 +12,7 @@ import os
 import re
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache, cached_property
 from importlib import import_module
 from io import BytesIO
@@ -20,13 +21,15 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import jinja2
+from jinja2.bccache import Bucket
 from jinja2.exceptions import SecurityError
+from markupsafe import Markup, escape
 
 from rosorin_compile.source import files, system
+from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.project import data_folder, homes
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
-from rosorin_compile.source.xml.escaping import Markup, escape
 
 RULES = (
     Rule(
@@ -65,6 +68,18 @@ _OPTIONS: dict[str, Any] = {
 }
 
 
+class _BytecodeCache(jinja2.FileSystemBytecodeCache):
+    """Caches the compiled templates of the program; an entry that cannot be read or written is ignored."""
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        with suppress(OSError):
+            super().load_bytecode(bucket)
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        with suppress(OSError):
+            super().dump_bytecode(bucket)
+
+
 class TemplateProblem(Exception):
     """A template that is missing, wrong, or uses a name that does not exist; carries the diagnostic."""
 
@@ -81,12 +96,12 @@ def attributes(**values: str) -> Markup:
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
         text = "".join([f' {name}="{escape(value)}"' for name, value in values.items()])
-    return Markup(text)
+    return Markup(text)  # noqa: S704 - the values are escaped
 
 
-def attribute(name: str, value: str) -> str:
-    """Return one attribute, as ``attributes`` does; quicker for a name, as most values are."""
-    return f' {name}="{value}"' if value.isidentifier() else attributes(**{name: value})
+def attribute(name: str, value: str) -> Markup:
+    """Return one attribute, as ``attributes`` does."""
+    return attributes(**{name: value})
 
 
 def comment(text: str) -> str:
@@ -95,10 +110,12 @@ def comment(text: str) -> str:
 
 
 @cache
-def _own() -> jinja2.Environment:
+def _own(place: Path | None) -> jinja2.Environment:
+    """Return the environment of the program's templates, compiled to files in ``place``."""
     folder = data_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
-    return jinja2.Environment(loader=loader, **_OPTIONS)  # noqa: S701 - XML is escaped
+    cached = _BytecodeCache(str(place), f"{jinja2.__version__}-%s.cache") if place else None
+    return jinja2.Environment(loader=loader, bytecode_cache=cached, **_OPTIONS)  # noqa: S701 - XML is escaped
 
 
 class Templates:
@@ -141,7 +158,7 @@ class Templates:
     @staticmethod
     def own(name: str, values: Mapping[str, Any]) -> str:
         """Return the text of a template of the program, such as "core/robot.urdf.jinja"."""
-        return _own().get_template(name).render(values)
+        return _own(cache_folder("templates")).get_template(name).render(values)
 
     def package(self, name: str) -> Templates:
         """Return an object that renders the templates in the folder ``templates`` of a Python package."""

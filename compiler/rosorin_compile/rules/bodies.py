@@ -7,14 +7,13 @@ from collections.abc import Iterator
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Link, Mesh
 from rosorin_compile.model.bounds import Bounds, bounds_of
-from rosorin_compile.model.shape import volume_of
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
 from rosorin_compile.source.tree import Path, at, exists
 from rosorin_compile.source.units import has_unit
 
 from .case import Case, number
-from .kinematics import pieces
+from .joints import pieces
 from .shapes import diagonal, longest
 
 DENSEST = 22_590.0  # kg/m^3: osmium at 20 degrees (CRC Handbook of Chemistry and Physics)
@@ -45,26 +44,22 @@ def physical(case: Case) -> Iterator[Diagnostic]:
             continue
         if not inertial.mass > 0:
             message = f'the mass of link "{link.name}" is {number(inertial.mass)} kg; a mass is above zero'
-            help = "leave inertial out for a frame without mass"
-            yield case.problem("mass-not-positive", message, (*path, "mass"), help)
+            yield case.problem("mass-not-positive", message, (*path, "mass"))
         low, middle, high = inertial.principal_moments
         message = f'{number(low)}, {number(middle)} and {number(high)} kg*m^2 of link "{link.name}"'
         if high == low == 0 and not inertial.mass > 0:
             continue
         if low <= ROUNDING * 1e-3 * abs(high):
-            message = (
-                f"of the principal moments {message} not all are above zero (the inertia is not positive definite)"
-            )
+            message = f"the principal moments {message} are not all above zero (the inertia is not positive definite)"
             yield case.problem("inertia-not-positive-definite", message, (*path, "inertia"), within=True)
         elif low + middle < high * (1 - ROUNDING):
             message = f"no body has the principal moments {message}: the largest is more than the sum of the others"
-            help = "check the order ixx, iyy, izz and the units (triangle inequality)"
-            yield case.problem("inertia-triangle", message, (*path, "inertia"), help, within=True)
+            yield case.problem("inertia-triangle", message, (*path, "inertia"), within=True)
 
 
 @rule("density-looks-like-grams", "A warning: a density is in g/cm^3.", "Add a unit.", NUMBERS, "link", "always")
-@rule("mass-implausible", "A warning: no body of this size has this mass.", "Check units.", NUMBERS, "link", "always")
-@rule("inertia-implausible", "A warning: no body has this inertia.", "Calculate it.", NUMBERS, "link", "always")
+@rule("mass-implausible", "A warning: too dense or light.", "Check mass (kg) and sizes (m).", NUMBERS, "link", "always")
+@rule("inertia-implausible", "A warning: no body has this inertia.", "Use `of: collision`.", NUMBERS, "link", "always")
 @rule("centre-outside", "A warning: a centre of mass is far outside.", "Check `xyz`.", NUMBERS, "link", "always")
 def plausible(case: Case) -> Iterator[Diagnostic]:
     """Masses against the space of the shapes, inertias against both, and centres of mass."""
@@ -72,9 +67,8 @@ def plausible(case: Case) -> Iterator[Diagnostic]:
         path, mass = case.link(link.name, "inertial"), link.inertial.mass if link.inertial else 0.0
         density = at(case.tree, (*path, "density")) if mass > 0 else None
         if density and not has_unit(density) and 0 < density < FOAM:
-            text = number(density)
-            message = f'the density of link "{link.name}" is {text} kg/m^3, that of foam or less: water has 1000'
-            help = f'write "{text} g/cm^3" if that is meant, "{text} kg/m^3" if not'
+            message = f'the density of link "{link.name}" is {number(density)} kg/m^3, and water has 1000'
+            help = f'write "{number(density)} g/cm^3" if that is meant, with kg/m^3 if not'
             yield case.problem("density-looks-like-grams", message, (*path, "density"), help)
         if mass > NO_MASS:
             visual, collision = bounds_of(link.visual), bounds_of(link.collision)
@@ -96,15 +90,15 @@ def _mass(case: Case, link: Link, bounds: Bounds, complete: bool) -> Iterator[Di
     is_heavy = density > DENSEST * ROUGHLY * (1.0 if complete else LESS_THAN_SEEN)
     if not is_heavy:  # a plate that is tilted fills little of the box around it
         shapes = ([one for one in own if not isinstance(one.geometry, Mesh)] for own in (link.visual, link.collision))
-        volumes = [math.fsum(volume_of(one.geometry) for one in own) for own in shapes]
+        volumes = [math.fsum(one.volume for one in own) for own in shapes]
         if density >= LIGHTEST or mass >= LIGHTEST * max(volumes):
             return
     path, shape = case.link(link.name, "inertial"), _shape(case, link)
     place = (*path, "density" if exists(case.tree, (*path, "density")) else "mass")
-    message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in '
-    message += f"{' x '.join(map(number, bounds.size))} m{case.stands_in(shape)}: {_dense(density, is_heavy)}"
-    help = "correct the mass, in kg (850 g is 0.85), or the sizes, in metres (120 mm is 0.12)"
-    yield case.problem("mass-implausible", message, place, help, related=[("the shape", shape)])
+    sizes = " x ".join(map(number, bounds.size))
+    message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in {sizes} m{case.stands_in(shape)}'
+    message += f": {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
+    yield case.problem("mass-implausible", message, place, related=[("the shape", shape)])
 
 
 def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnostic]:
@@ -118,18 +112,17 @@ def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnost
     place: Path = (*path, "inertia", max(moments, key=lambda key: moments[key]))
     radius, density = math.sqrt(high / inertial.mass), _density(inertial.mass, low, middle, high)
     limit = bounds.reach(inertial.pose.xyz) if bounds else diagonal(case.robot)
-    mass = f"{number(inertial.mass)} kg{case.stands_in((*path, 'mass'))}"
+    limit, what = limit or math.inf, ""
     if density > DENSEST * ROUGH_INERTIA:
-        what = f"small for its {mass}: at least {_dense(density, True)}"
-    elif limit > 0 and radius > BEYOND * limit:
+        what = "small for its mass"
+    elif radius > BEYOND * limit:
         what = f"large: its radius of gyration is {number(radius)} m, and its shapes reach {number(limit)} m"
     elif not bounds and density < LIGHTEST_INERTIA:
-        what = f"large for its {mass}: about {_dense(density, False)}"
-    else:
-        return
-    message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too {what}'
-    help = "correct the mass, in kg, or the inertia, in kg*m^2; of: collision calculates it from the shapes"
-    yield case.problem("inertia-implausible", message, place, help, related=[("the mass", (*path, "mass"))])
+        what = "large for its mass"
+    if what:
+        message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too {what}: even spread out, it is of'
+        message += f" {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
+        yield case.problem("inertia-implausible", message, place, related=[("the mass", (*path, "mass"))])
 
 
 def _density(mass: float, low: float, middle: float, high: float) -> float:
@@ -154,22 +147,13 @@ def _centre(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnosti
     if size > 0 and limit < away:
         place = case.link(link.name, "inertial", "xyz", max(range(3), key=lambda index: abs(centre[index])))
         message = f'the centre of mass of link "{link.name}"{case.stands_in(place)} is {number(away)} m away from'
-        help = "xyz of inertial is relative to the frame of the link, in metres"
-        yield case.problem("centre-outside", f"{message} {what} {number(size)} m", place, help, related=related)
+        yield case.problem("centre-outside", f"{message} {what} {number(size)} m", place, related=related)
 
 
 def _shape(case: Case, link: Link) -> Path:
     """Return the path of the size of a link's first shape that is no mesh."""
     shapes = sorted(case.shapes(link), key=lambda one: one[1][-2] == "visual")
     return next(((*path, *longest(one)[0]) for _, path, one in shapes if not isinstance(one.geometry, Mesh)), ())
-
-
-def _dense(density: float, is_heavy: bool) -> str:
-    shown = f"{density:,.0f}" if 1000 <= density < 1e12 else number(density)
-    return f"{shown} kg/m^3, and {'osmium has 22,590' if is_heavy else 'air has 1.2'}"
-
-
-# --- links that lack a mass or a collision ---
 
 
 @rule("inertial-missing", "A warning: a moving link has no mass, unlike most.", "Give it an `inertial`.", JOINTS)
@@ -192,14 +176,10 @@ def lacking(case: Case) -> Iterator[Diagnostic]:
     through = [part for part in seen if not any(link.collision for link in part)]
     others = len(seen) - len(through)
     through = through if others > 1 and len(through) <= max(1, FEW_WITHOUT_COLLISION * len(seen)) else []
-    for id, found, what, count in (
-        ("inertial-missing", light if few else [], "has no mass", heavy),
-        ("collision-missing", through, "collides with nothing", others),
-    ):
-        for part in found:
-            name = next(link.name for link in part if link.visual or link.collision)
-            message = f'link "{name}" moves and {what}, unlike {count} other part{"s" * (count != 1)} of the robot'
-            yield case.problem(id, message, case.link(name), key=True)
+    lack = [("inertial-missing", part, "has no mass") for part in light if few]
+    for id, part, what in [*lack, *(("collision-missing", part, "collides with nothing") for part in through)]:
+        name = next(link.name for link in part if link.visual or link.collision)
+        yield case.problem(id, f'link "{name}" moves and {what}, unlike most others', case.link(name), key=True)
 
 
 @rule("root-inertial", help="Begin the robot at a link without mass, with a fixed joint to this one.", topic=JOINTS)

@@ -4,86 +4,62 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
-from rosorin_compile.model import Cylinder, Joint, Vector
-from rosorin_compile.model.drive import (
-    DIFFERENTIAL,
-    MECANUM,
-    OMNI,
-    STEERED,
-    TRICYCLE,
-    Drive,
-    axis_in_base,
-    driving_of,
-    place_in_base,
-    rolling_radius,
-    steering_of,
-)
+from rosorin_compile.model import Cylinder, Joint
+from rosorin_compile.model import drive as model
+from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, STEERED, TRICYCLE, Drive
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, rule
 from rosorin_compile.source.tree import Path, exists
 
 from .case import Case, number
-from .containment import holds
 from .joints import lies_across
-from .positions import circles
+from .shapes import holds
 
 PARALLEL = math.cos(math.radians(30))  # an axis this near to its direction is meant to be that
 RADIUS_APART = 0.05  # of a radius that is given: more is another number, such as the diameter
 UNEVEN = 0.001  # m
 LEAST = 1e-4  # m between wheels that are apart
 # Which wheels are farther along x or y than which others, by what their names say.
+_FRONT, _LEFT = (0, "in front of"), (1, "to the left of")
 _PAIRS = {
     MECANUM: (
-        ("front_left", "rear_left", 0, "in front of"),
-        ("front_right", "rear_right", 0, "in front of"),
-        ("front_left", "front_right", 1, "to the left of"),
-        ("rear_left", "rear_right", 1, "to the left of"),
+        *(("front_left", "rear_left", *_FRONT), ("front_right", "rear_right", *_FRONT)),
+        *(("front_left", "front_right", *_LEFT), ("rear_left", "rear_right", *_LEFT)),
     ),
-    DIFFERENTIAL: (("left", "right", 1, "to the left of"),),
+    DIFFERENTIAL: (("left", "right", *_LEFT),),
 }
 
 
-class _Named(NamedTuple):
-    """A joint that the drive names, its role, and the path of the name."""
-
-    role: str
-    joint: Joint
-    path: Path
-
-
-def _named(case: Case, drive: Drive) -> list[_Named]:
-    found = []
-    for role, names in drive.joints.items():
-        is_single = drive.kind == MECANUM or (drive.kind == TRICYCLE and role == "steering")
+def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]:
+    """Yield the joints that a drive names: the role, the joint, and the path of the name."""
+    for role, names in drive.joints.items() if drive else ():
+        is_single = drive and (drive.kind == MECANUM or (drive.kind == TRICYCLE and role == "steering"))
         for index, name in enumerate(names):
-            path: Path = ("drive", drive.kind, role) if is_single else ("drive", drive.kind, role, index)
-            found += [_Named(role, case.robot.joint[name], path)] if name in case.robot.joint else []
-    return found
+            path: Path = ("drive", drive.kind if drive else "", role)
+            if name in case.robot.joint:
+                yield role, case.robot.joint[name], path if is_single else (*path, index)
 
 
 @rule("drive-joint", help="Name the joint of a wheel: continuous, moved by itself.", topic=JOINTS)
 def joints(case: Case) -> Iterator[Diagnostic]:
     """A joint of the drive does not turn, follows another or is named twice; a warning where a wheel has limits."""
-    seen: dict[str, Path] = {}
-    for role, joint, path in _named(case, case.robot.drive) if case.robot.drive else ():
+    seen: set[str] = set()
+    for role, joint, path in _named(case, case.robot.drive):
+        what, severity = "", ""
         if joint.name in seen:
             what = "named twice in the drive"
         elif joint.type not in ("revolute", "continuous"):
             what = f"{joint.type}, and does not turn"
         elif joint.mimic is not None:
             what = f'a follower of "{joint.mimic.joint}"'
-        else:
-            what = "revolute and has limits: a wheel turns on" * (role != "steering" and joint.type == "revolute")
+        elif role != "steering" and joint.type == "revolute":
+            what, severity = "revolute and has limits: a wheel turns on", WARNING
         if what:
-            severity = WARNING if "turns on" in what else ""
-            related = [("the joint", case.joint(joint))]
-            yield case.problem(
-                "drive-joint", f'joint "{joint.name}" is {what}', path, related=related, severity=severity
-            )
-        seen.setdefault(joint.name, path)
+            message, related = f'joint "{joint.name}" is {what}', [("the joint", case.joint(joint))]
+            yield case.problem("drive-joint", message, path, related=related, severity=severity)
+        seen.add(joint.name)
 
 
 def _sound(case: Case) -> Drive | None:
@@ -93,8 +69,7 @@ def _sound(case: Case) -> Drive | None:
     is_sound = (
         drive is not None
         and robot.is_tree
-        and not any(circles(case))
-        and all(joint.mimic is None or joint.mimic.joint in robot.joint for joint in robot.joints)
+        and robot.mimics_resolve
         and (not drive.frame or drive.frame in robot.link)
         and all(name in robot.joint and robot.joint[name].type in ("revolute", "continuous") for name in named)
         and all(norm(robot.joint[name].axis) > 0 for name in named)
@@ -107,13 +82,11 @@ def _sound(case: Case) -> Drive | None:
 def axes(case: Case) -> Iterator[Diagnostic]:
     """The axle of a wheel is not level, or a steering axis not upright; a warning where a wheel turns backward."""
     drive = _sound(case)
-    if drive is None:
-        return
     for role, joint, path in _named(case, drive):
-        x, y, z = axis = axis_in_base(case.robot, drive, joint.name)
-        rolls, what, severity = role != "steering" and drive.kind != OMNI, "", ""
+        x, y, z = axis = model.axis_in_base(case.robot, drive, joint.name) if drive else joint.axis
+        rolls, what, severity = role != "steering" and drive is not None and drive.kind != OMNI, "", ""
         if role == "steering":
-            what = "a steering joint turns about z" * (abs(z) < PARALLEL)
+            what = "a steering joint turns about z" if abs(z) < PARALLEL else ""
         elif math.hypot(x, y) < PARALLEL:
             what = "the axle of a wheel is level"
         elif rolls and abs(y) < PARALLEL:
@@ -126,7 +99,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("axis-across", message, case.joint(joint, "axis"), help)
         if what:
             direction = f"[{', '.join(number(round(c, 3) + 0.0) for c in axis)}]"
-            message = f'the axis of joint "{joint.name}" is {direction} in "{drive.frame or case.robot.root}": {what}'
+            message = f'the axis of joint "{joint.name}" is {direction} in the frame of the base: {what}'
             related = [("the axis", case.joint(joint, "axis"))]
             yield case.problem("drive-axis", message, path, related=related, severity=severity)
 
@@ -138,54 +111,39 @@ def places(case: Case) -> Iterator[Diagnostic]:
     if drive is None:
         return
     path_of = {joint.name: path for _, joint, path in _named(case, drive)}
-    at = {name: place_in_base(case.robot, drive, name) for name in path_of}
+    at = {name: model.place_in_base(case.robot, drive, name) for name in path_of}
     for first, second, along, how in _PAIRS.get(drive.kind, ()):
         for wheel in drive.joints[first]:
-            other = min(drive.joints[second], key=lambda name: at[wheel][along] - at[name][along])
+            other = max(drive.joints[second], key=lambda name: at[name][along])
             if at[wheel][along] - at[other][along] < LEAST:
-                message = f'wheel "{wheel}" is named {first.replace("_", " ")}, but is not {how} "{other}": '
-                message += f"{'xy'[along]} {number(at[wheel][along])} and {number(at[other][along])} m"
+                message = f'wheel "{wheel}" is named {first.replace("_", " ")}, but is not {how} "{other}"'
                 related = [("the other wheel", path_of[other])]
-                help = "correct the names, the poses of the joints, or frame: x points forward, y left"
-                yield case.problem("drive-places", message, path_of[wheel], help, related=related)
+                yield case.problem("drive-places", message, path_of[wheel], related=related)
                 return
-    radii = {name: drive.radius or rolling_radius(case.robot, name) for name in drive.wheels}
-    if drive.kind in STEERED:
-        yield from _axle(case, drive, at, path_of)
-    elif drive.kind == OMNI and all(radii.values()) and not _moves(case):
-        message = "the wheels of the drive cannot move the base in all directions: along x, along y, and turning"
-        yield case.problem("drive-places", message, ("drive", OMNI), "three wheels or more, not all along one line")
-    bottoms = sorted((at[name][2] - (radii[name] or 0.0), name) for name in drive.wheels)
-    if all(radii.values()) and bottoms and bottoms[-1][0] - bottoms[0][0] > UNEVEN:
-        high, low = bottoms[-1], bottoms[0]
-        message = f'wheel "{high[1]}" ends {1000 * (high[0] - low[0]):.3g} mm above wheel "{low[1]}": not on one floor'
-        help = "correct the pose of one, or its radius"
-        yield case.problem("drive-places", message, path_of[high[1]], help, severity=WARNING)
-
-
-def _axle(case: Case, drive: Drive, at: dict[str, Vector], path_of: dict[str, Path]) -> Iterator[Diagnostic]:
-    """Yield problems of the axle that is not steered."""
+    radii = {name: drive.radius or model.rolling_radius(case.robot, name) for name in drive.wheels}
     rolling = drive.joints.get("rolling", ())
-    fixed = rolling or tuple(name for name in drive.wheels if not steering_of(case.robot, drive, name))
-    if not fixed:
+    fixed = rolling or tuple(name for name in drive.wheels if not model.steering_of(case.robot, drive, name))
+    if drive.kind in STEERED and not fixed:
         message = "all wheels of the drive are steered: no wheel defines the axle that the base turns about"
         help = "name the joints of the wheels that roll behind: rolling: [...]"
         yield case.problem("drive-places", message, ("drive", drive.kind), help, key=True)
-        return
-    axle = sum(at[name][0] for name in fixed) / len(fixed)
-    for name in drive.steering:
-        if abs(at[name][0] - axle) < LEAST:
-            message = f'the steering joint "{name}" is on the axle that the base turns about: no wheelbase'
-            yield case.problem("drive-places", message, path_of[name])
-
-
-def _moves(case: Case) -> bool:
-    """Return True if the speeds of the wheels determine how the base moves."""
-    try:
-        driving_of(case.robot).velocity({})
-    except ValueError:
-        return False
-    return True
+    elif drive.kind in STEERED:
+        axle = sum(at[name][0] for name in fixed) / len(fixed)
+        for name in drive.steering:
+            if abs(at[name][0] - axle) < LEAST:
+                message = f'the steering joint "{name}" is on the axle that the base turns about: no wheelbase'
+                yield case.problem("drive-places", message, path_of[name])
+    elif drive.kind == OMNI and all(radii.values()):
+        try:
+            model.driving_of(case.robot).velocity({})
+        except ValueError:
+            message = "the wheels of the drive cannot move the base in all directions: along x, along y, and turning"
+            yield case.problem("drive-places", message, ("drive", OMNI), "three wheels or more, not all along one line")
+    bottoms = sorted((at[name][2] - (radii[name] or 0.0), name) for name in drive.wheels)
+    if all(radii.values()) and bottoms and bottoms[-1][0] - bottoms[0][0] > UNEVEN:
+        (low, wheel), (high, other) = bottoms[0], bottoms[-1]
+        message = f'wheel "{other}" ends {1000 * (high - low):.3g} mm above wheel "{wheel}": not on one floor'
+        yield case.problem("drive-places", message, path_of[other], severity=WARNING)
 
 
 @rule("drive-radius", help="Write `radius`, or give the wheel a cylinder to collide with.", topic=JOINTS)
@@ -196,8 +154,8 @@ def radii(case: Case) -> Iterator[Diagnostic]:
     if radius is not None and radius <= 0:
         yield case.problem("drive-radius", f"the radius of the wheels is {number(radius)} m", place)
         return
-    for _, joint, path in _named(case, drive) if drive else ():
-        shown = rolling_radius(case.robot, joint.name) if drive and joint.name in drive.wheels else radius or 1.0
+    for _, joint, path in _named(case, drive):
+        shown = model.rolling_radius(case.robot, joint.name) if drive and joint.name in drive.wheels else radius or 1.0
         if radius is None and not shown:
             message = f'no round shape of link "{joint.child}" gives the radius of the wheel of joint "{joint.name}"'
             yield case.problem("drive-radius", message, path)
@@ -217,10 +175,10 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
         return
     apart = {frozenset(pair) for pair in robot.disabled_contacts}
     places = robot.poses_in_root({})
-    for _, joint, _ in _named(case, drive):
-        shapes = robot.link[joint.child].collision if joint.name in drive.wheels else ()
-        discs = [(one.pose.transform(), one.geometry) for one in shapes if isinstance(one.geometry, Cylinder)]
-        points = [turn.apply((0.0, 0.0, side * disc.length / 2)) for turn, disc in discs for side in (-1, 1)]
+    for joint in (robot.joint[name] for name in drive.wheels):
+        shapes = [one for one in robot.link[joint.child].collision if isinstance(one.geometry, Cylinder)]
+        discs = [(one.pose.transform(), one.geometry.length / 2) for one in shapes]
+        points = [turn.apply((0.0, 0.0, end)) for turn, half in discs for end in (-half, half)]
         bodies = [joint.parent, *(name for name, _ in robot.fixed_neighbours(joint.parent))] if points else []
         for name in bodies:
             step = places[name].inverse().then(places[joint.child])

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Pose, Robot, Sensor, Shape, Transform, Vector
-from rosorin_compile.model.bounds import ball_of
+from rosorin_compile.model import Pose, Robot, Shape, Transform, Vector
+from rosorin_compile.model.bounds import ball_of, through
 from rosorin_compile.model.field_of_view import Data, seen_by
 from rosorin_compile.model.geometry import unit
-from rosorin_compile.model.rays import through
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import FRAMES, NUMBERS, rule
 from rosorin_compile.source.tree import Path
 
 from .case import Case
-from .kinematics import WORLD_FRAMES
+from .joints import WORLD_FRAMES
 from .magnitudes import FULL_TURN
 
 # REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
@@ -33,18 +32,12 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
     """The description owns `map`, `odom` or `earth`, which localisation places (REP 105); `edges` may name them."""
     robot = case.robot
     for frame in WORLD_FRAMES:
-        ends = [
-            case.end(joint, end)
-            for joint in robot.joints
-            for end in ("parent", "child")
-            if getattr(joint, end) == frame
-        ]
+        ends = [case.end(one, end) for one in robot.joints for end in ("parent", "child") if getattr(one, end) == frame]
         at = case.link(frame) if frame in robot.link else next(iter(ends), None)
         if at is not None:
             message = f'the description owns the frame "{frame}", which localisation places (REP 105)'
-            help = f'begin the robot at "base_link" and name the publisher of "{frame}" under edges'
             key = frame in robot.link and at[0] == "links"
-            problem = case.problem("owns-world-frame", message, at, help, key=key)
+            problem = case.problem("owns-world-frame", message, at, key=key)
             # Without a link of that name there is nothing that could be accepted.
             yield problem if frame in robot.link else replace(problem, of=())
 
@@ -52,30 +45,23 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
 @rule("optical-frame", help="Write `rpy: [-90 deg, 0, -90 deg]`.", topic=FRAMES, accept="link", imported="always")
 def optical_frames(case: Case) -> Iterator[Diagnostic]:
     """An image frame is not turned as REP 103 says: z out of the lens, x right, y down."""
-    robot = case.robot
-    declared = {sensor.optical_frame for sensor in robot.sensors if sensor.optical_frame}
-    steps = [(one.parent, one.child, one.origin, case.joint(one)) for one in robot.joints]
-    steps += [
-        (edge.parent, edge.child, edge.pose, ("edges", index))
-        for index, edge in enumerate(robot.edges)
-        if edge.pose is not None and not edge.joint
-    ]
+    declared = {sensor.optical_frame for sensor in case.robot.sensors if sensor.optical_frame}
+    steps = [(one.parent, one.child, one.origin, case.joint(one)) for one in case.robot.joints]
+    for index, edge in enumerate(case.robot.edges):
+        if edge.pose is not None and not edge.joint:
+            steps.append((edge.parent, edge.child, edge.pose, ("edges", index)))
     for parent, child, pose, path in steps:
         is_image = child in declared or child.endswith(SUFFIXES)
         if not is_image or any(abs(angle) > FULL_TURN for angle in pose.rpy):  # degrees have a rule of their own
             continue
-        at = case.value(path, "rpy")
         is_pair = parent in declared or parent.endswith(SUFFIXES)
         off = pose.transform().angle_to(Transform() if is_pair else OPTICAL)
-        turned = "[" + ", ".join(f"{math.degrees(angle):.4g}" for angle in pose.rpy) + "] deg"
-        message = f'image frame "{child}" is turned by rpy {turned} against '
-        if is_pair and off > CALIBRATION:
-            message += f'the image frame "{parent}"'
-            help = "the axes of two image frames agree (REP 103); leave rpy out, or let its parent be a body frame"
-            yield case.problem("optical-frame", message, at, help, key=at == path)
-        elif not is_pair and off > TOLERANCE:
-            message += f'"{parent}"; REP 103 requires [-90, 0, -90] deg (z out of the lens, x right, y down)'
-            help = "write rpy: [-90 deg, 0, -90 deg]; a camera that is tilted has a body frame for that, x forward"
+        if off > (CALIBRATION if is_pair else TOLERANCE):
+            at = case.value(path, "rpy")
+            turned = ", ".join(f"{math.degrees(angle):.4g}" for angle in pose.rpy)
+            right = "the axes of that image frame" if is_pair else "[-90, 0, -90] deg: z forward, x right, y down"
+            message = f'image frame "{child}" is turned by [{turned}] deg against "{parent}"; REP 103 requires {right}'
+            help = "leave rpy out, or let its parent be a body frame" if is_pair else ""
             yield case.problem("optical-frame", message, at, help, key=at == path)
 
 
@@ -93,8 +79,6 @@ def optical_mounts(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("optical-mount", message, place, key=place[-1] != "rpy")
 
 
-# --- views that the robot blocks ---
-
 AT_ONCE = 0.05  # m; what is nearer is right in front of a sensor: no housing of a robot has a larger hood
 NEARLY_ALL = 0.9  # of the rays: the others look past an edge
 ON_A_FACE = 1e-4  # m; a sensor on a face is not inside, in spite of the rounding of poses
@@ -102,40 +86,39 @@ ON_A_FACE = 1e-4  # m; a sensor on a face is not inside, in spite of the roundin
 RAYS, LAYERS, ALONG = 72, 9, 5
 
 
-class _End(NamedTuple):
-    """Where a ray ends: how far away (m), on the shape of which link and path, and whether it began inside."""
+class _Solid(NamedTuple):
+    """A shape, its place in the frame of a sensor, and its path."""
 
-    away: float
-    link: str
+    shape: Shape
+    place: Transform
     path: Path
-    inside: bool
 
 
-@rule(
-    "sensor-sees-itself", help="Move it, or make room for it.", topic=NUMBERS, accept="link or joint", imported="always"
-)
+@rule("sensor-sees-itself", help="Move it.", topic=NUMBERS, accept="link or joint", imported="always")
 def sight(case: Case) -> Iterator[Diagnostic]:
     """A warning: nearly all rays of a lidar, or nearly all of an image, end on the robot itself at once.
 
     The sensor is inside a shape of another link that never moves against it, or close in front of one. Its housing,
     which is its own link and links that carry nothing else, does not count; meshes are not examined.
     """
-    for sensor in case.robot.sensors if case.robot.is_tree else ():
+    robot = case.robot
+    for sensor in robot.sensors if robot.is_tree else ():
         views = [view for view in seen_by(sensor) if view["kind"] in ("fan", "frustum")]
-        if views and sensor.frame in case.robot.link:
-            places = _rigid_neighbours(case.robot, sensor.frame)
-            housing = _housing(case.robot, sensor.frame)
-            solids = [
-                (shape, place, name, case.link(name, purpose, index))
-                for name, place in places.items()
-                if name not in housing
-                for purpose in ("collision", "visual")
-                for index, shape in enumerate(getattr(case.robot.link[name], purpose))
-            ]
-            ends = [end for view in views if view["frame"] in places for end in _ends(view, places, solids)]
-            hits = [end for end in ends if end is not None]
-            if hits and len(hits) >= NEARLY_ALL * len(ends):
-                yield _blocked(case, sensor, hits, len(ends))
+        if not views or sensor.frame not in robot.link:
+            continue
+        places, housing = _rigid_neighbours(robot, sensor.frame), _housing(robot, sensor.frame)
+        shapes = [one for one in case.shapes() if one[0].name in places and one[0].name not in housing]
+        solids = [_Solid(shape, places[link.name], path) for link, path, shape in shapes]
+        ends = [end for view in views if view["frame"] in places for end in _ends(view, places, solids)]
+        hits = [end for end in ends if end is not None]
+        if hits and len(hits) >= NEARLY_ALL * len(ends):
+            _, solid = min(hits, key=lambda hit: hit[0])
+            away = 1000 * max(0.0, *(distance for distance, _ in hits))
+            message = f'{100 * len(hits) // len(ends)} % of the rays of {sensor.type} "{sensor.name}" end on the robot'
+            message += f" itself, at most {away:.3g} mm away"
+            mount = robot.joint_to.get(sensor.frame)
+            path = case.value(case.joint(mount) if mount else case.link(sensor.frame), "xyz")
+            yield case.problem("sensor-sees-itself", message, path, related=[("the shape", solid.path)], within=True)
 
 
 def _rigid_neighbours(robot: Robot, frame: str) -> dict[str, Transform]:
@@ -155,44 +138,34 @@ def _housing(robot: Robot, frame: str) -> set[str]:
     found = {frame, *(robot.below(frame) if frame in robot.joint_to else ())}
     top = robot.joint_to.get(frame)
     while top is not None and top.is_fixed and top.parent in robot.joint_to:
-        if not all(_is_bare(robot, joint) for joint in robot.joints_from[top.parent] if joint is not top):
-            break
+        for joint in robot.joints_from[top.parent]:
+            links = [robot.link[name] for name in robot.below(joint.child)] if joint is not top else []
+            if not joint.is_fixed or any(link.visual or link.collision for link in links):
+                return found
         found.add(top.parent)
         top = robot.joint_to[top.parent]
     return found
 
 
-def _is_bare(robot: Robot, joint: Joint) -> bool:
-    """Return True if a joint leads to frames without shapes."""
-    links = (robot.link[name] for name in robot.below(joint.child))
-    return joint.is_fixed and not any(link.visual or link.collision for link in links)
-
-
-def _ends(
-    view: Data, places: Mapping[str, Transform], solids: Sequence[tuple[Shape, Transform, str, Path]]
-) -> Iterator[_End | None]:
-    """Yield where the rays of a view end, None for each that leads away from the robot."""
+def _ends(view: Data, places: Mapping[str, Transform], solids: list[_Solid]) -> Iterator[tuple[float, _Solid] | None]:
+    """Yield how far away (m), and where, the rays of a view end; None for each that leads away from the robot."""
     eye = places[view["frame"]].then(Pose(tuple(view["xyz"]), tuple(view["rpy"])).transform())
-    near = [
-        (piece, place, link, path)
-        for shape, place, link, path in solids
-        if _is_near(shape, place, eye.xyz)
-        for piece in shape.solids(MERGED)
-        if _is_near(piece, place, eye.xyz)
+    pieces = [
+        one._replace(shape=piece) for one in solids if _is_near(one, eye.xyz) for piece in one.shape.solids(MERGED)
     ]
+    near = [piece for piece in pieces if _is_near(piece, eye.xyz)]
     for direction in map(eye.rotate, _directions(view)):
         hits = []
-        for piece, place, link, path in near:
-            way = through(piece, place, eye.xyz, direction)
+        for solid in near:
+            way = through(solid.shape, solid.place, eye.xyz, direction)
             if way is not None and way.leaves > ON_A_FACE and way.enters <= AT_ONCE:
-                inside = way.enters < -ON_A_FACE
-                hits.append(_End(way.leaves if inside else max(way.enters, 0.0), link, path, inside))
-        yield min(hits, key=lambda end: end.away, default=None)
+                hits.append((way.leaves if way.enters < -ON_A_FACE else way.enters, solid))
+        yield min(hits, key=lambda hit: hit[0], default=None)
 
 
-def _is_near(shape: Shape, place: Transform, eye: Vector) -> bool:
-    ball = ball_of(shape)
-    return ball is not None and math.dist(place.apply(ball.middle), eye) <= ball.radius + AT_ONCE
+def _is_near(solid: _Solid, eye: Vector) -> bool:
+    ball = ball_of(solid.shape)
+    return ball is not None and math.dist(solid.place.apply(ball.middle), eye) <= ball.radius + AT_ONCE
 
 
 def _directions(view: Data) -> list[Vector]:
@@ -205,17 +178,3 @@ def _directions(view: Data) -> list[Vector]:
     turns = [view["first"] + view["step"] * index for index in range(0, count, max(1, count // RAYS))]
     rises = layers[:: max(1, len(layers) // LAYERS)]
     return [(math.cos(u) * math.cos(v), math.sin(u) * math.cos(v), math.sin(v)) for v in rises for u in turns]
-
-
-def _blocked(case: Case, sensor: Sensor, hits: Sequence[_End], rays: int) -> Diagnostic:
-    near, far = (f"{1000 * of(end.away for end in hits):.3g}" for of in (min, max))
-    share = "all" if len(hits) == rays else f"{100 * len(hits) // rays} % of"
-    inside = next((end for end in hits if end.inside), None)
-    solid = inside or max(hits, key=lambda end: sum(other.path == end.path for other in hits))
-    message = f'{share} rays of {sensor.type} "{sensor.name}" end on the robot itself, '
-    message += f"{near if near == far else f'{near} to {far}'} mm away"
-    message += f': it is inside a shape of "{solid.link}"' if inside else f', on "{solid.link}"'
-    help = f'put "{sensor.frame}" where it looks out, or leave room around it in the shape'
-    mount = case.robot.joint_to.get(sensor.frame)
-    path = case.value(case.joint(mount) if mount else case.link(sensor.frame), "xyz")
-    return case.problem("sensor-sees-itself", message, path, help, related=[("the shape", solid.path)], within=True)

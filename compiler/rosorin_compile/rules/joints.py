@@ -1,19 +1,21 @@
-"""Joints: axes, limits and their units, signs, and keys that have no effect or contradict each other."""
+"""Joints: with links they are one tree; their axes and limits, and keys that have no effect or contradict others."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
+from rosorin_compile.language.lower.lowering import owner_of_frame
 from rosorin_compile.language.schema import joint_unit, subject
-from rosorin_compile.model import Cylinder, Joint
+from rosorin_compile.language.symbols import MOUNT, Reference
+from rosorin_compile.model import Cylinder, Joint, Robot
 from rosorin_compile.model.geometry import dot, norm, unit
-from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.model.joint import Dynamics, Limit
+from rosorin_compile.source.diagnostics import Diagnostic, nearest
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
-from rosorin_compile.source.tree import at, exists
+from rosorin_compile.source.tree import Path, at, exists
 from rosorin_compile.source.units import Quantity, describe, parse_unit
-from rosorin_compile.source.wording import first_of, listed
+from rosorin_compile.source.wording import first_of, listed, quoted
 
 from .case import Case, number
 
@@ -25,6 +27,157 @@ SHOWN = 8
 ROUNDING = 1e-6  # relative, of numbers that are read from a file which has both
 _SEVERAL = ("axis", "limit", "actuator", "calibration", "safety_controller")
 _WITHOUT_EFFECT = {"fixed": (*_SEVERAL, "dynamics"), "floating": _SEVERAL, "ball": _SEVERAL, "planar": ("actuator",)}
+# REP 105: frames of the world, which localisation places and no description owns.
+WORLD_FRAMES = ("earth", "map", "odom")
+MAX_NAMED = 20
+_OWN_FRAME = "give the frame that is made here a name of its own, frame: NAME, or leave parent out"
+
+
+def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
+    """Return the sets of names that pairs connect, in the order in which the pairs name them."""
+    piece_of: dict[str, set[str]] = {}
+    for parent, child in pairs:
+        first, second = piece_of.setdefault(parent, {parent}), piece_of.setdefault(child, {child})
+        if first is not second:
+            if len(first) < len(second):  # else a long chain from its end would take quadratic time
+                first, second = second, first
+            first |= second
+            piece_of.update(dict.fromkeys(second, first))
+    return list({id(piece): piece for piece in piece_of.values()}.values())
+
+
+@rule("no-links", "The robot has no link at all.", "Add `links: {base_link: {}}`.", JOINTS)
+@rule("unknown-link", "There is no link or frame of a name.", "Correct the name, or add the link.", JOINTS)
+@rule("unknown-joint", "There is no joint of a name.", "Correct the name, or add the joint.", JOINTS)
+def known_names(case: Case) -> Iterator[Diagnostic]:
+    """Names of links and joints that nothing defines; the leaders of mimics have a rule of their own."""
+    robot = case.robot
+    if not robot.links:
+        yield case.problem("no-links", f'the robot "{robot.name}" has no links', ("robot",))
+    for kind, option, real in (("link", "rename", robot.link), ("joint", "joints", robot.joint)):
+        # Planning comes after the robot, and then the options of its outputs.
+        uses = sorted((one for one in case.mentions(kind) if not one.among), key=lambda one: one.path[0] == "moveit")
+        for output in robot.outputs:
+            for index, name in enumerate(output.options.get(option, ())):
+                what, key = f'in the option {option} of output "{output.name}"', name if kind == "link" else index
+                uses.append(Reference(kind, name, ("outputs", output.name, option, key), kind == "link", what))
+        by_name: dict[str, list[Reference]] = {}
+        for use in uses:
+            if use.name not in real and (kind == "joint" or use.name not in WORLD_FRAMES):
+                by_name.setdefault(use.name, []).append(use)
+        for name, uses in by_name.items():
+            otherwise, own = f'add "{name}" to {kind}s, or name an existing one', (MOUNT,) if kind == "link" else ()
+            help = _namesake(robot, kind, name) or case.suggest(uses[0].path, name, real, otherwise, own)
+            yield from case.unknown(f"unknown-{kind}", f'there is no {kind} "{name}"', uses, help)
+
+
+def _namesake(robot: Robot, kind: str, name: str) -> str:
+    """Return the suggestion for the name of an entry that has a link or joint of its own."""
+    if kind == "joint":
+        joint = robot.joint_to.get(name)
+        return f'"{name}" is a link; its joint is "{joint.name}"' if joint else ""
+    frame = next((sensor.frame for sensor in robot.sensors if sensor.name == name), "")
+    if frame:
+        return f'"{name}" is a sensor; its frame is "{frame}"'
+    return f'"{name}" is a joint; its child is "{robot.joint[name].child}"' if name in robot.joint else ""
+
+
+@rule("two-parents", help="Correct one `child`, or remove a joint.", topic=JOINTS)
+def one_parent(case: Case) -> Iterator[Diagnostic]:
+    """A link is the child of two joints."""
+    for child, joints in _children(case.robot).items() if not case.robot.is_tree else ():
+        if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # an unknown link is reported by itself
+            continue
+        left, ends = _orphans(case), [case.end(joint, "child") for joint in joints]
+        message = f'link "{child}" is the child of {len(joints)} joints, {quoted(one.name for one in joints)}'
+        help = f"correct one child: no joint reaches {quoted(left)}" if left else ""
+        if any(end[0] == "sensors" for end in ends):
+            message, help = f'frame "{child}" is defined by {listed(map(owner_of_frame, ends))}', _OWN_FRAME
+        related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in joints[:-1]]
+        yield case.problem("two-parents", message, ends[-1], help, related=related)
+
+
+def _orphans(case: Case) -> list[str]:
+    """Return the links that have no parent because one link has two: one that carries nothing, or two roots.
+
+    Where more is wrong than one child, each is reported by itself.
+    """
+    robot = case.robot
+    doubles = [joints for joints in _children(robot).values() if len(joints) > 1]
+    roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
+    is_one = len(doubles) == 1 and len(doubles[0]) == len(roots) == 2
+    if not is_one or any(case.joint(joint)[0] == "sensors" for joint in doubles[0]):
+        return []
+    return [name for name in roots if name not in robot.joints_from] or roots
+
+
+def _children(robot: Robot) -> dict[str, list[Joint]]:
+    """Return the joints that a link is the child of, by link name, in the order of the description."""
+    above: dict[str, list[Joint]] = {}
+    for joint in robot.joints:
+        above.setdefault(joint.child, []).append(joint)
+    return above
+
+
+@rule("joint-cycle", help="Let one of these joints begin at another link.", topic=JOINTS)
+def no_cycle(case: Case) -> Iterator[Diagnostic]:
+    """Joints lead back to where they began; if a link of the circle has two parents, that is the cause."""
+    above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
+    order = {name: index for index, name in enumerate(case.robot.joint)}
+    done: set[str] = set()
+    for start in above if not case.robot.is_tree else ():
+        walked: dict[str, Joint] = {}
+        here = start
+        while here in above and here not in done:
+            done.add(here)
+            walked[here] = above[here]
+            here = above[here].parent
+        if here not in walked:
+            continue
+        circle = list(walked.values())[list(walked).index(here) :][::-1]
+        last = max(circle, key=lambda joint: order[joint.name])
+        chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
+        message = f'joint "{last.name}" closes a circle: {chain}'
+        path, help, frame = case.end(last, "parent"), "", case.end(last, "child")
+        if frame[0] == "sensors":
+            path, help = frame, _OWN_FRAME
+            message = f'{owner_of_frame(frame)} makes the frame "{last.child}", and is on that link itself'
+        others = [joint for joint in circle if joint is not last]
+        related = [(f'"{joint.name}" is part of it', case.end(joint, "child")) for joint in others]
+        yield case.problem("joint-cycle", message, path, help, related=related)
+
+
+@rule("several-roots", "More than one link is no joint's child.", "Attach all but one.", JOINTS)
+@rule("unreached-link", "No joint names this link.", "Attach it with a joint, or remove it.", JOINTS)
+def one_root(case: Case) -> Iterator[Diagnostic]:
+    """More than one root, and links that no joint names. An unknown child is the cause of the root that it leaves."""
+    robot = case.robot
+    roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
+    if robot.is_tree:
+        return
+    for joint in robot.joints:
+        if joint.child not in robot.link and joint.child not in WORLD_FRAMES:
+            suggestion = nearest(joint.child, roots)
+            if suggestion is None:
+                return
+            roots.remove(suggestion)
+    left = _orphans(case)
+    alone = [name for name in roots if name not in left and name not in robot.joints_from]
+    carrying = [name for name in roots if name not in left and name in robot.joints_from]
+    if not carrying:
+        carrying, alone = alone, []
+    if len(carrying) > 1:
+        main = max(carrying, key=lambda name: (len(robot.below(name)), name.startswith("base")))
+        others = [name for name in carrying if name != main]
+        message = f"the robot has {len(carrying)} roots, {quoted([main, *others], MAX_NAMED)}: one link is the root"
+        related = [case.related("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])]
+        help = f'add a joint with "child: {others[0]}"'
+        yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
+    frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
+    for name in alone:
+        help, suggestion = f'add a joint with "child: {name}", or remove the link', nearest(name, frames)
+        help = f'did you mean "{suggestion}"? else {help}' if suggestion else help
+        yield case.problem("unreached-link", f'no joint reaches link "{name}"', case.link(name), help, key=True)
 
 
 @rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
@@ -75,8 +228,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         elif lower is not None and upper is not None and lower >= upper:
             id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
             message = f"the lower limit {number(lower)} of {called} is {what} its upper limit {number(upper)}"
-            related = [("the upper limit", (*path, "upper"))]
-            yield case.problem(id, f"{message} {joint.unit}", (*path, "lower"), related=related)
+            yield case.problem(id, message, (*path, "lower"), related=[("the upper limit", (*path, "upper"))])
         for key in ("effort", "velocity"):
             value = getattr(limit, key)
             if value is not None and value <= 0:
@@ -87,19 +239,13 @@ def limits(case: Case) -> Iterator[Diagnostic]:
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
-    joints = [joint for joint in case.robot.joints if joint.moves]
-    paths = [
-        (joint, case.joint(joint, part, key))
-        for joint in joints
-        for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller")
-        for key in at(case.tree, case.joint(joint, part)) or ()
-    ]
-    paths += [
-        (case.robot.joint[name], ("poses", pose.name, "positions", name))
-        for pose in case.robot.poses
-        for name in pose.positions
-        if name in case.robot.joint and case.robot.joint[name].moves
-    ]
+    paths: list[tuple[Joint, Path]] = []
+    for joint in (joint for joint in case.robot.joints if joint.moves):
+        for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
+            path = case.joint(joint, part)
+            paths += [(joint, (*path, key)) for key in at(case.tree, path) or ()]
+        posed = [pose.name for pose in case.robot.poses if joint.name in pose.positions]
+        paths += [(joint, ("poses", pose, "positions", joint.name)) for pose in posed]
     for joint, path in paths:
         value = at(case.tree, path)
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None
@@ -108,8 +254,8 @@ def units(case: Case) -> Iterator[Diagnostic]:
         if isinstance(value, Quantity) and parsed is not None and parsed[1] != value.dimension:
             message = f"{subject(list(path))} is {describe(parsed[1])} for a {joint.type} joint, but "
             message += f"{value.text or number(value)} is {describe(value.dimension)}"
-            way = f"write it in {expected}" if expected else "write the number alone"
-            yield case.problem("wrong-unit", message, path, f"{way}, or correct the type of the joint")
+            help = f"write it {f'in {expected}' if expected else 'without a unit'}, or correct the type of the joint"
+            yield case.problem("wrong-unit", message, path, help)
 
 
 @rule("ignored-key", help="Remove it, or correct the type of the joint.", topic=JOINTS)
@@ -127,8 +273,7 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
         for index, shape in enumerate(shapes if isinstance(shapes, list) else ()):
             for key in [key for key in ("contact", "mjcf", "urdf_elements") if key in shape]:
                 message = f'a shape of the inertial of link "{link.name}" only has a mass: its {key} has no effect'
-                help = f"move {key} to a collision shape, or to a visual"
-                yield case.problem("ignored-key", message, (*path, index, key), help, key=True)
+                yield case.problem("ignored-key", message, (*path, index, key), "move it to another shape", key=True)
 
 
 @rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Drop the sign.", JOINTS, "joint", "always")
@@ -160,13 +305,12 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
         if is_default and not exists(case.tree, case.joint(joint, "axis")):
             if joint.type == "continuous" and lies_across(case, joint):
                 message = f'joint "{joint.name}" has no axis and turns "{joint.child}" about x, across that wheel'
-                help = "write the axis, such as axis: [0, 1, 0]"
-                yield case.problem("axis-across", message, case.joint(joint), help, key=True)
+                yield case.problem("axis-across", message, case.joint(joint), key=True)
             else:
                 others.append(joint)
     if others:
         names = first_of([f'"{joint.name}"' for joint in others], SHOWN)
-        message = f"no axis: {names} {'turns' if len(others) == 1 else 'turn'} about x of the child, [1, 0, 0]"
+        message = f"no axis: x of the child, [1, 0, 0], is that of {names}"
         yield case.problem("axis-missing", message, case.joint(others[0]), key=True)
 
 
@@ -180,16 +324,13 @@ def lies_across(case: Case, joint: Joint) -> bool:
     return disc.length < 2 * disc.radius and abs(dot(unit(joint.axis), (rows[0][2], rows[1][2], rows[2][2]))) < ALONG
 
 
-# --- keys of MuJoCo that contradict those of the language ---
-
-
 @rule("joint-word", help="Leave one of them out.", topic=SIMULATED)
 def contradictions(case: Case) -> Iterator[Diagnostic]:
     """The `mjcf` of a joint contradicts its other keys: formats would differ in what they take."""
     for joint in case.robot.joints:
         path = case.joint(joint)
-        for word, other, value in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
-            message = f'joint "{joint.name}" has another {word} in mjcf than {".".join(other)}, {number(value)}'
+        for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
+            message = f'joint "{joint.name}" has another {word} in mjcf than {".".join(other)}'
             related = [("the other one", (*path, *other))]
             yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:
@@ -197,26 +338,24 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("joint-word", message, (*path, "mjcf", "range"), key=True)
 
 
-def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str], float]]:
-    """Yield the keys of ``mjcf`` that differ from other keys, with the path and the value of those."""
-    dynamics, drive = joint.dynamics or Dynamics(), joint.actuator.damping if joint.actuator else 0.0
-    pair = _numbers(joint, "springdamper")
-    for word, value in (("stiffness", dynamics.stiffness), ("damping", joint.braking)):
-        other = ("actuator" if word == "damping" and drive else "dynamics", word)
-        values, theirs = _numbers(joint, word), drive if other[0] == "actuator" else value
+def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
+    """Yield the keys of ``mjcf`` that differ from other keys, with the path of those."""
+    force, pair = _numbers(joint, "actuatorfrcrange"), _numbers(joint, "springdamper")
+    owner = "actuator" if joint.actuator and joint.actuator.damping else "dynamics"
+    stiffness = (joint.dynamics or Dynamics()).stiffness
+    for word, part, value in (("stiffness", "dynamics", stiffness), ("damping", owner, joint.braking)):
+        values, other = _numbers(joint, word), (part, word)
         if value and values and not _same(values[0], value):
-            yield word, other, theirs
+            yield word, other
         if value and pair and min(pair) > 0:  # MuJoCo makes another one of springdamper
-            yield "springdamper", other, theirs
-    limit = joint.limit if joint.moves else None
-    known = (limit.lower, limit.upper) if limit and joint.type != "continuous" else ()
-    for mine, end, key in zip(_numbers(joint, "range"), known, ("lower", "upper"), strict=False):
-        if end is not None and not _same(mine, end):
-            yield "range", ("limit", key), end
-            break
-    force = _numbers(joint, "actuatorfrcrange")
-    if force and limit and limit.effort is not None and not _same(max(map(abs, force)), limit.effort):
-        yield "actuatorfrcrange", ("limit", "effort"), limit.effort
+            yield "springdamper", other
+    limit = joint.limit if joint.moves and joint.limit else Limit()
+    ends = (limit.lower, limit.upper) if joint.type != "continuous" else (None, None)
+    pairs = zip(_numbers(joint, "range"), ends, ("lower", "upper"), strict=False)
+    different = [key for mine, end, key in pairs if end is not None and not _same(mine, end)]
+    yield from [("range", ("limit", key)) for key in different[:1]]
+    if force and limit.effort is not None and not _same(max(map(abs, force)), limit.effort):
+        yield "actuatorfrcrange", ("limit", "effort")
 
 
 def _numbers(joint: Joint, word: str) -> tuple[float, ...]:

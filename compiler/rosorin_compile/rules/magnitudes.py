@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from rosorin_compile.language.expression.syntax import NUMERIC
@@ -35,93 +35,71 @@ _DEGREES = re.compile(r"([-+]?\d+\.(\d+))\s*deg\Z")
 STAND_INS_SHOWN = 8
 
 
-@dataclass
-class Remarkable:
-    """Values that need a closer look, with their paths, parents before children, in the order of the tree.
-
-    ``numbers``: bare numbers beyond a full turn, except efforts and velocities in limits of joints; ``degrees``:
-    quantities in degrees with decimals; ``texts``, and ``keys`` by the path with the key: those with characters that
-    XML cannot carry; ``stand_ins``: mappings whose source marks them as stand-ins.
-    """
-
-    numbers: list[tuple[Path, float]] = field(default_factory=list)
-    degrees: list[tuple[Path, Quantity]] = field(default_factory=list)
-    texts: list[tuple[Path, str]] = field(default_factory=list)
-    keys: list[tuple[Path, str]] = field(default_factory=list)
-    stand_ins: list[tuple[Path, Map]] = field(default_factory=list)
+# Values that need a closer look, with their paths, by the reason, in the order of the tree.
+Remarkable = Mapping[str, list[tuple[Path, Any]]]
 
 
 def collect(tree: Map) -> Remarkable:
-    """Return the remarkable values of a tree; a shared piece without any is visited once."""
-    found = Remarkable()
+    """Return the remarkable values of a tree; a shared piece without any is visited once.
+
+    "numbers" are bare numbers beyond a full turn, but for efforts and velocities in limits of joints; "degrees" are
+    quantities in degrees with decimals; "texts", and "keys" by the path with the key, have characters that XML cannot
+    carry; "stand_ins" are mappings whose source marks them as stand-ins.
+    """
+    found: Remarkable = {key: [] for key in ("numbers", "degrees", "texts", "keys", "stand_ins")}
     plain: set[int] = set()
 
     def visit(node: Map | Seq, path: Path) -> bool:
         """Return True if nothing was found."""
-        before = list(map(len, vars(found).values()))
+        before = sum(map(len, found.values()))
         source = node.get("source") if isinstance(node, Map) else None
         if isinstance(node, Map) and isinstance(source, Map) and source.get("status") == "stand_in":
-            found.stand_ins.append((path, node))
+            found["stand_ins"].append((path, node))
         for key, item in node.items() if isinstance(node, Map) else enumerate(node):
             inner = (*path, key)
             if isinstance(key, str) and NOT_XML.search(key):
-                found.keys.append((inner, key))
+                found["keys"].append((inner, key))
             if isinstance(item, (Map, Seq)):
                 if id(item) not in plain and visit(item, inner):
                     plain.add(id(item))
             elif type(item) in NUMERIC:
                 is_strength = key in ("effort", "velocity") and path[:1] == ("joints",) and path[2:] == ("limit",)
                 if isinstance(item, Quantity) and item.dimension == ANGLE and "." in item.text:
-                    found.degrees.append((inner, item))
+                    found["degrees"].append((inner, item))
                 elif not (-FULL_TURN <= item <= FULL_TURN or is_strength or has_unit(item)):
-                    found.numbers.append((inner, item))
+                    found["numbers"].append((inner, item))
             elif isinstance(item, str) and NOT_XML.search(item):
-                found.texts.append((inner, item))
-        return before == list(map(len, vars(found).values()))
+                found["texts"].append((inner, item))
+        return before == sum(map(len, found.values()))
 
     visit(tree, ())
     return found
 
 
-@rule(
-    "angle-looks-like-degrees",
-    "A bare angle is more than a full turn. A warning: one of `rpy` is a round number and more than half a turn.",
-    "Write `180 deg`, or `180 rad` if that is meant.",
-    NUMBERS,
-    "link or joint",
-    "always",
-)
-@rule(
-    "length-looks-like-millimetres",
-    "A warning: a bare length is more than 20 m.",
-    "Write `46 mm`, or `46 m` if that is meant.",
-    NUMBERS,
-    "link or joint",
-    "always",
-)
+@rule("angle-looks-like-degrees", "A bare angle is large.", "Add a unit.", NUMBERS, "link or joint", "always")
+@rule("length-looks-like-millimetres", "A warning: a length is big.", "Add a unit.", NUMBERS, "link or joint", "always")
 def magnitudes(case: Case) -> Iterator[Diagnostic]:
     """Bare numbers that are too large for radians or metres: one message for the numbers of one list or entry."""
     groups: dict[tuple[Path, str], list[tuple[Path, float]]] = {}
-    for path, value in case.remarkable.numbers:
+    for path, value in case.remarkable["numbers"]:
         unit = _suspect(case, path, value)
         if unit:
             groups.setdefault((path[:-1], unit), []).append((path, value))
     for (_, unit), ((path, value), *others) in groups.items():
         related = [case.related(f"and {number(other)} {unit} here", more) for more, other in others]
-        what, is_angle = f"{subject(list(path))} is {number(value)} {unit}", unit == "rad"
-        id = "angle-looks-like-degrees" if is_angle else "length-looks-like-millimetres"
-        what += ", more than a full turn" if is_angle else ""
-        yield _looks_like(case, id, what, path, value, ("deg" if is_angle else "mm", unit), related=related)
-
-
-_MEANT = {"deg": "degrees", "mm": "millimetres", "deg/s": "degrees"}
+        what = f"{subject(list(path))} is {number(value)} {unit}"
+        if unit == "rad":
+            what += ", more than a full turn"
+            yield _looks_like(case, "angle-looks-like-degrees", what, path, value, ("deg", unit), related=related)
+        else:
+            yield _looks_like(case, "length-looks-like-millimetres", what, path, value, ("mm", unit), related=related)
 
 
 def _looks_like(
     case: Case, id: str, message: str, path: Path, value: float, units: tuple[str, str], **more: Any
 ) -> Diagnostic:
     """Return the problem of a bare number in a wrong unit; ``units`` are the probable one, and that of the key."""
-    meant = _MEANT[units[0]]
+    meant = {"mm": "millimetres"}.get(units[0], "degrees")
     help = f'write "{number(value)} {units[0]}" if {meant} are meant, "{number(value)} {units[1]}" if not'
     problem = case.problem(id, f"{message}: this looks like {meant}", path, help, **more)
     span = problem.span
@@ -141,20 +119,17 @@ def _suspect(case: Case, path: Path, value: float) -> str:
         if path[2] == "actuator" and not (drive and drive.type in _OF_POSITIONS and drive.gear in ((), (1.0,))):
             return ""  # a torque, a speed or the like
         unit = unit[1 if joint.type == "prismatic" else 0]
-    if unit == "rad":
-        return "rad"
     # Edges place the robot in the world, which is large.
-    return "m" if unit == "m" and path[0] != "edges" and abs(value) > FAR else ""
+    is_far = unit == "m" and path[0] != "edges" and abs(value) > FAR
+    return str(unit) if unit == "rad" or is_far else ""
 
 
 @Check
 def turns(case: Case) -> Iterator[Diagnostic]:
     """Bare angles in ``rpy`` within a full turn that are round numbers (angle-looks-like-degrees)."""
     poses = [(joint.origin, case.joint(joint)) for joint in case.robot.joints]
-    for link in case.robot.links:
-        poses += [(link.inertial.pose, case.link(link.name, "inertial"))] if link.inertial else []
-        for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
-            poses += [(shape.pose, case.link(link.name, purpose, index)) for index, shape in enumerate(shapes)]
+    poses += [(one.inertial.pose, case.link(one.name, "inertial")) for one in case.robot.links if one.inertial]
+    poses += [(shape.pose, path) for _, path, shape in case.shapes()]
     for pose, path in poses:
         for index, angle in enumerate(pose.rpy):
             place = (*path, "rpy", index)
@@ -168,7 +143,7 @@ def turns(case: Case) -> Iterator[Diagnostic]:
 def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
     """A warning: an angle in degrees is a fraction of pi, such as `1.5708 deg`."""
     reported: set[Path] = set()
-    for path, value in case.remarkable.degrees:
+    for path, value in case.remarkable["degrees"]:
         match = _DEGREES.match(value.text)
         if match is None or path[:-1] in reported:
             continue
@@ -176,12 +151,11 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
         # Two digits could be a measured angle, except those that everybody knows: 1.57, 3.14, 6.28.
         step = math.pi / 2 if digits == 2 else math.pi / 4
         count = round(angle / step)
-        if digits < 2 or not 1 <= count <= 8 or abs(angle - count * step) > 10.0**-digits:
-            continue
-        reported.add(path[:-1])
-        message = f"{subject(list(path))} is {match[1]} deg: this looks like radians"
-        help = f'write "{"-" if value < 0 else ""}{math.degrees(count * step):g} deg", or "{match[1]} rad"'
-        yield case.problem("angle-looks-like-radians", message, path, help)
+        if digits > 1 and 1 <= count <= 8 and abs(angle - count * step) <= 10.0**-digits:
+            reported.add(path[:-1])
+            message = f"{subject(list(path))} is {match[1]} deg: this looks like radians"
+            help = f'write "{"-" if value < 0 else ""}{math.degrees(count * step):g} deg", or "{match[1]} rad"'
+            yield case.problem("angle-looks-like-radians", message, path, help)
 
 
 @rule("velocity-looks-like-degrees", help="Write `300 deg/s`.", topic=JOINTS, accept="joint", imported="always")
@@ -202,17 +176,15 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
 def characters(case: Case) -> Iterator[Diagnostic]:
     """A text has a character that no XML file can carry."""
     reported: set[Span] = set()
-    entries: list[tuple[Path, Any, bool]] = [(path, text, False) for path, text in case.remarkable.texts]
-    entries += [(path, name, True) for path, name in case.remarkable.keys]
-    for path, text, key in entries:
-        # A source at the top of a file belongs to all its entries: one place, one message.
-        span = written(case.tree, path)[0].span
-        match = NOT_XML.search(text)
-        if match and (key or span not in reported):
-            where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))
-            message = f"{where} contains the character U+{ord(match[0]):04X}, which no XML file can carry"
-            yield case.problem("control-character", message, path, key=key)
-        if not key:
+    for key, entries in ((False, case.remarkable["texts"]), (True, case.remarkable["keys"])):
+        for path, text in entries:
+            # A source at the top of a file belongs to all its entries: one place, one message.
+            span = written(case.tree, path)[0].span
+            match = NOT_XML.search(text)
+            if match and (key or span not in reported):
+                where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))
+                message = f"{where} contains the character U+{ord(match[0]):04X}, which no XML file can carry"
+                yield case.problem("control-character", message, path, key=key)
             reported.add(span)
 
 
@@ -220,18 +192,10 @@ def characters(case: Case) -> Iterator[Diagnostic]:
 def stand_ins(case: Case) -> Iterator[Diagnostic]:
     """A note: a value has not been measured and is a stand-in; each note in `source` is reported once."""
     by_note: dict[str, list[Path]] = {}
-    for path, entry in case.remarkable.stand_ins:
+    for path, entry in case.remarkable["stand_ins"]:
         by_note.setdefault(entry["source"].get("note", ""), []).append(path)
     for note, paths in by_note.items():
-        names = first_of([_name(path) for path in paths], STAND_INS_SHOWN)
+        names = first_of([subject(list(path)) for path in paths], STAND_INS_SHOWN)
         message = f"{note or 'no note about what is missing'} ({names})"
         place = (*paths[0], "source", "note" if note else "status")
         yield replace(case.problem("stand-in", message, place), related=(), help="")
-
-
-def _name(path: Path) -> str:
-    """Return the name of the entry at a path: joint1 limit, base_footprint collision[0]."""
-    words = ""
-    for step in path[1:] if len(path) > 1 and not isinstance(path[1], int) else path:
-        words += f"[{step}]" if isinstance(step, int) else f" {step}"
-    return words.strip() or "the robot"

@@ -8,11 +8,10 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from rosorin_compile.language.schema import sections
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
 from rosorin_compile.source.messages import Offer, placed
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
-from rosorin_compile.source.tree import Path, exists
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import difference, foreign, in_words, look, unseen
 
 from .case import Case
@@ -27,7 +26,7 @@ gripper hand height infra joint json laser launch left lidar link localization l
 mount odom optical pan pose position rear right robot roller scan scene sensor servo shoulder slam state static
 steering system thigh tool toolbox torque trajectory trunk upper urdf velocity wheel wrist yaml
 """
-_USUAL = frozenset(_USUAL_WORDS.split())
+_USUAL, _ENDINGS = frozenset(_USUAL_WORDS.split()), frozenset(("xml", "sdf", "svg"))
 
 
 class Name(NamedTuple):
@@ -36,7 +35,7 @@ class Name(NamedTuple):
     name: str
     kind: str
     path: Path
-    key: bool
+    key: bool = False
 
 
 def named_sections() -> Iterator[tuple[str, str]]:
@@ -47,41 +46,27 @@ def named_sections() -> Iterator[tuple[str, str]]:
 
 
 def _names(case: Case) -> Iterator[Name]:
-    """Yield every name that the description gives, without those that follow from another name."""
-    for link in dict.fromkeys((*case.section("links"), *case.robot.link)):
-        path = case.link(link)
-        yield Name(link, "link" if path[0] == "links" else "frame", path, path[0] == "links")
+    """Yield every name that the description defines, and the frames that edges name."""
+    for one in case.symbols.definitions():
+        if one.path[0] != "edges":
+            yield Name(one.name, one.kind, one.path, one.key)
     frames: dict[str, Path] = {}
     for index, edge in enumerate(case.robot.edges):
         frames.setdefault(edge.parent, case.edge(index, "parent"))
         frames.setdefault(edge.child, case.edge(index, "child"))
-    yield from (Name(frame, "frame", path, False) for frame, path in frames.items() if frame not in case.robot.link)
-    for joint in case.robot.joints:
-        path = case.joint(joint)
-        if path[0] == "joints" or exists(case.tree, (*path, "joint")):
-            yield Name(joint.name, "joint", path if path[0] == "joints" else (*path, "joint"), path[0] == "joints")
-    for section, called in named_sections():
-        yield from (Name(name, called, (section, name), True) for name in case.section(section))
-    for name, entry in case.section("publishers").items():
-        if entry and "node" in entry:
-            yield Name(entry["node"], "node", ("publishers", name, "node"), False)
-    yield Name(case.robot.name, "robot", ("robot",), False)
+    yield from (Name(frame, "frame", path) for frame, path in frames.items() if frame not in case.robot.link)
 
 
 def _further(case: Case) -> Iterator[Name]:
     """Yield names of files, topics, plugins, packages and nodes: nothing else of the description refers to them."""
     for output in case.robot.outputs:
         path: Path = ("outputs", output.name)
-        yield Name(output.file, "file", (*path, "file"), False)
+        yield Name(output.file, "file", (*path, "file"))
         for key, value in output.options.items():
             for word, name in value.items() if isinstance(value, Mapping) else ():
                 if key == "rename" or word == "topic":
-                    yield Name(name, "frame" if key == "rename" else "topic", (*path, key, word), False)
-    yield from (Name(name, called, path, is_key) for called, name, path, is_key in case.symbols.spelt())
-    for joint in case.robot.joints:
-        path = (*case.publisher(joint), STATIC_TRANSFORM_PUBLISHER)
-        if joint.publisher.kind == STATIC_TRANSFORM_PUBLISHER and exists(case.tree, path):
-            yield Name(joint.publisher.name, "node", path, False)
+                    yield Name(name, "frame" if key == "rename" else "topic", (*path, key, word))
+    yield from (Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())
 
 
 @rule("invisible-letter", "A name has an invisible letter.", "Type it again.", ARGUMENTS, "link or joint", "lenient")
@@ -93,22 +78,23 @@ def letters(case: Case) -> Iterator[Diagnostic]:
         kind = "link" if one.kind == "frame" else one.kind
         # The case of letters distinguishes materials and outputs, as the colours of a bought robot.
         other = first.setdefault((kind, look(one.name, kind not in ("material", "output"))), one)
-        letter, strange = unseen(one.name), foreign(one.name)
-        if letter and not NOT_XML.search(one.name):  # else no file can carry it, which is reported
+        letter, strange, related = unseen(one.name), foreign(one.name), []
+        id, severity, message = "names-look-alike", WARNING, f'{one.kind} "{one.name}" '
+        if letter:
+            if NOT_XML.search(one.name):  # no file can carry it, which is reported
+                continue
             # ``accept`` can name no material or robot: these do not prevent the import of somebody else's robot.
             is_mild = case.robot.source.status == "imported" and one.kind in ("material", "robot")
-            message = f'{one.kind} "{one.name}" has an invisible letter: {in_words(letter)}'
-            severity = WARNING if is_mild else ERROR
-            yield case.problem("invisible-letter", message, one.path, severity=severity, key=one.key)
-        elif not letter and other.name != one.name and not unseen(other.name):
-            message = f'{one.kind} "{one.name}" differs from {other.kind} "{other.name}" only in '
+            id, severity = "invisible-letter", WARNING if is_mild else ERROR
+            message += f"has an invisible letter: {in_words(letter)}"
+        elif other.name != one.name and not unseen(other.name):
             related = [case.related("the other one", other.path, key=other.key)]
-            message += difference(one.name, other.name)
-            yield case.problem("names-look-alike", message, one.path, related=related, key=one.key)
-        elif not letter and strange and other.name == one.name:
-            message = f'{one.kind} "{one.name}" has a letter of another script in a Latin word: {in_words(strange)}'
-            help = "type the name again: other programs look for it in Latin letters"
-            yield case.problem("names-look-alike", message, one.path, help, key=one.key)
+            message += f'differs from {other.kind} "{other.name}" only in {difference(one.name, other.name)}'
+        elif strange and other.name == one.name:
+            message += f"has a letter of another script in a Latin word: {in_words(strange)}"
+        else:
+            continue
+        yield case.problem(id, message, one.path, related=related, severity=severity, key=one.key)
 
 
 @rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")
@@ -119,12 +105,13 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
     usual = _USUAL.union(word for word, number in counts.items() if number > 1)
     slips: dict[str, str] = {}
     for word, number in counts.items():
-        if len(word) > 3 and word not in _USUAL:  # a word that occurs several times was chosen
-            right = next((one for one in swaps(word) if one in (usual if number == 1 else _USUAL)), None)
+        if word not in _USUAL:  # a word that occurs several times was chosen
+            known = _ENDINGS if len(word) < 4 else usual if number == 1 else _USUAL
+            right = next((one for one in swaps(word) if one in known), None)
             slips |= {word: right} if right else {}
     reported: set[Span | None] = set()
     for one in named:
-        slip = next(((word, slips[word]) for word in _WORDS.findall(one.name) if word in slips), _ending(case, one))
+        slip = next(((word, slips[word]) for word in _WORDS.findall(one.name) if word in slips), None)
         if slip is not None:
             fixed = one.name.replace(*slip)
             message = f'{one.kind} "{one.name}" has "{slip[0]}", which looks like "{slip[1]}" with two letters swapped'
@@ -135,24 +122,11 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
                 yield found
 
 
-def _ending(case: Case, one: Name) -> tuple[str, str] | None:
-    """Return the ending of the file of an output, and the one that it should have, if two letters are swapped."""
-    outputs = case.robot.outputs if one.kind == "file" else ()
-    format = next((case.formats.get(output.backend) for output in outputs if output.name == one.path[1]), None)
-    endings = [known.rpartition(".")[2] for known in (format.file, *format.endings)] if format else []
-    ending = one.name.rpartition(".")[2]
-    right = next((known for known in swaps(ending) if known in endings), None)
-    return (f".{ending}", f".{right}") if right and ending not in endings else None
-
-
 @rule("leading-slash", help="Write it without.", topic=FRAMES, accept="link or joint", imported="always")
 def slashes(case: Case) -> Iterator[Diagnostic]:
     """A warning: a name begins with `/`. tf2 drops the slash of a published frame, and refuses to look one up."""
     for one in _names(case):
-        bare = one.name.lstrip("/")
-        if bare != one.name and one.kind in ("link", "frame", "joint"):
-            why = f'tf2 publishes it as "{bare}", and refuses to look up "{one.name}"'
-            why = "by which controllers separate a joint from its interface" if one.kind == "joint" else why
-            message = f'{one.kind} "{one.name}" begins with "/": {why}'
-            help = f'write "{bare}"' if bare else "give it a name"
-            yield case.problem("leading-slash", message, one.path, help, key=one.key)
+        if one.name.startswith("/") and one.kind in ("link", "frame", "joint"):
+            reader = "controllers split it there" if one.kind == "joint" else "tf2 refuses to look it up"
+            message = f'{one.kind} "{one.name}" begins with "/": {reader}'
+            yield case.problem("leading-slash", message, one.path, key=one.key)

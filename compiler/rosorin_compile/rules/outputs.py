@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.language.suggestions import word_meant
 from rosorin_compile.model import Output
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, swaps
+from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, swaps
 from rosorin_compile.source.rule_registry import OUTPUTS, rule
 from rosorin_compile.source.tree import Path, exists
 
@@ -44,8 +44,8 @@ def backends(case: Case) -> Iterator[Diagnostic]:
         for option in output.options:
             if option not in format.options:
                 message = f'the backend "{output.backend}" has no option "{option}"'
-                help, known = did_you_mean(option, format.options), f"its options: {', '.join(sorted(format.options))}"
-                help = f"{help} ({known})" if help.startswith("did") else known
+                listed = f"its options: {', '.join(sorted(format.options))}"
+                help = Suggestion(option, format.options, instead=listed)
                 yield case.problem("unknown-option", message, ("outputs", output.name, option), help, key=True)
         if is_placed and format.check is not None and (not case.wanted or output.name in case.wanted):
             yield from format.check(case, output)
@@ -62,18 +62,17 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     help = word_meant(output.backend, [format.name for format in formats], "backend")
     endings = (f".{output.backend.casefold()}", posixpath.splitext(output.file)[1].casefold())
     named = [format.name for ending in endings for format in formats if ending in _endings(format)]
-    known = f"known: {', '.join(sorted(format.name for format in formats))}"
+    known = f"known: {', '.join(sorted(format.name for format in formats))}; your own artifact names its template"
     if help.startswith("known"):
         help = f'the format of such files is called "{named[0]}"' if named else ""
-    help = f"{help} ({known})" if help else f"{known}; an artifact of your own names its template"
-    place = path if is_name else (*path, "backend")
+    place, help = path if is_name else (*path, "backend"), f"{help} ({known})" if help else known
     return case.problem("unknown-backend", f'there is no backend "{output.backend}"', place, help, key=is_name)
 
 
 def _endings(format: Format) -> tuple[str, ...]:
     """Return how the names of files of a format end, the usual one first."""
     usual = posixpath.splitext(format.file)[1]
-    return tuple(dict.fromkeys((usual, *format.endings))) if usual else format.endings
+    return (usual, *format.endings) if usual else format.endings
 
 
 @rule("file-ending", help="Call it as its readers expect, or write the format of that name.", topic=OUTPUTS)
@@ -106,10 +105,8 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
         path: Path = ("outputs", output.name, "file")
         reason = _outside(output.file)
         if reason:
-            name = output.file.strip().replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].removeprefix(":")
-            if _outside(name) or output.file.rstrip().endswith("/"):
-                format = case.formats.get(output.backend)
-                name = (format.file if format is not None else "").format(case.robot.name) or f"{output.name}.txt"
+            format = case.formats.get(output.backend)
+            name = (format.file if format is not None else "").format(case.robot.name) or f"{output.name}.txt"
             help = f"write file: {name}, a name within the outputs folder; -o FOLDER chooses that folder"
             yield case.problem("outside-outputs", f'the artifact "{output.file}" {reason}', path, help)
             continue
@@ -118,12 +115,9 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
         clash = [one for one in taken if name == one or name.startswith(f"{one}/") or one.startswith(f"{name}/")]
         if clash:
             first = taken[clash[0]]
-            message = f'outputs "{first.name}" and "{output.name}" '
-            message += f'both write "{output.file}"' if output.file == first.file else "write "
-            if output.file != first.file:
-                message += f'"{first.file}" and "{output.file}", which cannot be side by side'
+            message = f'outputs "{first.name}" and "{output.name}" write "{first.file}" and "{output.file}"'
             related = [("also written here", ("outputs", first.name, "file"))]
-            yield case.problem("duplicate-file", message, path, related=related)
+            yield case.problem("duplicate-file", f"{message}, which exclude each other", path, related=related)
         taken.setdefault(name, output)
 
 

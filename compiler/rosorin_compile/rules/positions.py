@@ -10,7 +10,6 @@ from typing import Any
 from rosorin_compile.language.annotations import Node
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint
-from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, POSES, rule
 from rosorin_compile.source.tree import Map, Path
@@ -33,9 +32,7 @@ _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\
 
 @rule("beyond-joint-limit", "A warning: a value is beyond the joint limits.", "Correct it.", JOINTS, "joint", "always")
 @rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
-@rule(
-    "mimic-beyond-limit", "A warning: a follower is driven beyond its limits.", "Correct it.", JOINTS, "joint", "always"
-)
+@rule("mimic-beyond-limit", "A warning: a follower leaves its limits.", "Correct it.", JOINTS, "joint", "always")
 def within_limits(case: Case) -> Iterator[Diagnostic]:
     """Compare what the limits of a joint bound with them: the numbers that the schema marks by ``x-within``."""
     for section, node in sections().items():
@@ -43,31 +40,24 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
             joint = case.robot.joint.get(name)
             if joint is not None and joint.moves and (id != "pose-beyond-limit" or joint.mimic is None):
                 yield from _compare(case, id, joint, path, value)
-    for joint in case.robot.joints:
-        yield from _without_effect(case, joint)
     # A pose leaves the joints at zero that it does not name; one of a planning group is about the joints of that.
     moveit = case.robot.moveit
     states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
+    placed = {name for pose in case.robot.poses for name in pose.positions}
     for joint in case.robot.joints:
-        if joint.mimic is None and joint.moves and any(joint.name in pose.positions for pose in case.robot.poses):
-            for pose in case.robot.poses:
-                if joint.name not in pose.positions and pose.name not in states:
-                    yield from _compare(case, "pose-beyond-limit", joint, ("poses", pose.name), 0.0)
-
-
-def _without_effect(case: Case, joint: Joint) -> Iterator[Diagnostic]:
-    """Find soft limits of a joint that turns without end, and initial positions for SDF beyond the limits."""
-    safety, ends = joint.safety, range_of(joint)
-    if joint.type == "continuous" and safety and (safety.soft_lower_limit or safety.soft_upper_limit):
-        message = f'joint "{joint.name}" is continuous: its soft limits have no effect'
-        path, help = case.joint(joint, "safety_controller"), "make it revolute, or leave them out"
-        yield case.problem("beyond-joint-limit", message, path, help, severity=WARNING, within=True)
-    for index, text in enumerate(joint.urdf_elements if ends else ()):
-        for value in map(float, _INITIAL.findall(text)):
-            if ends and not ends[0] - ROUNDING <= value <= ends[1] + ROUNDING:
-                message = f'the initial position of joint "{joint.name}" is {number(value)}, beyond its limits of'
-                path = case.joint(joint, "urdf_elements", index)
-                yield case.problem("beyond-joint-limit", f"{message} {_span(ends, joint)}", path, severity=WARNING)
+        for pose in case.robot.poses if joint.mimic is None and joint.moves and joint.name in placed else ():
+            if joint.name not in pose.positions and pose.name not in states:
+                yield from _compare(case, "pose-beyond-limit", joint, ("poses", pose.name), 0.0)
+        safety, ends = joint.safety, range_of(joint)
+        if joint.type == "continuous" and safety and (safety.soft_lower_limit or safety.soft_upper_limit):
+            message = f'joint "{joint.name}" is continuous: its soft limits have no effect'
+            path = case.joint(joint, "safety_controller")
+            yield case.problem("beyond-joint-limit", message, path, "make it revolute", within=True)
+        for index, text in enumerate(joint.urdf_elements if ends else ()):
+            for value in map(float, _INITIAL.findall(text)):
+                if not _has(ends, value):
+                    message = f'the initial position of joint "{joint.name}" is {number(value)}, beyond its limits'
+                    yield case.problem("beyond-joint-limit", message, case.joint(joint, "urdf_elements", index))
 
 
 def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
@@ -94,38 +84,27 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
         return
-    called, slack = f"the {path[-1]} of".replace("_", " "), ROUNDING
+    what, slack, limit = f"the {path[-1]} of".replace("_", " "), ROUNDING, case.joint(joint, "limit")
     related, first, last = [], value, value
     if id == "mimic-beyond-limit":
-        driven = _driven(case, joint)
-        if driven is None:
+        leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
+        ends = range_of(leader) if leader is not None and leader.mimic is None and range_of(joint) else None
+        if joint.mimic is None or leader is None or ends is None:
             return
-        leader, first, last = driven
-        slack, called = SLACK * (high - low), f'"{leader.name}" drives'
+        first, last = sorted(joint.mimic.multiplier * end + joint.mimic.offset for end in ends)
+        slack, what = SLACK * (high - low), f'"{leader.name}" drives'
         related.append(("those of the leader", case.joint(leader, "limit")))
-        offset = joint.mimic.offset if joint.mimic else 0.0
-        path = (*path, "offset" if abs(offset) > max(abs(low), abs(high)) + slack else "multiplier")
+        path = (*path, "offset" if abs(joint.mimic.offset) > max(abs(low), abs(high)) + slack else "multiplier")
     elif id == "pose-beyond-limit":
         first = last = case.robot.positions(str(path[1])).get(joint.name, 0.0)
-        called = f'pose "{path[1]}" {"places" if len(path) > 2 else "leaves"}'
+        what = f'pose "{path[1]}" places'
     if first < low - slack or last > high + slack:
         shown = number(first) if first == last else f"{number(first)} to {number(last)}"
-        message = f'{called} joint "{joint.name}" at {shown}, beyond its limits of {number(low)} to {number(high)}'
+        message = f'{what} joint "{joint.name}" at {shown}, beyond its limits of {number(low)} to {number(high)}'
         message += f" {joint.unit}" if interface == "position" else ""
-        limit = case.joint(joint, "limit")
         related.append(("the limit", case.value(limit, "lower" if first < low - slack else "upper")))
         message += case.stands_in(limit)
         yield case.problem(id, message, path, related=related, severity=WARNING, key=len(path) == 2)
-
-
-def _driven(case: Case, joint: Joint) -> tuple[Joint, float, float] | None:
-    """Return the leader of a joint with limits, and the positions to which it drives the joint within its own."""
-    leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
-    if joint.mimic is None or leader is None or leader.mimic is not None or range_of(joint) is None:
-        return None
-    ends = range_of(leader)
-    low, high = sorted(joint.mimic.multiplier * end + joint.mimic.offset for end in ends) if ends else (0.0, 0.0)
-    return (leader, low, high) if ends else None
 
 
 def range_of(joint: Joint) -> tuple[float, float] | None:
@@ -136,35 +115,31 @@ def range_of(joint: Joint) -> tuple[float, float] | None:
     return (limit.lower, limit.upper) if limit.lower < limit.upper else None
 
 
-def _span(ends: tuple[float, float], joint: Joint) -> str:
-    return f"{number(ends[0])} to {number(ends[1])} {joint.unit}"
+def _has(ends: tuple[float, float] | None, value: float) -> bool:
+    return ends is None or ends[0] - ROUNDING <= value <= ends[1] + ROUNDING
 
 
 @rule("zero-beyond-limit", help="Add a pose that places it.", topic=POSES)
 def zeros(case: Case) -> Iterator[Diagnostic]:
     """A note: zero, where simulations begin, is not within the limits of a joint, and no pose places it."""
     placed = {name for pose in case.robot.poses for name in pose.positions}
-    away = []
-    for joint in case.robot.joints:
-        ends = range_of(joint) if joint.mimic is None and joint.name not in placed else None
-        if ends and not ends[0] - ROUNDING <= 0 <= ends[1] + ROUNDING:
-            away.append((joint, ends))
+    joints = [joint for joint in case.robot.joints if joint.mimic is None and joint.name not in placed]
+    away = [joint for joint in joints if not _has(range_of(joint), 0.0)]
     if away:
-        names = first_of([f'"{joint.name}" ({_span(ends, joint)})' for joint, ends in away], SHOWN)
-        joint, ends = away[0]
+        names = first_of([f'"{joint.name}"' for joint in away], SHOWN)
         message = f"zero, where simulations begin, is not within the limits of {names}"
-        yield case.problem(
-            "zero-beyond-limit", message, case.joint(joint, "limit", "lower" if ends[0] > 0 else "upper")
-        )
-
-
-# --- poses and servos ---
+        lower, _ = range_of(away[0]) or (0.0, 0.0)
+        path = case.joint(away[0], "limit", "lower" if lower > 0 else "upper")
+        yield case.problem("zero-beyond-limit", message, path)
 
 
 @rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Leave it out.", POSES)
 @rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 def placed_joints(case: Case) -> Iterator[Diagnostic]:
     """Poses of joints that are fixed, have no single position, or follow another; a pose of a base that is fixed."""
+    outputs = [one for one in case.robot.outputs if one.backend in case.formats]
+    has_base = any("base" in case.formats[one.backend].options for one in outputs)
+    is_free = any(one.options.get("base") == "free" for one in outputs)
     for pose in case.robot.poses:
         for name in pose.positions:
             joint = case.robot.joint.get(name)
@@ -174,23 +149,17 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
             elif joint is not None and joint.moves and joint.mimic is not None:
                 message = f'pose "{pose.name}" places joint "{name}", which follows "{joint.mimic.joint}": no effect'
                 yield case.problem("ignored-key", message, path, f'place "{joint.mimic.joint}" instead', key=True)
-        outputs = [one for one in case.robot.outputs if one.backend in case.formats]
-        has_base = any("base" in case.formats[one.backend].options for one in outputs)
-        is_free = any(one.options.get("base") == "free" for one in outputs)
         # moveit places the virtual joint of its own
         if pose.base is not None and has_base and not is_free and case.robot.moveit is None:
             message = f'pose "{pose.name}" places the base, which is fixed in every output: no effect'
-            help = "write base: free in the output"
-            yield case.problem("ignored-key", message, ("poses", pose.name, "base"), help, severity=NOTE, key=True)
+            path, help = ("poses", pose.name, "base"), "write base: free in the output"
+            yield case.problem("ignored-key", message, path, help, severity=NOTE, key=True)
 
 
 def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
     """Return the problem of a joint that is moved and does not move, or has no single position."""
-    id, why = "joint-is-fixed", "is fixed"
-    if not joint.is_fixed:
-        id, why = "joint-has-no-position", f"is {joint.type} and has no single position"
-    related = [("the joint", case.joint(joint))]
-    return case.problem(id, f'{what} joint "{joint.name}", which {why}', path, related=related, key=key)
+    id = "joint-is-fixed" if joint.is_fixed else "joint-has-no-position"
+    return case.problem(id, f'{what} joint "{joint.name}", which is {joint.type}', path, key=key)
 
 
 @rule("two-servos", "A joint is in two servo groups.", "Name it in one place.", POSES)
@@ -215,23 +184,17 @@ def scales(case: Case) -> Iterator[Diagnostic]:
     """A warning: a pulse turns a servo by many degrees, or all pulses reach much more or less than the joint."""
     for group in case.robot.servos:
         joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
-        yield from list(_scale(case, group, joints))[:1]
-
-
-def _scale(case: Case, group: ServoGroup, joints: list[Joint]) -> Iterator[Diagnostic]:
-    path: Path = ("servos", group.name, "rad_per_pulse")
-    step, reach = abs(group.rad_per_pulse), abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
-    message = f'all pulses of the servos "{group.name}" together are {number(reach)} rad or m{case.stands_in(path)}'
-    if step >= COARSE and reach >= SEVERAL_TURNS and any(joint.type != "prismatic" for joint in joints):
-        yield case.problem("servo-range", f"{message}: this looks like degrees", path)
-    for joint in joints:
-        ends, limit = range_of(joint), case.joint(joint, "limit")
-        if ends and not 1 / OTHER_RANGE <= reach / (ends[1] - ends[0]) <= OTHER_RANGE:
-            message += f', and joint "{joint.name}" goes from {_span(ends, joint)}{case.stands_in(limit)}'
+        path: Path = ("servos", group.name, "rad_per_pulse")
+        step, reach = abs(group.rad_per_pulse), abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
+        message = f'all pulses of the servos "{group.name}" together are {number(reach)} rad or m{case.stands_in(path)}'
+        spans = [(joint, ends[1] - ends[0]) for joint in joints if (ends := range_of(joint))]
+        wrong = next((one for one in spans if not 1 / OTHER_RANGE <= reach / one[1] <= OTHER_RANGE), None)
+        if step >= COARSE and reach >= SEVERAL_TURNS and any(joint.type != "prismatic" for joint in joints):
+            yield case.problem("servo-range", f"{message}: this looks like degrees", path)
+        elif wrong:
+            limit = case.joint(wrong[0], "limit")
+            message += f', and joint "{wrong[0].name}" moves by {number(wrong[1])}{case.stands_in(limit)}'
             yield case.problem("servo-range", message, path, related=[("its limits", limit)])
-
-
-# --- followers ---
 
 
 @rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)
@@ -250,9 +213,8 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
             help = case.suggest(path, name, moving, "name a joint that moves")
             yield case.problem("mimic-unknown", f"{message}, but there is no such joint", path, help)
         elif not leader.moves:
-            related = [("the leader", case.joint(leader))]
             message += f", which is {leader.type} and has no single position"
-            yield case.problem("mimic-fixed", message, path, related=related)
+            yield case.problem("mimic-fixed", message, path, related=[("the leader", case.joint(leader))])
     for first, *others in circles(case):
         names = [joint.name for joint in (first, *others, first)]
         related = [(f'"{joint.name}" follows here', case.joint(joint, "mimic", "joint")) for joint in others]

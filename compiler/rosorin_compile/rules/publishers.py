@@ -8,8 +8,8 @@ from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
+from rosorin_compile.language.arguments import is_listed
 from rosorin_compile.language.expression import ExpressionError, evaluate
-from rosorin_compile.language.requested_outputs import is_listed
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Publisher, Robot
 from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, UnknownName, did_you_mean
@@ -66,8 +66,7 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
         return replace(found, span=span)
     if any(results) and all(isinstance(result, bool) for result in results):
         return None
-    what = "true or false" if any(results) else "true in any mode"
-    message = f'the condition "{edge.when}" of {edge.parent} -> {edge.child} is not {what}'
+    message = f'the condition "{edge.when}" of {edge.parent} -> {edge.child} is never true, or no condition'
     return case.problem("bad-condition", message, path, "correct the condition, or remove the edge")
 
 
@@ -103,9 +102,6 @@ def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
     return modes
 
 
-# --- transforms ---
-
-
 class Step(NamedTuple):
     """A transform: a joint, an edge, or a turn in the list of publishers of a joint.
 
@@ -136,33 +132,25 @@ class Step(NamedTuple):
 
 def all_steps(case: Case, legal: bool = True) -> list[Step]:
     """Return the transforms of joints, then those of edges and turns; with ``legal`` only those of valid conditions."""
-    found = [
-        Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent"))
-        for one in case.robot.joints
-    ]
-    return found + [
-        Step(edge.parent, edge.child, edge.publisher, edge.joint, edge.when, index, case.edge(index, "parent"))
-        for index, edge in enumerate(case.robot.edges)
-        if not legal or _condition(case, index, edge) is None
-    ]
+    joints = case.robot.joints
+    steps = [Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent")) for one in joints]
+    for index, one in enumerate(case.robot.edges):
+        if not legal or _condition(case, index, one) is None:
+            place = case.edge(index, "parent")
+            steps.append(Step(one.parent, one.child, one.publisher, one.joint, one.when, index, place))
+    return steps
 
 
-def legal_steps(case: Case) -> list[Step]:
-    """Return the transforms that are published in some combination of modes."""
-    return [step for step in all_steps(case) if not step.is_silent]
-
-
-def silent_turns(case: Case) -> list[Step]:
-    """Return the turns of joints in which nobody publishes them."""
-    return [step for step in all_steps(case) if step.is_silent and step.edge is not None]
+def steps_in_modes(case: Case) -> tuple[list[Step], list[Step]]:
+    """Return the transforms that are published in some modes, and the turns of joints in which nobody does that."""
+    steps = all_steps(case)
+    silent = [step for step in steps if step.is_silent and step.edge is not None]
+    return [step for step in steps if not step.is_silent], silent
 
 
 def active_in(published: Iterable[Step], combination: Combination) -> list[Step]:
     """Return the transforms that are published in a combination of modes."""
     return [step for step in published if holds(step.when, combination)]
-
-
-# --- publishers ---
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:
@@ -194,23 +182,17 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     """Return the path of robot_state_publisher in a list of publishers, or None if there is no such list."""
     path = case.publisher(joint)
     turns = at(case.tree, path) if path[-1] == "publisher" else None
-    indices = (
-        [index for index, turn in enumerate(turns) if turn["by"] == ROBOT_STATE_PUBLISHER]
-        if isinstance(turns, Seq)
-        else []
-    )
-    return (*path, indices[0], "by") if indices else None
+    owners = [turn["by"] for turn in turns] if isinstance(turns, Seq) else []
+    is_turn = ROBOT_STATE_PUBLISHER in owners
+    return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if is_turn else None
 
 
 @rule("two-publishers", "Two publishers own one frame.", "Remove one, or exclude each other by `when`.", FRAMES)
 @rule("unpublished-edge", "Nobody publishes an edge; a warning in some modes.", "Name a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Frames that have two publishers at once, and frames that have none in some combination of modes."""
-    bare = {
-        edge.child
-        for index, edge in enumerate(case.robot.edges)
-        if (edge.publisher.kind == UNPUBLISHED and not edge.joint) or _condition(case, index, edge) is not None
-    }
+    legal = {step.edge for step in all_steps(case) if step.joint or step.publisher.kind != UNPUBLISHED}
+    bare = {edge.child for index, edge in enumerate(case.robot.edges) if index not in legal}
     for child, claims in _claims(case).items():
         modes = modes_in(case.robot, [claim.when for claim in claims])
         if len(modes) > MAX_MODES:
@@ -230,10 +212,8 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
         else:
             if gap is not None and child not in bare:
                 message = f'nobody publishes the transform into "{child}"{in_words(gap)}'
-                related = [(f"published here when {one.when}, by {one.owner}", _place(case, one)) for one in claims[1:]]
                 path = case.edge(claims[0].edge or 0, "when")
-                help = "add a publisher for that case, or widen the condition"
-                yield case.problem("unpublished-edge", message, path, help, related=related, severity=WARNING)
+                yield case.problem("unpublished-edge", message, path, severity=WARNING)
 
 
 def _two(case: Case, child: str, active: list[Step], combination: Combination) -> Diagnostic:
@@ -242,12 +222,9 @@ def _two(case: Case, child: str, active: list[Step], combination: Combination) -
     message = f'{listed(owners)} {"publishes twice" if len(owners) == 1 else "publish"} the transform into "{child}"'
     message += f", below {quoted(parents)}" if len(parents) > 1 else ""
     related = [(f"also published here, by {claim.owner}", _place(case, claim)) for claim in active[:-1]]
-    help = "a frame has one publisher at a time: remove one, or give the edges conditions that exclude each other"
-    joint = case.robot.joint.get(active[0].joint)
-    if joint is not None and joint.publisher.kind == ROBOT_STATE_PUBLISHER:
-        help = "robot_state_publisher publishes every joint of its URDF in every mode: choose the publisher by an"
-        help += ' argument of the build, publisher: "${publisher}", or keep the joint for other programs, {none: WHY}'
-    path = _place(case, active[-1])
+    help, path = "", _place(case, active[-1])
+    if any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active):
+        help = 'robot_state_publisher publishes in every mode: choose by an argument, publisher: "${publisher}"'
     return case.problem("two-publishers", message + in_words(combination), path, help, related=related)
 
 
@@ -267,12 +244,12 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
 
 def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
     """Return the joints that a static_transform_publisher publishes, always or in a turn, and where it is named."""
-    joint_of, joints = case.robot.joint, case.robot.published_by(STATIC_TRANSFORM_PUBLISHER)
-    return [(joint, joint.publisher, case.publisher(joint)) for joint in joints] + [
-        (joint_of[edge.joint], edge.publisher, case.edge(index, "publisher"))
-        for index, edge in enumerate(case.robot.edges)
-        if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER
-    ]
+    joints = case.robot.published_by(STATIC_TRANSFORM_PUBLISHER)
+    found = [(joint, joint.publisher, case.publisher(joint)) for joint in joints]
+    for index, edge in enumerate(case.robot.edges):
+        if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+            found.append((case.robot.joint[edge.joint], edge.publisher, case.edge(index, "publisher")))
+    return found
 
 
 @Check
@@ -330,6 +307,5 @@ def static_publishers(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("bad-node-name", f'"{name}" cannot be the name of a node in ROS 2', place)
         if name in taken:
             related = [("first named here", taken[name])] if taken[name] else []
-            message = f'two nodes would have the name "{name}"'
-            yield case.problem("duplicate-node", message, place, related=related)
+            yield case.problem("duplicate-node", f'two nodes would be called "{name}"', place, related=related)
         taken.setdefault(name, place)

@@ -1,24 +1,26 @@
-"""Shapes: sizes out of proportion, scales of meshes, shapes far apart or two in one place, and materials."""
+"""Shapes: sizes out of proportion, scales of meshes, shapes far apart or inside each other, and materials."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Joint, Mesh, Robot, Shape, Sphere
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Joint, Link, Mesh, Robot, Shape, Sphere
 from rosorin_compile.model.bounds import ball_of, bounds_of
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import Transform, Vector
 from rosorin_compile.model.shape import Material
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, nearest
-from rosorin_compile.source.rule_registry import NUMBERS, rule
+from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
 from rosorin_compile.source.tree import Path, Seq, at
 from rosorin_compile.source.units import has_unit
-from rosorin_compile.source.wording import counted, listed, quoted
+from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case, number
+from .joints import pieces
 
 # Meshes are in metres, millimetres (0.001) or inches (0.0254), seldom in units of their own; no unit of length that
 # drawings have is 100 m or a hundredth of a millimetre.
@@ -29,11 +31,15 @@ OUT_OF_PROPORTION, SEVERAL_OUT_OF_PROPORTION = 10.0, 15.0
 LARGE = 2.0  # m; no robot is larger that has such shapes, and a plate on a small joint is no mistake
 TINY = 0.005  # m; the smallest robots that people build on joints are centimetres
 ELSEWHERE = 0.25  # of the larger diagonal: collision that is a rough guess at the visual overlaps it at least nearly
+ENVELOPE = 4  # links in one shape: it is a box that keeps things away from a hand
+_SIDES = [side for side in product((-1, 0, 1), repeat=3) if any(side)]
+_CLEARANCE = 1e-9  # m; equal shapes in one place are not inside each other
+_TURNS = [math.pi / 4 * step for step in range(8)]
 BRIGHTEST = 1.01  # a hundredth above one is rounding of a colour that was made by hand
 MAX_RELATED = 3
 
 
-@rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "Check units.", NUMBERS, "link", "always")
+@rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "0.001 is mm.", NUMBERS, "link", "always")
 def mesh_scales(case: Case) -> Iterator[Diagnostic]:
     """Scales of meshes that no unit explains."""
     for link, path, shape in case.shapes():
@@ -45,8 +51,7 @@ def mesh_scales(case: Case) -> Iterator[Diagnostic]:
             index = factors.index(high if high > LARGEST_SCALE else low)
             scale = ", ".join(map(number, shape.geometry.scale))
             message = f'a mesh of link "{link.name}" is scaled by [{scale}]: no unit of a drawing explains that'
-            help = "0.001 makes metres of millimetres; without scale a mesh is in metres"
-            yield case.problem("mesh-scale", message, (*path, "mesh", "scale", index), help)
+            yield case.problem("mesh-scale", message, (*path, "mesh", "scale", index))
 
 
 @rule("collision-elsewhere", "A warning: collision and visual are far apart.", "Fix `xyz`.", NUMBERS, "link", "always")
@@ -57,12 +62,9 @@ def collision_elsewhere(case: Case) -> Iterator[Diagnostic]:
         gap = visual.gap(collision) if visual and collision else 0.0
         if visual and collision and gap > ELSEWHERE * max(visual.diagonal, collision.diagonal):
             path, other = case.link(link.name, "collision", 0), case.link(link.name, "visual", 0)
-            message = (
-                f'the collision of link "{link.name}"{case.stands_in(path)} is {number(gap)} m away from its visual'
-            )
-            help = "correct xyz and rpy of one of them: both are relative to the frame of the link"
+            message = f'the collision of link "{link.name}" is {number(gap)} m away from its visual'
             related = [("the visual", other)]
-            yield case.problem("collision-elsewhere", message, case.value(path, "xyz"), help, related=related)
+            yield case.problem("collision-elsewhere", message, case.value(path, "xyz"), related=related)
 
 
 @rule("size-implausible", "A warning: a bare length dwarfs the robot.", "Write `120 mm`.", NUMBERS, "link", "always")
@@ -91,8 +93,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
             what = f'a shape of link "{link.name}" is far away from its link'
             yield from _lengths(case, what, (*path, "xyz"), shape.pose.xyz, size + side)
         if size and side > max(LARGE, OUT_OF_PROPORTION * size) and not has_unit(at(case.tree, place)):
-            message = f'a shape of link "{link.name}" is {number(side)} m long{case.stands_in(place)}, and the rest of'
-            message += f" the robot measures {number(size)} m"
+            message = f'a shape of link "{link.name}" is {number(side)} m long, the rest of the robot {number(size)} m'
             help = f'write "{number(value)} mm" if millimetres are meant, "{number(value)} m" if not'
             yield case.problem("size-implausible", message, place, help)
     if 0 < size < TINY and all(math.hypot(*joint.origin.xyz) < TINY for joint in moved):
@@ -111,10 +112,10 @@ def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> 
     if not far:
         return
     place = (*path, max(far, key=lambda index: abs(values[index])))
-    numbers = [number(values[index]) for index in far]
-    message = f"{what}, by {listed(f'{one} m' for one in numbers)}{case.stands_in(place)}, and the rest of the robot"
-    help = f'write {listed(numbers)} with "mm" if millimetres are meant, with "m" if not'
-    yield case.problem("size-implausible", f"{message} measures {number(rest)} m", place, help)
+    numbers = listed(number(values[index]) for index in far)
+    message = f"{what}, by {numbers} m{case.stands_in(place)}, and the rest of the robot measures {number(rest)} m"
+    help = f"write {numbers} with mm if millimetres are meant, with m if not"
+    yield case.problem("size-implausible", message, place, help)
 
 
 @of_robot
@@ -185,13 +186,84 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
         axis = () if joint.is_fixed else joint.axis
         other = first.setdefault((joint.parent, joint.type, joint.origin, axis, looks), joint)
         if other is not joint:
-            message = f'joints "{other.name}" and "{joint.name}" put "{other.child}" and "{joint.child}", which have'
-            message += f' the same shape, into the same place of "{joint.parent}"'
+            message = f'joints "{other.name}" and "{joint.name}" put links of the same shape into the same place'
             related = [("the other joint", case.joint(other))]
             yield case.problem("two-in-one-place", message, case.value(case.joint(joint), "xyz"), related=related)
 
 
-# --- materials ---
+@rule("link-inside-link", help="Correct `xyz`, or disable the contact.", topic=JOINTS, accept="link", imported="always")
+def contained_links(case: Case) -> Iterator[Diagnostic]:
+    """A warning: a link is entirely inside one shape of another link, with joints at zero; meshes are not examined."""
+    robot = case.robot
+    has_axes = all(any(joint.axis) for joint in robot.joints if joint.moves or joint.type == "planar")
+    if not (robot.is_tree and robot.mimics_resolve and has_axes):  # else no positions can be computed
+        return
+    places = robot.poses_in_root({})
+    ends = {link.name: points for link in robot.links if (points := _points(link, places[link.name]))}
+    order = sorted((points[0][0], name) for name, points in ends.items())
+    fixed = [(joint.parent, joint.child) for joint in robot.joints if joint.is_fixed]
+    rigid = pieces([*zip(robot.link, robot.link, strict=True), *fixed])
+    group = {name: index for index, names in enumerate(rigid) for name in names}
+    near = {frozenset((group[joint.parent], group[joint.child])) for joint in robot.joints}
+    apart = {frozenset(pair) for pair in robot.disabled_contacts}
+    for outer in robot.links:
+        for index, shape in enumerate(outer.collision or outer.visual):
+            ball = ball_of(shape)
+            if ball is None:
+                continue
+            middle = places[outer.name].apply(ball.middle)[0]
+            first = bisect_left(order, (middle - ball.radius, ""))
+            inside = [
+                name
+                for _, name in order[first : bisect_right(order, (middle + ball.radius, "\uffff"))]
+                if group[name] != group[outer.name]
+                and frozenset((group[name], group[outer.name])) not in near
+                and frozenset((name, outer.name)) not in apart
+                and holds(shape, places[outer.name].inverse(), ends[name])
+            ]
+            for name in inside if len(inside) < ENVELOPE else ():
+                path = case.joint(robot.joint_to[name]) if name in robot.joint_to else case.link(name)
+                place = case.value(path, "xyz")
+                kind = "collision" if outer.collision else "visual"
+                related = [("the shape around it", case.link(outer.name, kind, index))]
+                message = f'link "{name}" is entirely inside link "{outer.name}"'
+                yield case.problem("link-inside-link", message, place, related=related, key=place == path)
+
+
+def _points(link: Link, place: Transform) -> list[Vector]:
+    """Return points of the surface of all shapes of a link, seen from the root; none if one is a mesh."""
+    points: list[Vector] = []
+    for shape in link.collision or link.visual:
+        geometry, to_root = shape.geometry, place.then(shape.pose.transform())
+        if isinstance(geometry, Box):
+            own: list[Vector] = list(product(*zip(geometry.lower, geometry.upper, strict=True)))
+        elif isinstance(geometry, Sphere):
+            sizes = [(x, y, z, geometry.radius / math.hypot(x, y, z)) for x, y, z in _SIDES]
+            own = [(x * size, y * size, z * size) for x, y, z, size in sizes]
+        elif isinstance(geometry, (Cylinder, Capsule)):
+            radius, half = geometry.radius, geometry.length / 2
+            half += radius if isinstance(geometry, Capsule) else 0.0
+            own = [(radius * math.cos(a), radius * math.sin(a), z) for a in _TURNS for z in (-half, half)]
+        else:
+            return []
+        points += map(to_root.apply, own)
+    return points
+
+
+def holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
+    """Return True if points of another frame, at ``step``, are all inside a box, a sphere or a cylinder."""
+    geometry, back = shape.geometry, shape.pose.transform().inverse()
+    own = [back.apply(step.apply(point)) for point in points]
+    if isinstance(geometry, Box):
+        sides = list(zip(geometry.lower, geometry.upper, strict=True))
+        depths = [min(min(v - low, high - v) for v, (low, high) in zip(one, sides, strict=True)) for one in own]
+    elif isinstance(geometry, Sphere):
+        depths = [geometry.radius - math.hypot(*point) for point in own]
+    elif isinstance(geometry, (Cylinder, Capsule)):
+        depths = [min(geometry.radius - math.hypot(x, y), geometry.length / 2 - abs(z)) for x, y, z in own]
+    else:
+        return False
+    return all(depth > _CLEARANCE for depth in depths)
 
 
 def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
@@ -238,10 +310,9 @@ def unknown_materials(case: Case) -> Iterator[Diagnostic]:
         close = nearest(name, case.robot.material)
         if close:
             path, *others = unknown.pop(name)
-            related = [("also used here", other) for other in others[:MAX_RELATED]]
-            message, help = f'there is no material "{name}"', f'did you mean "{close}"?'
+            related, help = [("also used here", other) for other in others[:MAX_RELATED]], f'did you mean "{close}"?'
+            message = f'there is no material "{name}"'
             yield case.problem("unknown-material", message, path, help, related=related, severity=WARNING)
     if unknown:
-        message = f"{counted(len(unknown), 'material')} of visuals not defined here: {quoted(unknown, 8)}"
-        help = "add materials: {NAME: {rgba: [...]}} where readers do not know them"
-        yield case.problem("unknown-material", message, next(iter(unknown.values()))[0], help, severity=NOTE)
+        message = f"materials of visuals are not defined here: {quoted(unknown, 8)}"
+        yield case.problem("unknown-material", message, next(iter(unknown.values()))[0], severity=NOTE)

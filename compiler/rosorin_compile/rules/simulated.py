@@ -16,7 +16,7 @@ from rosorin_compile.language.schema import of_topic
 from rosorin_compile.language.symbols import ENDS, KINDS, Reference
 from rosorin_compile.model import Robot
 from rosorin_compile.model.simulation import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion
 from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.xml.elements import Found, found_in
@@ -28,6 +28,7 @@ BALL = "ball"  # a joint of several positions, as those of ENDS
 # The words of messages for the kinds of MuJoCo.
 _WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
 _KINDS = {word: kind for kind, word in KINDS.items()}
+_RULES = {JOINT: "unknown-joint", BODY: "unknown-link"}
 # The kinds of what gets its name in a section for a simulation, by the word of the schema.
 _DEFINED = {"actuator": ACTUATOR, "constraint": EQUALITY}
 
@@ -149,11 +150,8 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         if names and one.among == SIMULATION and not names.has(kind, one.name):
             wrong.setdefault((kind, one.name), []).append(one)
     for (kind, name), uses in wrong.items() if names else ():
-        word = _WORDS.get(kind, kind)
-        id, message = (
-            {JOINT: "unknown-joint", BODY: "unknown-link"}.get(kind, "unknown-name"),
-            f'there is no {word} "{name}"',
-        )
+        id, word = _RULES.get(kind, "unknown-name"), _WORDS.get(kind, kind)
+        message = f'there is no {word} "{name}"'
         help = case.suggest(uses[0].path, name, names.by_kind.get(kind, ()), f"name another {word} of the robot")
         if kind == JOINT and name in case.robot.joint:
             joint = case.robot.joint[name]
@@ -190,8 +188,6 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("name-twice", message, named.path, related=related, key=key)
 
 
-# --- elements of MJCF ---
-
 # Elements for which a description has words, wherever they are, and the fix.
 _IN_WORDS = {
     "body": "make it a link, with a joint of type fixed where it does not move",
@@ -205,19 +201,49 @@ _IN_WORDS = {
 _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp", "plugin")
 
 
-@rule("mjcf-element", help="Write it as the message says.", topic=SIMULATED)
-def placed(case: Case) -> Iterator[Diagnostic]:
-    """`mjcf` has a body, a joint, `<compiler>`, or an element that MuJoCo does not accept at that place."""
-    for path, text, top in mjcf_texts(case):
-        for found in found_in(text):
-            wrong = _misplaced(case, found, top)
-            if wrong:
-                made = case.problem("mjcf-element", wrong[0], path, wrong[1])
-                yield at_name(made, found.tags[-1], found.line)
-                break
+@rule("mjcf-element", "MuJoCo, or another artifact, cannot take an element here.", "See the message.", SIMULATED)
+@rule("unknown-in-mjcf", "`mjcf` names something that does not exist.", "Correct the name.", SIMULATED)
+def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
+    """Elements of `mjcf` that are out of place, and names in the others that nothing defines."""
+    texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
+    if not texts:
+        return
+    names, own = _Names(case), f"{case.robot.name}_"
+    # <replicate> and <flexcomp> make names: those of their elements with something behind them.
+    made_of: list[tuple[str, str]] = []
+    tags: set[str] = set()
+    for _, elements, top in texts:
+        inside = {tag for found in elements for tag in found.tags}
+        tags |= inside
+        if inside & {"replicate", "flexcomp"}:
+            made_of += [(one.kind, one.name) for found in elements for one in mujoco.given(found, top)]
+    materials = {f"{own}{name}" for name in case.robot.material}  # so they are called in the MJCF
+    names.by_kind[MATERIAL] = materials | {named.name for named in names.all if named.kind == MATERIAL}
+    seen: set[tuple[str, str]] = set()
+    for path, elements, top in texts:
+        wrong = next(((found, why) for found in elements if (why := _misplaced(case, found, top))), None)
+        if wrong:
+            found, (message, help) = wrong
+            yield at_name(case.problem("mjcf-element", message, path, help), found.tags[-1], found.line)
+            continue
+        for line, (name, kind, _, where, _) in [(it.line, one) for it in elements for one in mujoco.used(it, top)]:
+            if (
+                (kind, name) in seen
+                or (names.has(kind, name) if kind != MATERIAL else name in names.by_kind[MATERIAL])
+                or (kind == BODY and "flexcomp" in tags)
+                or (kind in (mujoco.CLASS, mujoco.MESH) and name.startswith(own))
+                or (kind == mujoco.CLASS and name in ("main", case.robot.name))
+                or any(kind == made and name.startswith(start) for made, start in made_of)
+            ):
+                continue
+            seen.add((kind, name))
+            word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
+            message = f'there is no {word} "{name}" in the MJCF, {where}'
+            help = case.suggest(path, name, names.by_kind.get(kind, ()), f"name a {word} of the robot")
+            yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, line)
 
 
-def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
+def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
     """Return the problem of where an element is, and the fix; a body of MuJoCo alone would be in no other file."""
     tag, first = found.tags[-1], found.tags[0]
     is_other = top and (first == "default" or (tag == "joint" and first in ("tendon", "equality")))
@@ -235,54 +261,9 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
         return f"<{tag}> is no section of an MJCF", "write it in a link"
     if not top and tag in mujoco.SECTIONS:
         return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf at the top"
-    return f"<{tag}> is no {'section of an MJCF' if top else 'element of a body'}", did_you_mean(
-        tag, known, "remove it"
-    )
+    what = "section of an MJCF" if top else "element of a body"
+    return f"<{tag}> is no {what}", Suggestion(tag, known, "remove it")
 
-
-@rule("unknown-in-mjcf", help="Correct the name.", topic=SIMULATED)
-def unknown_in_elements(case: Case) -> Iterator[Diagnostic]:
-    """An element of `mjcf` names a body, a joint, a site, a geom, a class or the like that does not exist."""
-    texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
-    if not texts:
-        return
-    names, own = _Names(case), f"{case.robot.name}_"
-    # <replicate> and <flexcomp> make names: those of their elements with something behind them.
-    made_of: list[tuple[str, str]] = []
-    tags: set[str] = set()
-    for _, elements, top in texts:
-        inside = {tag for found in elements for tag in found.tags}
-        tags |= inside
-        if inside & {"replicate", "flexcomp"}:
-            made_of += [(one.kind, one.name) for found in elements for one in mujoco.given(found, top)]
-    materials = {f"{own}{name}" for name in case.robot.material}  # so they are called in the MJCF
-    names.by_kind[MATERIAL] = materials | {named.name for named in names.all if named.kind == MATERIAL}
-    seen: set[tuple[str, str]] = set()
-    for path, elements, top in texts:
-        is_placed = not any(_misplaced(case, found, top) for found in elements)
-        uses = [(found, one) for found in elements for one in mujoco.used(found, top)] if is_placed else []
-        for found, one in uses:
-            kind, name = one.kind, one.name
-            if (
-                (kind, name) in seen
-                or (names.has(kind, name) if kind != MATERIAL else name in names.by_kind[MATERIAL])
-                or (kind == BODY and "flexcomp" in tags)
-                or (kind in (mujoco.CLASS, mujoco.MESH) and name.startswith(own))
-                or (kind == mujoco.CLASS and name in ("main", case.robot.name))
-                or any(kind == made and name.startswith(start) for made, start in made_of)
-            ):
-                continue
-            seen.add((kind, name))
-            word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
-            message = f'there is no {word} "{name}", {one.where}'
-            if kind == JOINT and name in case.robot.joint:
-                message = f'joint "{name}", {one.where}, is no joint in the MJCF: it is {case.robot.joint[name].type}'
-            known = names.by_kind.get(kind, ())
-            help = case.suggest(path, name, known, f"name a {word} of the robot or of these elements")
-            yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, found.line)
-
-
-# --- values of sites, cameras, lights and bodies ---
 
 # How many sizes a site of a form has; those behind them mean nothing.
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}

@@ -13,19 +13,8 @@ from rosorin_compile.source.tree import Path, exists
 from rosorin_compile.source.wording import listed, quoted
 
 from .case import Case
-from .kinematics import WORLD_FRAMES, pieces
-from .publishers import (
-    MAX_MODES,
-    Step,
-    active_in,
-    all_steps,
-    combinations,
-    holds,
-    in_words,
-    legal_steps,
-    modes_in,
-    silent_turns,
-)
+from .joints import WORLD_FRAMES, pieces
+from .publishers import MAX_MODES, Step, active_in, all_steps, combinations, in_words, modes_in, steps_in_modes
 
 
 def _pieces_with(steps: Iterable[Step], links: Collection[str]) -> list[set[str]]:
@@ -59,23 +48,22 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
     children = {edge.child for edge in edges}
     for index, edge in enumerate(edges):
         for key, name in (("parent", edge.parent), ("child", edge.child)):
-            suggestion = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
+            meant = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
             # A frame that is attached to the robot, or leads to it, may have any name.
-            if suggestion is None or name in case.robot.link or (key == "parent" and name in children):
-                continue
-            is_named = suggestion in children or any(suggestion == edge.parent for edge in edges)
-            if key == "parent" or (edge.parent in WORLD_FRAMES and is_named):
-                help = f'did you mean "{suggestion}"?'
-                yield case.problem("unknown-link", f'there is no frame "{name}"', case.edge(index, key), help)
+            is_free = name in case.robot.link or (key == "parent" and name in children)
+            is_named = meant in children or any(meant == edge.parent for edge in edges)
+            if meant and not is_free and (key == "parent" or (edge.parent in WORLD_FRAMES and is_named)):
+                message, help = f'there is no frame "{name}"', f'did you mean "{meant}"?'
+                yield case.problem("unknown-link", message, case.edge(index, key), help)
 
 
 @rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges lead, with the joints between, back to where they began, in some combination of modes."""
-    core = _without_roots(legal_steps(case)) if case.robot.is_tree and case.robot.edges else []
+    core = _on_circles(steps_in_modes(case)[0]) if case.robot.is_tree and case.robot.edges else []
     modes = modes_in(case.robot, [step.when for step in core])
     for combination in combinations(modes) if len(modes) <= MAX_MODES else ():
-        above = {step.child: step for step in reversed(_without_roots(active_in(core, combination)))}
+        above = {step.child: step for step in reversed(_on_circles(active_in(core, combination)))}
         here, walked = next(reversed(above), ""), dict[str, Step]()
         while here in above and here not in walked:  # every way up ends in a circle
             walked[here] = above[here]
@@ -89,19 +77,20 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
             return
 
 
-def _without_roots(steps: list[Step]) -> list[Step]:
-    """Return the transforms that no root leads to: those of circles and below them."""
-    below: dict[str, list[str]] = {}
-    for step in steps:
-        below.setdefault(step.parent, []).append(step.child)
-    count = Counter(step.child for step in steps)
-    ready = [name for name in below if not count[name]]
-    for name in ready:
-        for child in below.get(name, ()):
-            count[child] -= 1
-            if not count[child]:
-                ready.append(child)
-    return [step for step in steps if count[step.parent]]
+def _on_circles(steps: list[Step]) -> list[Step]:
+    """Return the transforms of circles, and those that lead from one to another."""
+    for start, end in (("parent", "child"), ("child", "parent")):  # first leave out roots, then leaves
+        after: dict[str, list[str]] = {}
+        for step in steps:
+            after.setdefault(getattr(step, start), []).append(getattr(step, end))
+        count = Counter(getattr(step, end) for step in steps)
+        ready = [name for name in after if not count[name]]
+        for name in ready:
+            for other in after.get(name, ()):
+                count[other] -= 1
+                ready += [] if count[other] else [other]
+        steps = [step for step in steps if count[getattr(step, start)]]
+    return steps
 
 
 @rule("split-urdf", help="Let one publisher have both joints.", topic=FRAMES)
@@ -117,8 +106,7 @@ def one_urdf(case: Case) -> Iterator[Diagnostic]:
         has = "it has" if first.type in SEVERAL_COORDINATES else "robot_state_publisher publishes"
         message = f'the URDF would have two roots, "{main}" and "{root}": {has} joint "{first.name}" on "{root}",'
         message += f' but not joint "{above.name}", which carries it'
-        related = [(f'joint "{first.name}"', case.joint(first))]
-        yield case.problem("split-urdf", message, case.publisher(above), related=related, key=above is first)
+        yield case.problem("split-urdf", message, case.publisher(above), key=above is first)
 
 
 def _urdf_roots(case: Case) -> list[str]:
@@ -158,7 +146,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent (split-tf)."""
-    published, silent = legal_steps(case), silent_turns(case)
+    published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
     if not case.robot.is_tree or not modes:
         return
@@ -183,20 +171,12 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
             for piece in inside[1:]:
                 tops = piece - reached
                 if tops and not tops & gaps:  # without a top it is a circle
-                    lost = next(
-                        step
-                        for step in published
-                        if step.edge is not None and (step.parent in piece) != (step.child in piece)
-                        if not holds(step.when, combination)
-                    )
+                    across = [step for step in published if (step.parent in piece) != (step.child in piece)]
+                    lost = next(step for step in across if step not in active)
                     names = quoted(name for name in case.robot.link if name in piece)
                     message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}"
-                    help = f'name the publisher of "{min(tops)}", or keep {lost.parent} -> {lost.child} in every mode'
-                    yield case.problem("split-tf", message, lost.path, help)
+                    yield case.problem("split-tf", message, lost.path)
                     return
-
-
-# --- frames in the headers of messages ---
 
 
 def _stamps(case: Case) -> Iterator[tuple[str, str, Path]]:
@@ -217,7 +197,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
     """Messages are stamped with a frame that does not exist. As a warning: tf2 does not know it in some mode."""
     robot, stamps = case.robot, list(_stamps(case))
     frames = {*robot.link, *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    published, silent = (legal_steps(case), silent_turns(case)) if stamps else ([], [])
+    published, silent = steps_in_modes(case) if stamps else ([], [])
     modes = modes_in(robot, [step.when for step in (*published, *silent)])
     is_checked = robot.is_tree and len(modes) <= MAX_MODES and len(frames) > 1
     reported: set[str] = set()
@@ -237,5 +217,4 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
                 reported.add(frame)
                 missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {} is always
                 message = f'tf2 does not know the frame "{frame}"{in_words(missing)}, which {owner} stamps its messages'
-                help = "name its publisher, or what the messages are stamped with: stamps: [FRAME]"
-                yield case.problem("unknown-frame-id", f"{message} with", path, help, severity=WARNING)
+                yield case.problem("unknown-frame-id", f"{message} with", path, severity=WARNING)

@@ -17,15 +17,15 @@ from rosorin_compile.language.element_names import EITHER, FRAME, JOINT, LINK, R
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Suggestion, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Source, Suggestion, nearest
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import NUMBERS, rule
-from rosorin_compile.source.tree import Map, Path, locate, prefix_at
-from rosorin_compile.source.wording import listed
+from rosorin_compile.source.tree import Map, Path, locate
+from rosorin_compile.source.wording import listed, quoted
 from rosorin_compile.source.xml.elements import canonical, damage, found_in, tree_of
 
 from .case import Case
-from .kinematics import WORLD_FRAMES
+from .joints import WORLD_FRAMES
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 _MAX_RELATED = 3
 _AROUND = "elements"  # a tag that nobody closes by mistake
 _CLOSES = re.compile(r"</(.+)> does not close <(.+)>")
-_UNIQUE = ("ros2_control", "transmission", "plugin", "sensor")  # elements of which a reader takes one of a name
 
 
 def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
@@ -100,8 +99,6 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
     return replace(made, span=span._replace(line=line, column=found.start() + 1, length=len(name))) if found else made
 
 
-# --- names in elements ---
-
 # A name in an element, the path of the text, and the line in it.
 _Mention = tuple[Reference, Path, int]
 
@@ -112,39 +109,36 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     mentions: dict[tuple[str, str], list[_Mention]] = {}
     own: set[str] = set()
     materials = {*case.robot.material, *(shape.material for link in case.robot.links for shape in link.visual)}
-    of_material: list[_Mention] = []
     for path, text in urdf_texts(case):
         described = False  # the children of a <material> come before it
         for element in found_in(text):
             tags, name = element.tags, element.attributes.get("name")
+            found = list(references(tags, element.attributes, element.text))
             if name and tags[0] not in REFERRING and tags[-1] in ("link", "joint", "body", "virtual_joint"):
                 own.add(name)  # of SDF within <gazebo>
             if tags[-2:] in (("material", "color"), ("material", "texture")):
                 described = True
             elif tags[0] != "gazebo" and tags[-1] == "material" and name:  # in <gazebo> they are words of Gazebo
                 materials |= {name} if described else set()
-                of_material.append((Reference(name, "material", "name", "the name of <material>"), path, element.line))
+                found.append(Reference(name, "material", "name", "the name of <material>"))
                 described = False
             for attribute in element.attributes if tags == ("gazebo",) else ():
                 if attribute != "reference" and nearest(attribute, ["reference"]):
                     message = f'<gazebo> has no attribute "{attribute}", so it is about the whole robot'
                     made = case.problem("unknown-reference", message, path, 'did you mean "reference"?')
                     yield at_name(made, attribute, element.line)
-            for found in references(tags, element.attributes, element.text):
-                mentions.setdefault((found.kind, found.name), []).append((found, path, element.line))
-    yield from _unknown(case, {key: uses for key, uses in mentions.items() if key[1] not in own})
-    for found, path, line in of_material:
-        if found.name not in materials:
-            message = f'there is no material "{found.name}", {found.where}'
-            help = Suggestion(found.name, case.robot.material, "define it under materials")
-            yield at_name(case.problem("unknown-reference", message, path, help), found.name, line)
+            for one in found:
+                mentions.setdefault((one.kind, one.name), []).append((one, path, element.line))
+    yield from _unknown(case, {key: uses for key, uses in mentions.items() if key[1] not in own}, materials)
 
 
-def _unknown(case: Case, mentions: Mapping[tuple[str, str], list[_Mention]]) -> Iterator[Diagnostic]:
+def _unknown(
+    case: Case, mentions: Mapping[tuple[str, str], list[_Mention]], materials: Set[str]
+) -> Iterator[Diagnostic]:
     robot = case.robot
     links = {*robot.link, *WORLD_FRAMES, "world", *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    names: dict[str, Set[str]] = {LINK: links, JOINT: set(robot.joint), FRAME: links}
-    names[EITHER] = {*robot.link, *robot.joint}
+    names = {LINK: links, JOINT: set(robot.joint), FRAME: links, EITHER: {*robot.link, *robot.joint}}
+    names["material"] = materials
     carried = robot.in_urdf() if mentions and case.feeding(ROBOT_STATE_PUBLISHER) else ()
     inside = {name for joint in carried for name in (joint.name, joint.parent, joint.child)}
     for (kind, name), uses in mentions.items():
@@ -153,30 +147,21 @@ def _unknown(case: Case, mentions: Mapping[tuple[str, str], list[_Mention]]) -> 
         if name not in names[kind] and (sure or nearest(name, names[kind])):
             message, uses = f'there is no {kind} "{name}", {found.where}', sure or uses
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
-            help = _with_prefix(case, path, name, real) or case.suggest(path, name, real, f"name a {kind} of the robot")
-        elif carried and sure and name not in inside and (name in robot.link or name in robot.joint):
+            # Without its prefix, as in a part.
+            longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
+            help = f"did you mean {quoted(longer[:_MAX_RELATED])}?"
+            help = help if longer else case.suggest(path, name, real, f"name a {kind} of the robot")
+        elif kind != "material" and carried and sure and name not in inside and name in {*robot.link, *robot.joint}:
             what = "link" if name in robot.link and kind != JOINT else "joint"
             message, uses = f'the URDF has no {what} "{name}", {found.where}', sure
             help = "let robot_state_publisher publish it, or remove the element"
         else:
             continue
-        first, *others = [
-            at_name(case.problem("unknown-reference", message, path, help), name, line) for _, path, line in uses
-        ]
+        made = [case.problem("unknown-reference", message, path, help) for _, path, _ in uses]
+        first, *others = [at_name(one, name, line) for one, (_, _, line) in zip(made, uses, strict=True)]
         places = dict.fromkeys(other.span for other in others[:_MAX_RELATED] if other.span != first.span)
         yield replace(first, related=(*(Related("also named here", place) for place in places), *first.related))
         yield from (other for other in others if other.span == first.span)  # each use of a part that has the text
-
-
-def _with_prefix(case: Case, path: Path, name: str, names: Set[str]) -> str:
-    """Return the suggestion for a name without its prefix: that of its part, or the names that end with it."""
-    prefix = prefix_at(case.tree, path)
-    near = nearest(name, [one.removeprefix(prefix) for one in names if prefix and one.startswith(prefix)])
-    if near is not None:
-        return f'did you mean "{prefix if near == name else ""}{near}"?'
-    longer = sorted(one for one in names if one.endswith(name) and one != name and not one[-len(name) - 1].isalnum())
-    choice = " or ".join(f'"{one}"' for one in longer[:_MAX_RELATED])
-    return f"did you mean {choice}? names have their prefixes here" if longer else ""
 
 
 @rule("duplicate-xml", help="Give each a name of its own; in a part, write `${prefix}` before it.", topic=NUMBERS)
@@ -188,21 +173,19 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
     has_gazebo = any(output.options.get("gazebo") for output in case.robot.outputs)
     written = {one.name for sensor in case.robot.sensors for one in sensor.gazebo} if has_gazebo else set()
     for path, text in urdf_texts(case):
-        if damage(text) or not any(f"<{tag}" in text for tag in _UNIQUE):
+        if damage(text):
             continue
         for what, name, *key in (names for element in tree_of(f"<all>{text}</all>") for names in _names_of(element)):
             before = first.setdefault((what, name, *key), path)
             if what == "<sensor>" and name in written:
-                help = "remove this one, or leave out ours: gazebo: [] in the sensor"
                 message = f'an output has a {what} "{name}" for Gazebo without it'
-                yield case.problem("duplicate-xml", message, path, help)
+                yield case.problem("duplicate-xml", message, path, "remove it, or write gazebo: [] in the sensor")
             elif before is not path:
                 one, two = locate(case.tree, before), locate(case.tree, path)
                 is_same = one.via is not None and one.span == two.span  # one text, which a part brings twice
                 related = [Related("the other one", one.via.span if is_same and one.via else one.span)]
                 message = f'two {what} of the robot are called "{name}"'
-                help = "one is enough, or their settings differ" if key and key[-1].startswith("<") else ""
-                yield case.problem("duplicate-xml", message, path, help, related=related)
+                yield case.problem("duplicate-xml", message, path, related=related)
 
 
 def _names_of(element: Element) -> Iterator[tuple[str, ...]]:
@@ -218,8 +201,6 @@ def _names_of(element: Element) -> Iterator[tuple[str, ...]]:
             is_class = child.tag == "plugin" and "::" in name
             yield f"<{child.tag}>", name, reference, *([canonical(child)] if is_class else [])
 
-
-# --- elements where nobody reads them ---
 
 # The parents in which an element of a URDF is read, and its reader.
 _READ_IN: Mapping[str, tuple[tuple[str, ...], str]] = {
@@ -272,7 +253,7 @@ def misplaced(case: Case) -> Iterator[Diagnostic]:
             yield from _unknown_keys(case, path, entry.get("elements"), "sensor")
 
 
-def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, str] | None:
+def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, Help] | None:
     """Return the problem of an element in these parents, and the fix; None if it is read."""
     *above, parent, tag = tags
     outer = set(tags[:-1])
@@ -287,8 +268,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
     if parent == "gazebo" and tag in {*_OF_LINKS, *_OF_JOINTS, "sensor"}:
         is_link, is_joint = reference in case.robot.link, reference in case.robot.joint
         if not reference:
-            help = f'Gazebo reads <{tag}> of a link or a joint: <gazebo reference="NAME">'
-            return f"{nobody}a <gazebo> without a reference", help
+            return f"{nobody}a <gazebo> without a reference", 'name a link or a joint: <gazebo reference="NAME">'
         if is_link != is_joint and tag in (_OF_JOINTS if is_link else _OF_LINKS):
             kind, other = ("link", "joint") if is_link else ("joint", "link")
             return f'{nobody}a <gazebo> that refers to the {kind} "{reference}"', f"refer to a {other}"
@@ -298,7 +278,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
     known = sdf_elements().get(holder)
     if known is None or tag in known:
         return None
-    return f"SDF has no <{tag}> in <{holder}>", did_you_mean(tag, sorted(known)) or "correct it, or remove it"
+    return f"SDF has no <{tag}> in <{holder}>", Suggestion(tag, known, none="correct it, or remove it")
 
 
 def _unknown_keys(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagnostic]:

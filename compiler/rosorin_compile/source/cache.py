@@ -1,4 +1,4 @@
-"""The user's cache folder, for the names of written artifacts.
+"""The user's cache folder, for compiled templates and the names of written artifacts.
 
 It follows the XDG base directory specification; ``ROSORIN_COMPILE_CACHE`` names another folder, or disables it if it
 is ``off``. Everything works without it.
@@ -7,9 +7,62 @@ is ``off``. Everything works without it.
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
 
 from . import system
+from .files import shown
+
+_ELSEWHERE = "ROSORIN_COMPILE_CACHE names another folder (off: no cache)"
+_refused: list[tuple[str, str]] = []
+
+
+def cache_folder(name: str) -> Path | None:
+    """Return a folder of the user's cache, or None if it is disabled or another user (except root) could change it.
+
+    Compiled templates are run. ``cache_refused`` returns why a folder is not used.
+    """
+    top = top_folder()
+    if top is None:
+        return None
+    folder = top / name
+    try:
+        for place in (top, folder):
+            place.mkdir(0o700, parents=True, exist_ok=True)
+        reason = _open_to_others(folder)
+    except (OSError, ValueError, RuntimeError):
+        return None
+    if reason is not None:
+        refused = (f"{reason[0]}: nothing is kept in the cache {top}", reason[1])
+        if refused not in _refused:
+            _refused.append(refused)
+        return None
+    return folder.resolve() if os.access(folder, os.W_OK) else None
+
+
+def cache_refused() -> tuple[str, str] | None:
+    """Return the reason why the cache is not used, and the fix, or None; the second call returns None."""
+    first = _refused[0] if _refused else None
+    _refused.clear()
+    return first
+
+
+def _open_to_others(folder: Path) -> tuple[str, str] | None:
+    """Return who else could change a folder of the cache, and the fix, or None.
+
+    In a folder above the cache others may write if it is sticky, as /tmp is. Raises OSError.
+    """
+    real = folder.resolve(strict=True)
+    links = [place for place in (folder, *folder.parents) if place.is_symlink()]
+    folders = (real, *real.parents)
+    for place in (*links, *reversed(folders)):
+        status = place.lstat()
+        if status.st_uid not in (0, os.geteuid()):
+            return f"{shown(place)} belongs to another user", _ELSEWHERE
+        is_sticky = bool(status.st_mode & stat.S_ISVTX) and place not in folders[:2]
+        if place not in links and status.st_mode & 0o022 and not is_sticky:
+            return f"{shown(place)} can be written by others", f"chmod go-w {shown(place)}; or {_ELSEWHERE}"
+    return None
 
 
 def top_folder() -> Path | None:

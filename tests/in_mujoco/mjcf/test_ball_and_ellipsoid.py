@@ -7,7 +7,7 @@ import pytest
 
 from rosorin_compile.model import Ellipsoid, Shape
 from rosorin_compile.model.mass import inertial_of
-from rosorin_compile.rules.joint_states import place
+from rosorin_compile.queries import position
 from rosorin_compile.source.diagnostics import RequestError
 from support.paths import data_text
 from support.robots import compiled_text
@@ -59,9 +59,9 @@ def test_the_inertia_of_an_ellipsoid_is_that_of_mujoco() -> None:
 def test_a_ball_is_placed_by_angles_or_a_quaternion(tmp_path: Path) -> None:
     robot = compiled_text(tmp_path, TEXT).robot
     assert robot is not None
-    assert place(robot, "ball", "0,0,90deg") == pytest.approx((0, 0, 0.5**0.5, 0.5**0.5))
-    assert place(robot, "ball", "0,0,0,2") == (0, 0, 0, 2)
+    assert position(robot, "ball", "0,0,90deg") == pytest.approx((0, 0, 0.5**0.5, 0.5**0.5))
+    assert position(robot, "ball", "0,0,0,2") == (0, 0, 0, 2)
     with pytest.raises(RequestError, match="write ball=roll,pitch,yaw or ball=qx,qy,qz,qw"):
-        place(robot, "ball", "1,2")
+        position(robot, "ball", "1,2")
     with pytest.raises(RequestError, match="is zero"):
-        place(robot, "ball", "0,0,0,0")
+        position(robot, "ball", "0,0,0,0")

@@ -13,7 +13,7 @@ from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.bounded import json_of
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, did_you_mean, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from ..format import Format, Opened
@@ -188,7 +188,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
     if group is not None and group not in groups:
         message = f'there is no servo group "{group}", asked for by output "{output.name}"'
-        help = did_you_mean(group, groups, "name a group")
+        help = Suggestion(group, groups, "name a group")
         yield case.problem("unknown-servo", message, ("outputs", output.name, "servos"), help)
 
 

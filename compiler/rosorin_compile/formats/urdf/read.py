@@ -15,15 +15,13 @@ from pathlib import Path
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot, Transform
 from rosorin_compile.model.link import NO_SOURCE
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, did_you_mean, has_errors
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, Suggestion, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
-from rosorin_compile.source.wording import and_more, listed
-from rosorin_compile.source.xml.describing import named, shortened
-from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
+from rosorin_compile.source.wording import and_more, listed, masked
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse
 
 from ..imported import Imported, ReadOptions, comments_of
 from ..reading import accept, lower_artifact
@@ -149,7 +147,7 @@ class _Reader(Reading):
         tree, source = Map(root.span), Map(root.span)
         self._robot_name(root, path, tree)
         put(source, "status", "imported", root)
-        put(source, "note", f"from {printable_name(path)}", root)
+        put(source, "note", f"from {masked(path.name)}", root)
         put(tree, "source", source, root)
         self.paths[id(root)] = ("robot",)
         self._materials(root, tree)
@@ -168,7 +166,7 @@ class _Reader(Reading):
         values = (value for one in elements for value in one.attributes.values())
         found = next((value for value in values if "${" in value.raw or "$(" in value.raw), None)
         if found is not None:
-            message, help = f"{shortened(found.raw)} looks like xacro that was not expanded", "name the file NAME.xacro"
+            message, help = f'"{found.raw[:40]}" looks like xacro that was not expanded', "name the file NAME.xacro"
             self.diagnostics.append(Diagnostic("not-expanded", WARNING, message, found.span, (), help))
         if "links" not in tree and not has_errors(self.diagnostics):
             self.error("no-links", f'the robot "{tree.get("robot")}" has no links', root.span, 'add <link name="..."/>')
@@ -324,7 +322,7 @@ class _Reader(Reading):
         if name is not None and NAME.match(name.value):
             entry.put("name", name.value, name.name_span, name.span)
         elif name is not None and name.value:
-            self.cannot_carry(f"the name {shortened(name.value)} of <{element.tag}>", name.span)
+            self.cannot_carry(f'the name "{name.value[:40]}" of <{element.tag}>', name.span)
         link.setdefault_at(element.tag, Seq(element.span), element.span)
         own = (*path, element.tag, len(link[element.tag]))
         self.paths[id(element)] = own
@@ -397,8 +395,7 @@ class _Reader(Reading):
         kind = self._put_text(entry, "type", element, "type") or ""
         if kind.strip() and kind not in TYPES:
             message = f'{named(element)} is of type "{kind}", which URDF does not have'
-            help = did_you_mean(kind, TYPES).replace("known:", "it has")
-            self.error("joint-type", message, element.attributes["type"].span, help)
+            self.error("joint-type", message, element.attributes["type"].span, Suggestion(kind, TYPES))
             entry.pop("type")
         kind = kind if kind in TYPES else ""
         self.joint_types.add(kind)

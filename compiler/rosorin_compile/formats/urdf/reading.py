@@ -19,8 +19,8 @@ from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
 from rosorin_compile.source.wording import and_more, counted, plural, quoted
-from rosorin_compile.source.xml.describing import correction, equal, kept, named, shortened
-from rosorin_compile.source.xml.markup import Element, Word
+from rosorin_compile.source.xml.elements import canonical, kept, tree_of
+from rosorin_compile.source.xml.markup import Element, Word, correction, named
 
 from ..format import Placed, cannot_carry
 from ..imported import ReadOptions
@@ -131,7 +131,7 @@ class Reading:
         """Return the only child of a tag, or None; a second one is an error if it decides on motion and differs."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
-            if equal(children[0], again):
+            if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
                 self.ignored(f"a second <{tag}>, the same as the first, has no effect", again.span)
             elif tag in _DECIDING and not self.options.lenient:
                 message = f"{named(element)} has a second <{tag}>; readers differ in which of them they take"
@@ -231,7 +231,7 @@ class Reading:
         text = word.text
         if not NUMBER.match(text) or not math.isfinite(float(text)):
             wrong = "too large for a number" if NUMBER.match(text) else "not a number"
-            self.error("not-a-number", f"{what}: {shortened(text)} is {wrong}", word.span, _advice(text))
+            self.error("not-a-number", f'{what}: "{text[:40]}" is {wrong}', word.span, _advice(text))
             return None
         value: float = int(text) if _INTEGER.match(text) else float(text)
         if unit not in UNITS:

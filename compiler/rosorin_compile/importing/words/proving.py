@@ -16,8 +16,8 @@ from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expand.expansion import Expansion
+from rosorin_compile.language.expand.parts import apply_types
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.expand.sensor_types import apply_types
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot, Sensor

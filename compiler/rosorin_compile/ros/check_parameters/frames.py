@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.kinematics import pieces
-from rosorin_compile.rules.publishers import legal_steps
-from rosorin_compile.source.diagnostics import Diagnostic, Related, did_you_mean, error, quoted
+from rosorin_compile.rules.joints import pieces
+from rosorin_compile.rules.publishers import steps_in_modes
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Suggestion, did_you_mean, error, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.tables import Key
@@ -41,7 +41,7 @@ def check(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator
     claimed = {claim.node.full: {claim.parent.span, claim.child.span} for claim in found if not claim.silent}
     made = {str(claim.parent.value) for claim in found if not claim.silent}
     published = [(str(claim.parent.value), str(claim.child.value)) for claim in found if not claim.silent]
-    parts = pieces([*((step.parent, step.child) for step in legal_steps(case)), *published])
+    parts = pieces([*((step.parent, step.child) for step in steps_in_modes(case)[0]), *published])
     for node in nodes:
         yield from _prefixed(node)
         for key, name, setting in _named(node):
@@ -107,7 +107,7 @@ def _frame(
         yield from _base(case, node, key, setting, value, parts)
     elif value not in known:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
-        yield error("parameters-frame", message, setting.span, did_you_mean(value, known, "name a frame of the robot"))
+        yield error("parameters-frame", message, setting.span, Suggestion(value, known, "name a frame of the robot"))
     elif not any(value in part for part in parts) and len(known) > 1:
         message = f'{name} is "{value}"{assumed}, a frame that nobody publishes'
         yield error("parameters-frame", message, setting.span, "say who publishes it", _unpublished(case, value))
@@ -125,7 +125,7 @@ def _base(
     name = f'"{key.name}" of {node.shown}'
     assumed = f" {DEFAULT}" if not setting.given else ""
     odom = _odometry(case, node)
-    moved = [step for step in legal_steps(case) if step.parent == odom]
+    moved = [step for step in steps_in_modes(case)[0] if step.parent == odom]
     part = next((part for part in parts if odom in part), set[str]())
     if value in part or not moved:
         return
@@ -146,7 +146,7 @@ def _odometry(case: Case, node: Node) -> str:
 
     That is the parent of the transform of another node that leads to the robot and hangs on no other, but for a map.
     """
-    said, steps = [s.value for key, _, s in _named(node) if key.frame == ODOM], legal_steps(case)
+    said, steps = [s.value for key, _, s in _named(node) if key.frame == ODOM], steps_in_modes(case)[0]
     parents = [step.parent for step in steps if step.edge is not None]
     if said and said[0] in parents:
         return str(said[0])
